@@ -141,16 +141,16 @@ class NotLinear(LagrangeError):
 
 
 class Spinning(LagrangeError):
-    """Nothing determines how the ``body``, a thin rod, turns about its axis."""
+    """Nothing determines how the ``body``, a thin rod, turns about its axis, or it ``only`` does this."""
 
     exit_code = 3
 
-    def __init__(self, body: str) -> None:
-        self.body = body
-        super().__init__(
-            f"body '{body}' has no moment of inertia about its own axis, and nothing else determines its "
-            "rotation about that axis"
-        )
+    def __init__(self, body: str, only: bool = False) -> None:
+        self.body, self.only = body, only
+        what = "nothing else determines its rotation about that axis"
+        if only:
+            what = "this orientation turns it about that axis only, so that its rotation has no energy"
+        super().__init__(f"body '{body}' has no moment of inertia about its own axis, and {what}")
 
 
 class Undetermined(LagrangeError):

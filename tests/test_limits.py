@@ -9,7 +9,8 @@ from sympy.core.basic import Basic
 from lagrange_cli import limits
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.mechanics import derive
+from lagrange_cli.mechanics import formulations
+from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.symbolic.work import check_size, counting, size_of
 from tests.support.motion import model_of
 
@@ -45,10 +46,10 @@ def test_the_work_of_a_graph_grows_with_what_is_built():
 
 def test_a_formulation_that_takes_too_much_is_left_out(monkeypatch):
     model = model_of("spherical_pendulum")
-    assert derive.derive(model).formulation == "kinetic energy"
-    monkeypatch.setattr(derive, "PATIENCE", 0)
-    monkeypatch.setattr(derive, "LEAST_ATTEMPT", 10)
-    assert derive.derive(model).formulation == "embedding"
+    assert derive(model).formulation == "kinetic energy"
+    monkeypatch.setattr(formulations, "PATIENCE", 0)
+    monkeypatch.setattr(formulations, "LEAST_ATTEMPT", 10)
+    assert derive(model).formulation == "embedding"
 
 
 def test_what_sympy_makes_is_counted(monkeypatch):

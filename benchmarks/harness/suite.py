@@ -25,7 +25,8 @@ class Suite:
 
     ``name`` is also the name of its section in docs/benchmarks.md. ``packages`` are those whose versions are
     reported, ``runs`` is the default number of turns, and ``quick`` the help text of ``--quick``, where there
-    is such an option. A suite that draws random numbers has ``--seed``.
+    is such an option. A suite that draws random numbers has ``--seed``. One that takes long has ``parts``,
+    and ``--only`` for those whose name has a text.
     """
 
     name: str
@@ -34,10 +35,17 @@ class Suite:
     runs: int
     quick: str | None = None
     draws: bool = False
+    parts: tuple[str, ...] = ()
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Measure and print; the exit status is 1 if a requirement is not met."""
-        options = self.parser().parse_args(arguments)
+        parser = self.parser()
+        options = parser.parse_args(arguments)
+        if self.parts and options.only:
+            if not any(options.only in part for part in self.parts):
+                parser.error(f"no part has '{options.only}' in its name: there are {', '.join(self.parts)}")
+            if options.write:
+                parser.error("--write needs all parts: leave --only out")
         try:
             return 1 if self.run(options).missed else 0
         except NotInstalled as error:
@@ -72,6 +80,9 @@ class Suite:
         made.add_argument("--write", action="store_true", help="write the results to docs/benchmarks.md")
         if self.quick is not None:
             made.add_argument("--quick", action="store_true", help=self.quick)
+        if self.parts:
+            named = f"only the parts whose name has this text, of {', '.join(self.parts)}"
+            made.add_argument("--only", default="", metavar="TEXT", help=named)
         if self.draws:
             made.add_argument("--seed", type=int, default=1, help="the seed of the random numbers [1]")
         return made

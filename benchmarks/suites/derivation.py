@@ -12,7 +12,8 @@ from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_own_process, medians_in_turns, timed
 from benchmarks.motions.motion import Motion, n_pendulum
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.mechanics.derive import derive, from_embedding
+from lagrange_cli.mechanics.dalembert import from_embedding
+from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.build import build_model
 from lagrange_cli.spec.read import read_spec

@@ -107,6 +107,8 @@ def measure(options: Namespace) -> Report:
     slow = {name: (make, shorter, 1) for name, make in PYTHONS.items()}
     parts, requirements = [], []
     for comparison in COMPARISONS:
+        if options.only not in comparison.title:
+            continue
         contenders = comparison.contenders() | (slow if comparison is PENDULUM else {})
         results = compare(contenders, options.runs)
         if comparison is PENDULUM:
@@ -154,6 +156,7 @@ SUITE = Suite(
     packages=("llvmlite", "numpy", "scipy", "sympy", "heyoka", "pydy", "cython"),
     runs=3,
     quick="run DOP853 over 100 s only and multiply its time and steps by 10 (its error is that of 100 s)",
+    parts=tuple(comparison.title for comparison in COMPARISONS),
 )
 
 if __name__ == "__main__":

@@ -27,7 +27,8 @@ from lagrange_cli.run import shipped
 from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.request import Request
-from lagrange_cli.run.view import OUTPUTS, read_shown, shown_settings, view
+from lagrange_cli.run.view.motion import OUTPUTS, read_shown, shown_settings
+from lagrange_cli.run.view.page import view
 
 SIZE, FRAME, AGREEMENT = 400.0, 16.0, 1e-9
 """Kilobytes of a page, milliseconds from a slider to the drawing, and what q may differ from native by."""

@@ -5,17 +5,21 @@
 The motions are those of the suites ``integration``, ``chain``, ``ensemble`` and ``startup``. Each command is
 a process of its own, with compiled programs in a cache that the checkout has for itself. Of the first three
 suites the seconds of the integration count, as ``--json`` gives them, of ``startup`` those of the whole
-process. The table has the medians of all turns, and ratios after / before of the medians and of the quickest
-runs. The exit status is 1 if both ratios of a command exceed the limit.
+process. Sections of a system file that one of the versions does not know are left out for both. A system that
+one of them cannot read even so is skipped. Both are said.
+
+The table has the medians of all turns, and ratios after / before of the medians and of the quickest runs. The
+exit status is 1 if both ratios of a command exceed the limit.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -29,6 +33,12 @@ from benchmarks.suites import chain, integration, startup
 
 RUNS, LIMIT = 9, 1.03
 MEMBERS = 2000
+UNKNOWN = re.compile(r":\d+:1: unknown key '(\w+)'")
+"""What is said of a section that a version does not know."""
+
+
+class NotRead(Exception):
+    """A version cannot read a system; the message is what it says."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,39 @@ def seconds_of(command: Command, processor: bool, root: Path, folder: Path) -> f
     return ended.seconds if command.whole else float(json.loads(ended.printed)["seconds"]["integrate"])
 
 
+def system_of(command: Command) -> str:
+    """The path of the system file in its arguments; empty where there is none."""
+    return next((one for one in command.arguments if one.endswith(".yaml")), "")
+
+
+def given_to_both(system: str, places: Mapping[str, tuple[Path, Path]]) -> list[str]:
+    """Write a system file to both folders; the sections that are left out, which not both versions know.
+
+    Raises ``NotRead`` where that is not all that one of them refuses.
+    """
+    text, left_out = (ROOT / system).read_text(encoding="utf-8"), list[str]()
+    for root, folder in places.values():
+        file = folder / system
+        file.write_text(text, encoding="utf-8")
+        while said := refusal(system, root, folder):
+            keys = UNKNOWN.findall(said)
+            if not keys:
+                raise NotRead(f"{system} is not read by {root}: {said.splitlines()[0]}")
+            left_out += keys
+            for key in keys:
+                text = re.sub(rf"^{key}:.*\n(?:[ \t].*\n)*", "", text, flags=re.MULTILINE)
+            file.write_text(text, encoding="utf-8")
+    for _, folder in places.values():
+        (folder / system).write_text(text, encoding="utf-8")
+    return left_out
+
+
+def refusal(system: str, root: Path, folder: Path) -> str:
+    """What a version says that refuses a system; empty where it reads it."""
+    ended = run_process((*OURS, "check", system), folder, {"PYTHONPATH": str(root)})
+    return ended.errors if ended.status else ""
+
+
 def main() -> int:
     """Run the commands in turns and print the table."""
     made = argparse.ArgumentParser(
@@ -98,10 +141,18 @@ def main() -> int:
         for which in ("before", "after"):
             root = getattr(options, which).resolve()
             places[which] = root, Path(folder, which)
-            places[which][1].mkdir()
-            places[which][1].joinpath("systems").symlink_to(ROOT / "systems")
-        for command in commands():
-            if options.only not in command.name:
+            places[which][1].joinpath("systems").mkdir(parents=True)
+        chosen = [command for command in commands() if options.only in command.name]
+        unread = set[str]()
+        for system in dict.fromkeys(filter(None, map(system_of, chosen))):
+            try:
+                if left_out := given_to_both(system, places):
+                    print(f"{system}: without {', '.join(left_out)}, which not both versions know")
+            except NotRead as error:
+                print(f"{error}; skipped")
+                unread.add(system)
+        for command in chosen:
+            if system_of(command) in unread:
                 continue
             tasks: dict[str, Callable[[], float]] = {
                 which: partial(seconds_of, command, options.processor, *place)

@@ -18,8 +18,9 @@ from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.reel import TRAIL, usual_speed
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.shipped import names, text
-from lagrange_cli.run.view import READING, UNREADABLE, Followed, drawn, follow, read_shown, watched
-from lagrange_cli.run.view import page as live_page
+from lagrange_cli.run.view.content import READING, UNREADABLE, drawn
+from lagrange_cli.run.view.motion import Followed, follow, read_shown, watched
+from lagrange_cli.run.view.page import page as live_page
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 

@@ -13,7 +13,7 @@ from lagrange_cli.run.bench import Ranking, entries_of, rank_methods
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.ranking import as_object, as_text
-from lagrange_cli.run.settings import proper_name
+from lagrange_cli.run.settings.methods import proper_name
 from lagrange_cli.work_precision.measure import Rules
 from lagrange_cli.work_precision.recommend import choose
 

@@ -20,7 +20,7 @@ from lagrange_cli.spec.problems import Problems
 if TYPE_CHECKING:
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.monitor import Stage
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 

@@ -14,8 +14,8 @@ from lagrange_cli.api.system import System, content_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lagrange_cli.run import view as pages
     from lagrange_cli.run.motion import Motion
+    from lagrange_cli.run.view import page as pages
 
 HEIGHT = 640
 """Of a page in a notebook, in pixels."""
@@ -65,7 +65,7 @@ class Page:
         FileError
             The file exists, or cannot be written.
         """
-        from lagrange_cli.run.view import write
+        from lagrange_cli.run.view.page import write
         from lagrange_cli.store.find_target import find_target
 
         write(self._page, find_target(os.fspath(path), force=force))
@@ -109,7 +109,7 @@ def view(
     SpecError, UsageError, FileError
         As for ``solve``.
     """
-    from lagrange_cli.run.view import read_shown
+    from lagrange_cli.run.view.motion import read_shown
 
     request = request_of(
         set=set,
@@ -126,7 +126,7 @@ def view(
 
 def page_of(motion: Motion) -> Page:
     """The page of a motion."""
-    from lagrange_cli.run.view import view as page
+    from lagrange_cli.run.view.page import view as page
 
     with WORKING:
         return Page(motion.spec.name, page(motion))

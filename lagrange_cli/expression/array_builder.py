@@ -36,6 +36,8 @@ class Members(dict[str, Any]):
     def __init__(self, domain: Any, count: int, indices: Mapping[str, Whole]) -> None:
         super().__init__(indices)
         self.domain, self.count = domain, count
+        self.alike: Mapping[str, Whole] | None = None
+        """The indices of all members that are written as these are, where that is known."""
 
 
 class ArrayBuilder(Builder):
@@ -93,10 +95,18 @@ class ArrayBuilder(Builder):
     def terms(self, tree: Sum, members: Members) -> Iterator[tuple[Members, Value, Places]]:
         """The terms of a sum, of each kind by itself: their indices, values, and whose terms they are."""
         found, owners = inner(tree, members, members.count)
-        self.used += len(owners)
+        for mine, value, which in self.each(tree.body, found, len(owners)):
+            yield mine, value, owners[which]
+
+    def each(
+        self, body: Tree, found: Mapping[str, Whole], count: int
+    ) -> Iterator[tuple[Members, Value, Places]]:
+        """The values of ``body`` for ``count`` members with the indices ``found``, of each kind by itself: their
+        indices, values, and which they are."""
+        self.used += count
         if self.used > self.most:
             raise Unsuited
-        pending = [np.arange(len(owners))] if len(owners) else []
+        pending = [np.arange(count)] if count else []
         while pending:
             which = pending.pop()
             here = {
@@ -105,11 +115,11 @@ class ArrayBuilder(Builder):
             }
             mine = Members(self.domain(len(which)), len(which), here)
             try:
-                value = self._value(tree.body, mine)
+                value = self._value(body, mine)
             except Differ as differ:
                 pending += split(which, differ)
                 continue
-            yield mine, value, owners[which]
+            yield mine, value, which
 
     def _key(self, tree: Tree, indices: Indices) -> tuple[int, ...]:
         raise Unsuited

@@ -41,3 +41,9 @@ def known_hint(known: Iterable[str], limit: int = 16) -> str:
 def shown(name: str) -> str:
     """The name in quotes, shortened if it is very long."""
     return f"'{name if len(name) <= _LONGEST else name[:_LONGEST] + '...'}'"
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """What was perhaps meant, and what there is."""
+    known = tuple(known)
+    return " ".join(hint for hint in (near_hint(name, known), known_hint(known)) if hint)

@@ -2,30 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.families.arrays import Domain, Term, Total
-from lagrange_cli.families.builder import FamilyBuilder, alike, group_of, particle_families
+from lagrange_cli.families.arrays import Array, Domain, Term, Total
+from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.groups import alike, group_of, particle_families
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.spec.spec import Spec, grouped
 
 ON_COORDINATES, ON_PARTICLES, DISSIPATION = "generalized_forces", "forces", "dissipation"
 
 
-def applied_forces(builder: FamilyBuilder, spec: Spec) -> tuple[list[Term], list[Total]]:
-    """The terms of Q_k, and the totals that they take besides, in the order of their computation."""
+def applied_forces(
+    builder: FamilyBuilder, spec: Spec, nodes: Sequence[Total]
+) -> tuple[list[Term], list[list[Term]], list[Total]]:
+    """The terms of Q_k, those of what acts on ``nodes`` besides, component by component, and the totals that all
+    of these take, in the order of their computation."""
     if not spec.forces.keys() <= {ON_COORDINATES, ON_PARTICLES, DISSIPATION}:
         raise Unsuited
-    terms = [*on_coordinates(builder, spec), *on_particles(builder, spec)]
-    needed: list[Total] = []
+    known = [*builder.totals]
+    terms, pushes = [*on_coordinates(builder, spec)], [list[Term]() for _ in nodes]
+    for array, term in on_particles(builder, spec, nodes):
+        (terms if array is builder.q else pushes[nodes.index(array)]).append(term)
+    lost: list[Total] = []
     for one in spec.forces.get(DISSIPATION, {}).values():
         power = builder.of_root(one.tree, one.indices)
-        lost, needed = slopes(power, builder.root, builder.totals, builder.slots, builder.v)
-        terms += [Term(term.domain, -term.node, term.targets) for term in lost.terms]
-    return terms, needed
+        (rates,), taken = slopes(power, builder.root, builder.totals, builder.slots, builder.v)
+        lost += taken
+        terms += [Term(term.domain, -term.node, term.targets) for term in rates.terms]
+    return terms, pushes, [*(one for one in builder.totals if one not in known), *lost]
 
 
 def on_coordinates(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
@@ -41,8 +49,8 @@ def on_coordinates(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
             yield Term(domain, value, rows[which])
 
 
-def on_particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
-    """F . dr/dq_k of forces on particles."""
+def on_particles(builder: FamilyBuilder, spec: Spec, nodes: Sequence[Total]) -> Iterator[tuple[Array, Term]]:
+    """F . dr/dq_k of forces on particles, and F of what is at ``nodes``: where it acts, and how."""
     written = spec.forces.get(ON_PARTICLES, {})
     for family in grouped(written, {**particle_families(spec), **spec.families.get(ON_PARTICLES, {})}):
         if family.name not in builder.positions:
@@ -52,11 +60,13 @@ def on_particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
             raise Unsuited
         for which in alike(forces, positions):
             domain = Domain(len(which))
-            force, place = (
-                builder.value(*one.members(which, builder.sizes, domain)) for one in (forces, positions)
-            )
-            pairs = [(one if isinstance(one, tuple) else (one,)) for one in (force, place)]
+            given = builder.value(*forces.members(which, builder.sizes, domain))
+            place = builder.member(positions, which, domain)
+            pairs = [(one if isinstance(one, tuple) else (one,)) for one in (given, place)]
             for component, x in zip(*pairs, strict=True):
                 for symbol, slot in builder.slots.inside(x):
-                    if slot.array is builder.q:
-                        yield Term(domain, component * builder.graph.diff(x, symbol), slot.table)
+                    if slot.array is builder.q or slot.array in nodes:
+                        force = component * builder.graph.diff(x, symbol)
+                        yield slot.array, Term(domain, force, slot.table)
+                    elif isinstance(slot.array, Total):
+                        raise Unsuited

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, bits
 from lagrange_cli.records import dataclass, field
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
 
+NONE = -1
+"""No member."""
 LOOKED_AT = 64
 """Numbers of a long table that are looked at first."""
 
@@ -76,6 +79,24 @@ class Total(Array):
     terms: tuple[Term, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """``parents`` has the parent of each member, ``NONE`` where there is none, and ``order`` the members, parents
+    before their children."""
+
+    parents: Places
+    order: Places
+
+
+@dataclass(frozen=True, eq=False)
+class Chain(Total):
+    """Sums of terms that add up along a chain or a tree: to each one, that of its parent is added. If it goes
+    ``back``, each one is added to that of its parent instead, from the tips on."""
+
+    tree: Tree | None = None
+    back: bool = False
+
+
 @dataclass
 class Slots:
     """The symbols of one system's slots in its graph: equal slots are one symbol."""
@@ -119,8 +140,11 @@ def equal(one: Places, other: Places) -> bool:
     return one is other or np.array_equal(one, other)
 
 
-def total_of(count: int, terms: Iterable[Term], graph: Graph) -> Total:
-    """The sums of these terms; those of one domain at the same places are one, and those that are 0 none."""
+def total_of(
+    count: int, terms: Iterable[Term], graph: Graph, tree: Tree | None = None, *, back: bool = False
+) -> Total:
+    """The sums of these terms, along a ``tree`` if there is one; those of one domain at the same places are one,
+    and those that are 0 none."""
     found: dict[tuple[int, int], list[Term]] = {}
     for term in terms:
         if term.domain.count == 0:
@@ -133,7 +157,28 @@ def total_of(count: int, terms: Iterable[Term], graph: Graph) -> Total:
         else:
             same.append(term)
     listed = [one for same in found.values() for one in same if not one.node.is_zero]
+    if tree is not None:
+        return Chain(Source.TOTAL, count, tuple(listed), tree, back)
     return Total(Source.TOTAL, count, tuple(listed))
+
+
+def tree_of(parents: Places) -> Tree:
+    """The tree of these parents. Raises ``Unsuited`` where a member is its own ancestor."""
+    count = len(parents)
+    members = np.arange(count)
+    if np.all(parents < members):
+        return Tree(parents, members)
+    if np.all((parents > members) | (parents == NONE)):
+        return Tree(parents, members[::-1].copy())
+    children: list[list[int]] = [[] for _ in range(count)]
+    order: list[int] = []
+    for member, parent in enumerate(parents.tolist()):
+        (order if parent == NONE else children[parent]).append(member)
+    for member in order:
+        order += children[member]
+    if len(order) < count:
+        raise Unsuited
+    return Tree(parents, np.array(order, dtype=np.int64))
 
 
 def number_of(total: Total) -> Node | None:

@@ -17,47 +17,15 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ, Places, Whole, flat, one_if_equal, split
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.expression.syntax import Sum, Tree, sums
+from lagrange_cli.expression.syntax import Sum, sums
+from lagrange_cli.expression.syntax import Tree as Syntax
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, total_of
-from lagrange_cli.records import dataclass
-from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
+from lagrange_cli.families.arrays import Array, Chain, Domain, Slots, Source, Term, Total, Tree, total_of
+from lagrange_cli.families.groups import Group, Rows, group_of, particle_families
+from lagrange_cli.spec.spec import Spec, grouped
 
 DEEPEST = 3
 """How often members of a family may stand in one another's definitions: x[i] = x[i - 1] + ... is unwound."""
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """A family whose members are side by side in an array."""
-
-    array: Array
-    first: int
-    family: Family
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """A family whose members are written: the ``trees`` that occur, which of them each member has, and the
-    values of its indices. ``place_of`` has the members' numbers by their place, -1 where there is none."""
-
-    family: Family
-    place_of: Places
-    trees: tuple[Tree, ...]
-    labels: Places
-    indices: Mapping[str, Places]
-
-    @property
-    def count(self) -> int:
-        return len(self.labels)
-
-    def members(self, which: Places, sizes: Mapping[str, int], domain: Domain) -> tuple[Tree, Members]:
-        """The tree of some members, and their indices. Raises ``Differ`` where they have several."""
-        labels = self.labels[which]
-        if len(labels) and np.any(labels != labels[0]):
-            raise Differ(labels)
-        values = {name: one_if_equal(one[which]) for name, one in self.indices.items()}
-        return self.trees[labels[0]], Members(domain, domain.count, {**sizes, **values})
 
 
 @contextmanager
@@ -71,30 +39,6 @@ def recursion(group: Group, within: list[Group]) -> Iterator[None]:
         yield
     finally:
         within.pop()
-
-
-def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
-    """The members of a family as they are written."""
-    expressions = [written[name] for name in family.members]
-    seen: dict[int, int] = {}
-    labels = np.array([seen.setdefault(id(one.tree), len(seen)) for one in expressions], dtype=np.int64)
-    trees = {seen[id(one.tree)]: one.tree for one in expressions}
-    names = dict.fromkeys(name for one in expressions for name in one.indices)
-    indices = {
-        name: np.array([one.indices.get(name, 0) for one in expressions], dtype=np.int64) for name in names
-    }
-    return Group(family, places_of(family), tuple(trees[i] for i in range(len(trees))), labels, indices)
-
-
-def places_of(family: Family) -> Places:
-    """The members' numbers by place, the last index fastest."""
-    size = int(np.prod(family.shape, dtype=np.int64))
-    if size == len(family.members):
-        return np.arange(size)
-    found = np.full(size, -1, dtype=np.int64)
-    listed = [[int(i) for i in name.partition("[")[2].rstrip("]").split(",")] for name in family.members]
-    found[np.ravel_multi_index(tuple(np.array(listed).T), family.shape)] = np.arange(len(listed))
-    return found
 
 
 class FamilyBuilder(ArrayBuilder):
@@ -123,6 +67,7 @@ class FamilyBuilder(ArrayBuilder):
         self.within: list[Group] = []
         """The groups whose members are being built."""
         self._written: dict[tuple[int, int], tuple[Total, ...]] = {}
+        self._rates: dict[Total, Total | None] = {}
         self._newest: Node | None = None
         """The symbol of the sum that was built last."""
         self._declare(spec)
@@ -169,7 +114,7 @@ class FamilyBuilder(ArrayBuilder):
         which = group.place_of[flat(places, group.family.shape, domain.count)]
         if np.any(which < 0):
             raise Unsuited
-        value = self.written(group, which, domain)
+        value = self.member(group, which, domain)
         if not component:
             return value
         if not isinstance(value, tuple):
@@ -190,6 +135,10 @@ class FamilyBuilder(ArrayBuilder):
         symbol: Node = self.slots.symbol(members.domain, self.whole, value - least)
         made: Node = symbol + float(least)
         return made
+
+    def member(self, group: Group, which: Places, domain: Domain) -> Value:
+        """The members of a group that the members of a domain name."""
+        return self.written(group, which, domain)
 
     def written(self, group: Group, which: Places, domain: Domain) -> Value:
         """The members of a group, for those of a domain. What contains sums is computed once for each."""
@@ -228,9 +177,9 @@ class FamilyBuilder(ArrayBuilder):
             except Differ as differ:
                 pending += split(which, differ)
 
-    def added(self, count: int, terms: Sequence[Term]) -> Total:
+    def added(self, count: int, terms: Sequence[Term], tree: Tree | None = None) -> Total:
         """A total, which can be computed from here on."""
-        made = total_of(count, terms, self.graph)
+        made = total_of(count, terms, self.graph, tree)
         self.totals.append(made)
         self._newest = None
         return made
@@ -239,11 +188,27 @@ class FamilyBuilder(ArrayBuilder):
         """The velocity of what depends on coordinates."""
         found: Node = self.graph.diff(node, self.time)
         for symbol, slot in self.slots.inside(node):
-            if slot.array in (self.v, *self.totals):
+            rates: Array | None = None
+            if slot.array is self.v:
                 raise Unsuited
             if slot.array is self.q:
-                found += self.graph.diff(node, symbol) * self.slots.symbol(domain, self.v, slot.table)
+                rates = self.v
+            elif isinstance(slot.array, Total):
+                rates = self.rates_of(slot.array)
+            elif slot.array.source is Source.TOTAL:
+                raise Unsuited
+            if rates is not None:
+                found += self.graph.diff(node, symbol) * self.slots.symbol(domain, rates, slot.table)
         return found
+
+    def rates_of(self, total: Total) -> Total | None:
+        """The velocities of all numbers of a total; None where they are 0."""
+        if total not in self._rates:
+            terms = [Term(one.domain, self.rate(one.node, one.domain), one.targets) for one in total.terms]
+            terms = [one for one in terms if not one.node.is_zero]
+            tree = total.tree if isinstance(total, Chain) else None
+            self._rates[total] = self.added(total.count, terms, tree) if terms else None
+        return self._rates[total]
 
     # sums
 
@@ -274,22 +239,10 @@ class FamilyBuilder(ArrayBuilder):
         self._newest = None
         return [Term(one.domain, scale * one.node, targets[one.targets]) for one in within.terms]
 
-    def of_root(self, tree: Tree, indices: Mapping[str, int]) -> Node:
+    def of_root(self, tree: Syntax, indices: Mapping[str, int]) -> Node:
         """A scalar that belongs to no member."""
         value: Any = self._value(tree, Members(self.root, 1, {**self.sizes, **indices}))
         if isinstance(value, tuple):
             raise Unsuited
         node: Node = value
         return node
-
-
-def particle_families(spec: Spec) -> Mapping[str, Family]:
-    """The families of particles."""
-    return {**spec.families.get("masses", {}), **spec.families.get("embedding", {})}
-
-
-def alike(one: Group, other: Group) -> Iterator[Places]:
-    """The members of two groups in parts that are alike in both."""
-    labels = one.labels * (int(other.labels.max()) + 1) + other.labels
-    for label in np.unique(labels):
-        yield np.flatnonzero(labels == label)

@@ -14,6 +14,7 @@ import numpy as np
 
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Total
+from lagrange_cli.families.joints import curved
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
@@ -106,7 +107,10 @@ def constants_of(system: FamilySystem) -> Constants:
     """What L does not contain, and what every motion keeps."""
     with np.errstate(all="ignore"):
         states = [State(system, seed) for seed in range(STATES)]
-        free = np.all([np.abs(one.slopes) <= ROUNDED * one.slope_sizes for one in states], axis=0)
+        straight = np.ones(system.q.count, dtype=bool)
+        if system.joints is not None:
+            straight = ~curved(system.slots.graph, system.joints, system.q.count)
+        free = straight & np.all([np.abs(one.slopes) <= ROUNDED * one.slope_sizes for one in states], axis=0)
         idle = np.all([np.abs(one.applied) <= ROUNDED * one.applied_sizes for one in states], axis=0)
         names = [one.name for one in system.spec.coordinates]
         kept = free & idle
@@ -121,7 +125,7 @@ def constants_of(system: FamilySystem) -> Constants:
 
 def further(system: FamilySystem, states: Sequence[State], kept: NDArray[np.bool_]) -> Iterator[Conserved]:
     """What displacements conserve; not sums of momenta that are all ``kept``."""
-    for trial in trials(system):
+    for trial in trials(system) if system.joints is None else ():
         directions = [trial.of(one) for one in states]
         if any(one is None or not np.any(one) for one in directions):
             continue

@@ -10,30 +10,41 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, number_of, total_of
+from lagrange_cli.families.arrays import (
+    Array,
+    Chain,
+    Domain,
+    Slots,
+    Source,
+    Term,
+    Total,
+    number_of,
+    total_of,
+)
 
 
 def slopes(
-    root: Node, domain: Domain, totals: Sequence[Total], slots: Slots, by: Array
-) -> tuple[Total, list[Total]]:
-    """d root/d ``by``, where ``root`` belongs to a domain of one member; and the totals that it takes, in the
+    root: Node, domain: Domain, totals: Sequence[Total], slots: Slots, *by: Array
+) -> tuple[list[Total], list[Total]]:
+    """d root/d ``by``, where ``root`` belongs to a domain of one member; and the totals that these take, in the
     order in which they can be computed.
 
-    ``totals`` are those that ``root`` is made of, in such an order.
+    ``totals`` are those that ``root`` is made of, in such an order; those in ``by`` are as if given.
     """
     graph, zeros = slots.graph, np.zeros(1, dtype=np.int64)
     start = Total(Source.TOTAL, 1, (Term(domain, root, zeros),))
     changes: dict[Array, list[Term]] = {}
     known: dict[Array, Total] = {}
     made: list[Total] = []
-    wanted = {by, *totals}
-    for total in (start, *reversed(totals)):
+    wanted = {*by, *totals}
+    for total in (start, *reversed([one for one in totals if one not in by])):
         factor: Node | None = graph.one
         if total is not start:
             if total not in changes:
                 continue
-            known[total] = total_of(total.count, changes.pop(total), graph)
+            known[total] = adjoint(total, changes.pop(total), graph)
             factor = number_of(known[total])
             if factor is None:
                 made.append(known[total])
@@ -47,7 +58,14 @@ def slopes(
                 slope = change * graph.diff(term.node, symbol)
                 if not slope.is_zero:
                     changes.setdefault(slot.array, []).append(Term(term.domain, slope, slot.table))
-    return total_of(by.count, changes.get(by, []), graph), made
+    return [total_of(one.count, changes.get(one, []), graph) for one in by], made
+
+
+def adjoint(total: Total, terms: Sequence[Term], graph: Graph) -> Total:
+    """What the terms of a total are multiplied with, where ``terms`` are what its sums are."""
+    if not isinstance(total, Chain):
+        return total_of(total.count, terms, graph)
+    return total_of(total.count, terms, graph, total.tree, back=not total.back)
 
 
 def factors(root: Node, totals: Sequence[Total], slots: Slots) -> Mapping[Total, Node]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,10 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Array, Domain, Slots, Term, Total, total_of
-from lagrange_cli.families.builder import FamilyBuilder, alike, group_of, particle_families
+from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.chains import ChainBuilder
+from lagrange_cli.families.groups import alike, group_of, particle_families
+from lagrange_cli.families.joints import Articulation, articulation, felt, kinetic_terms, momenta
 from lagrange_cli.families.slopes import factors, slopes
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
@@ -56,6 +60,8 @@ class FamilySystem:
     and those that are ``applied`` besides.
     ``potential`` and ``kinetic`` are expressions of a domain of one member, ``root``; with a given Lagrangian
     their difference is L.
+    With ``joints``, M is none of its entries: the forces act on coordinates alone, and ``loads`` has what acts
+    on nodes, with the opposite sign.
     """
 
     spec: Spec
@@ -77,18 +83,23 @@ class FamilySystem:
     applied: Total
     potential: Node
     kinetic: Node
+    momenta: Total
     components: Sequence[Component]
     positions: Mapping[str, Sequence[Total]]
     observables: Mapping[str, tuple[Total, int]]
+    joints: Articulation | None = None
+    loads: Sequence[Total] = ()
 
     @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
-        return self.steady_potential and not self.depends_on_time((*self.needed, self.forces))
+        return self.steady_potential and not self.depends_on_time((*self.needed, self.forces, *self.loads))
 
     @property
     def steady_potential(self) -> bool:
         """Whether L does not depend on time explicitly."""
+        if self.joints is not None and any(one.symbols & self.time.symbols for one in self.joints.moved):
+            return False
         return not self.potential.symbols & self.time.symbols and not self.depends_on_time(self.energies)
 
     def depends_on_time(self, totals: Iterable[Total]) -> bool:
@@ -103,12 +114,18 @@ class FamilySystem:
     @property
     def terms(self) -> int:
         """How many terms all forces have together."""
-        return sum(one.domain.count for total in (self.forces, *self.needed) for one in total.terms)
+        return sum(one.domain.count for total in self.acting for one in total.terms)
+
+    @property
+    def acting(self) -> Sequence[Total]:
+        """What forces are made of."""
+        moved = self.joints.nodes if self.joints else ()
+        return self.forces, *self.loads, *self.needed, *moved
 
     @property
     def force_nodes(self) -> list[Node]:
         """The expressions that forces are made of."""
-        return [one.node for total in (self.forces, *self.needed) for one in total.terms]
+        return [one.node for total in self.acting for one in total.terms]
 
     @property
     def conserved(self) -> tuple[str, ...]:
@@ -116,6 +133,9 @@ class FamilySystem:
         acted = np.zeros(self.q.count, dtype=bool)
         for term in self.forces.terms:
             acted[term.targets] = True
+        for one in self.joints.joints if self.joints else ():
+            for rows in one.rows:
+                acted[rows] = True
         momenta = [f"p_{self.spec.coordinates[k].name}" for k in np.flatnonzero(~acted).tolist()]
         return (*momenta, "h") if self.steady and not self.driven else tuple(momenta)
 
@@ -139,7 +159,17 @@ def family_system(spec: Spec) -> FamilySystem | None:
 
 def made(spec: Spec) -> FamilySystem:
     """The system. Raises ``Unsuited`` where it is of another kind."""
-    builder = FamilyBuilder(spec)
+    try:
+        return separate(spec)
+    except (Unsuited, Differ):
+        if spec.lagrangian is not None:
+            raise
+    return articulated(spec)
+
+
+def separate(spec: Spec) -> FamilySystem:
+    """The same, where M is diagonal and constant."""
+    builder = ChainBuilder(spec)
     graph, slots = builder.graph, builder.slots
     everyone = Domain(builder.q.count)
     if spec.lagrangian is None:
@@ -159,27 +189,72 @@ def made(spec: Spec) -> FamilySystem:
         covered[term.targets] = True
     if not covered.all():
         raise Unsuited
-    rates, needed = slopes(potential, builder.root, totals, slots, builder.q)
-    refuse_speeds(builder, [potential, *(one.node for total in (rates, *needed) for one in total.terms)])
-    terms, beside = applied_forces(builder, spec)
-    held = [Term(one.domain, -one.node, one.targets) for one in rates.terms]
-    forces = total_of(builder.q.count, [*held, *terms], graph)
+    (rates,), needed = slopes(potential, builder.root, totals, slots, builder.q)
+    refuse_speeds(builder, potential, (*totals, rates, *needed))
+    terms, _, beside = applied_forces(builder, spec, ())
+    forces = total_of(builder.q.count, [*opposite(rates), *terms], graph)
     builder.totals.append(masses)
     mass = slots.symbol(everyone, masses, np.arange(builder.q.count))
     speed = slots.symbol(everyone, builder.v, np.arange(builder.q.count))
     zeros = np.zeros(builder.q.count, dtype=np.int64)
     energy = builder.added(1, [Term(everyone, 0.5 * mass * speed * speed, zeros)])
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
+    momenta = total_of(builder.q.count, [Term(everyone, mass * speed, np.arange(builder.q.count))], graph)
     used = [total for total in builder.totals if total not in (masses, energy)]
+    return described(
+        builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
+        energies=totals, slopes=rates, applied=total_of(builder.q.count, terms, graph), potential=potential,
+        kinetic=kinetic, momenta=momenta, components=components,
+    )  # fmt: skip
+
+
+def articulated(spec: Spec) -> FamilySystem:
+    """The same, where particles are on chains and trees."""
+    builder = ChainBuilder(spec)
+    graph, slots = builder.graph, builder.slots
+    energies = [builder.of_root(one.tree, one.indices) for one in spec.potential.values()]
+    potential = graph.sum([(one, 1.0) for one in energies])
+    totals = [*builder.totals]
+    found = articulation(builder, spec)
+    (rates, *loads), needed = slopes(potential, builder.root, totals, slots, builder.q, *found.nodes)
+    (whole,), _ = slopes(potential, builder.root, totals, slots, builder.q)
+    refuse_speeds(builder, potential, (*totals, rates, *loads, *needed))
+    terms, pushes, beside = applied_forces(builder, spec, found.nodes)
+    forces = total_of(builder.q.count, [*opposite(rates), *terms], graph)
+    pulls = [
+        total_of(one.count, [*one.terms, *(Term(t.domain, -t.node, t.targets) for t in push)], graph)
+        for one, push in zip(loads, pushes)
+    ]
+    energy = builder.added(1, [*kinetic_terms(builder, found)])
+    kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
+    applied = total_of(builder.q.count, [*terms, *felt(builder, found, pushes)], graph)
+    momentum = momenta(builder, found)
+    return described(
+        builder, everyone=Domain(builder.q.count), masses=total_of(builder.q.count, [], graph), forces=forces,
+        needed=[*needed, *beside], energies=totals, slopes=whole, applied=applied,
+        potential=potential, kinetic=kinetic, momenta=momentum, components=[], joints=found, loads=pulls,
+    )  # fmt: skip
+
+
+def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
+    """The system that has been built of these parts."""
+    spec = builder.spec
+    positions = {
+        name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()
+    }
+    observables = dict(observed(builder, spec))
     found = FamilySystem(
-        spec, slots, builder.q, builder.v, builder.given, builder.whole, builder.time, builder.parameters,
-        builder.root, everyone, builder.totals, masses, forces, [*used, *needed, *beside], totals,
-        rates, total_of(builder.q.count, terms, graph), potential, kinetic, components,
-        {name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()},
-        dict(observed(builder, spec)),
+        spec=spec, slots=builder.slots, q=builder.q, v=builder.v, given=builder.given, whole=builder.whole,
+        time=builder.time, parameters=builder.parameters, root=builder.root, totals=builder.totals,
+        positions=positions, observables=observables, **parts,
     )  # fmt: skip
     refuse_others(found)
     return found
+
+
+def opposite(total: Total) -> list[Term]:
+    """Terms with the other sign."""
+    return [Term(one.domain, -one.node, one.targets) for one in total.terms]
 
 
 def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
@@ -261,9 +336,9 @@ def observed(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[str, tuple[To
             yield name, (arrays[0], i)
 
 
-def refuse_speeds(builder: FamilyBuilder, nodes: Sequence[Node]) -> None:
+def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Total]) -> None:
     """Raise ``Unsuited`` where an energy depends on velocities beyond the masses."""
-    for node in nodes:
+    for node in (potential, *(one.node for total in totals for one in total.terms)):
         if any(slot.array is builder.v for _, slot in builder.slots.inside(node)):
             raise Unsuited
 

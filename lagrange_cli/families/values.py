@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Slots, Source, Term, Total
+from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Source, Term, Total
 from lagrange_cli.spec.spec import Spec
 
 if TYPE_CHECKING:
@@ -54,7 +54,8 @@ class FamilyValues:
     def of(self, total: Total) -> Values:
         """The sums of a total (count,)."""
         if total not in self._arrays:
-            self._arrays[total] = self.added(total.count, total.terms)
+            values = self.added(total.count, total.terms)
+            self._arrays[total] = along(total, values) if isinstance(total, Chain) else values
         return self._arrays[total]
 
     def added(self, count: int, terms: Sequence[Term], *, sizes: bool = False) -> Values:
@@ -82,6 +83,21 @@ class FamilyValues:
             array = self.of(slot.array) if isinstance(slot.array, Total) else self._arrays[slot.array]
             return array[slot.table]
         return OPERATIONS[node.kind](node.data, arguments)
+
+
+def along(chain: Chain, values: Values) -> Values:
+    """Numbers added up along a chain."""
+    assert chain.tree is not None
+    listed, parents = values.tolist(), chain.tree.parents.tolist()
+    order = chain.tree.order.tolist()
+    for member in reversed(order) if chain.back else order:
+        parent = parents[member]
+        if parent != NONE:
+            if chain.back:
+                listed[parent] += listed[member]
+            else:
+                listed[member] += listed[parent]
+    return np.array(listed)
 
 
 def _sum(data: Any, arguments: Sequence[Any]) -> Any:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from lagrange_cli.expression.node import reachable
-from lagrange_cli.families.arrays import Term, Total
+from lagrange_cli.families.arrays import Source, Term, Total
 from lagrange_cli.families.system import FamilySystem, family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.methods.equations import Equations
@@ -64,11 +65,14 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
 
 def engine(system: FamilySystem) -> tuple[str, ...]:
     """How the equations are integrated, a sentence for each fact."""
-    said = [
-        "families are not expanded: the code has a loop over the members of each",
-        "the mass matrix is diagonal and contains parameters only: it is computed once per run",
-        f"the forces have {system.terms} terms in all",
-    ]
+    said = ["families are not expanded: the code has a loop over the members of each"]
+    if system.joints is None:
+        said.append("the mass matrix is diagonal and contains parameters only: it is computed once per run")
+    else:
+        said.append(
+            "the accelerations are found along chains and trees, from their tips to their roots and back"
+        )
+    said.append(f"the forces have {system.terms} terms in all")
     if system.steady:
         said.append("the equations do not depend on t")
     return tuple(said)
@@ -147,7 +151,7 @@ class Described:
         found = constants_of(self.system).conserved
         return tuple(one for one in found if one.quantity == "h" or one.quantity.startswith("p_"))
 
-    @property
+    @cached_property
     def model(self) -> Model[Any]:
         """Names and families, with places in totals in place of expressions."""
         system, spec = self.system, self.system.spec
@@ -176,7 +180,7 @@ class Described:
 
     def particles(self) -> list[tuple[tuple[Total, ...], tuple[str, ...]]]:
         """The positions of each family of particles, and the members' names."""
-        from lagrange_cli.families.builder import particle_families
+        from lagrange_cli.families.groups import particle_families
         from lagrange_cli.spec.spec import grouped
 
         families = grouped(self.system.spec.embedding, particle_families(self.system.spec))
@@ -207,13 +211,19 @@ class Quantities:
 
     @property
     def energy_function(self) -> Element:
-        """h = T + U."""
-        return self.whole(self.system.kinetic, self.system.potential)
+        """h = sum p_k q_dot_k - L, which is T + U where positions do not depend on t."""
+        system, joints = self.system, self.system.joints
+        if joints is None or not any(one.symbols & system.time.symbols for one in joints.moved):
+            return self.whole(system.kinetic, system.potential)
+        everyone, places = system.everyone, np.arange(system.q.count)
+        p, v = (system.slots.symbol(everyone, one, places) for one in (system.momenta, system.v))
+        terms = (
+            Term(everyone, p * v, np.zeros_like(places)),
+            Term(system.root, system.potential - system.kinetic, np.zeros(1, dtype=np.int64)),
+        )
+        return Total(Source.TOTAL, 1, terms), 0
 
     @property
     def momenta(self) -> tuple[Element, ...]:
-        """p_k = M_k v_k."""
-        system, places = self.system, np.arange(self.system.q.count)
-        mass, speed = (system.slots.symbol(system.everyone, one, places) for one in (system.masses, system.v))
-        total = Total(system.masses.source, system.q.count, (Term(system.everyone, mass * speed, places),))
-        return tuple((total, k) for k in range(system.q.count))
+        """p_k = dL/dq_dot_k."""
+        return tuple((self.system.momenta, k) for k in range(self.system.q.count))

@@ -55,13 +55,11 @@ def candidates(model: Model[Node], noether: Noether) -> list[Candidate]:
         return []
     if len(dimensions) != 1 or len(model.q) != len(moving) * min(dimensions) or min(dimensions) == 1:
         return []
-    velocities = 0
-    for v in model.v:
-        velocities |= v.symbols
+    driving = sum(v.symbols for v in model.v)
+    if not any(x.symbols & model.time.symbols for one in moving for x in one.position):
+        driving |= model.time.symbols  # else U may depend on t by the positions alone
     bound = [model.potential, *noether.energetics.applied]
-    if any(one.symbols & (velocities | model.time.symbols) for one in bound):
-        return []
-    if any(x.symbols & model.time.symbols for one in moving for x in one.position):
+    if any(one.symbols & driving for one in bound):
         return []
     if any(one.kind is Kind.SWITCH or one.data == "atan2" for one in reachable(bound)):
         return []  # a term of U may jump where U does not

@@ -34,6 +34,25 @@ def saturated(model: Model[Node]) -> Model[Node]:
     return replace(model, potential=potential, lagrangian=lagrangian[0] if lagrangian else None)
 
 
+def released(model: Model[Node]) -> Model[Node]:
+    """``model`` with the energies that it had before they were ``saturated``."""
+    graph = graph_of(model)
+    energies = [model.potential, *([] if model.lagrangian is None else [model.lagrangian])]
+    free = {}
+    for node in reachable(energies):
+        if is_growing(node) and node.arguments[0].kind is Kind.SWITCH:
+            u = node.arguments[0]
+            while u.kind is Kind.SWITCH:
+                u = next((one for one in u.arguments[1:] if one.kind is not Kind.NUMBER), graph.zero)
+            before = graph.function(node.data, (u,))
+            if bounded(graph, before) is node:
+                free[node] = before
+    if not free:
+        return model
+    potential, *lagrangian = substituted(graph, energies, free)
+    return replace(model, potential=potential, lagrangian=lagrangian[0] if lagrangian else None)
+
+
 def saturated_rows(graph: Graph, rows: Sequence[Node], moving: int) -> tuple[Node, ...]:
     """Equations with bounded arguments of the exponentials that nothing grows with."""
     return substituted(graph, rows, held_in(graph, rows, moving))

@@ -3,13 +3,15 @@
 The candidates are displacements of all particles (translations, rotations, Galilean boosts), and combinations
 of changes of coordinates by constants, by t, or linear ones, in time or along nonholonomic constraints.
 Combinations are guessed from values at random states (``relations``). All results are proven (``noether``).
+Polynomials of a higher degree in the velocities come from no such change (``hidden``, ``tops``,
+``polynomial_integrals``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.conservation import Conserved, broken, conservation
@@ -33,12 +35,16 @@ from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
-MOST_LINEAR, MOST_COMBINED = 6, 40
-"""Coordinates of the largest systems of which linear changes, and combinations, are tried."""
+MOST_LINEAR, MOST_COMBINED, MOST_IN_POLYNOMIALS = 6, 40, 5
+"""Coordinates of the largest systems of which linear changes, combinations and polynomials are tried."""
 MOST_NAMES = 3
 """Coordinates that are named in one sentence."""
+LONGEST_INTEGRAL = 600
+"""Characters of its formula."""
 WORTH = 2_500_000
 """Steps of work that each stage of the search may take."""
+WORTH_OF_POLYNOMIALS = 800_000
+"""And the search for conserved polynomials, which many systems have none of: half a second."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,11 @@ class Symmetry:
 
 def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Symmetry, ...]:
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
+    energy = model.potential if model.lagrangian is None else model.lagrangian
+    if any(one.kind is Kind.SWITCH for one in reachable([energy])):
+        from lagrange_cli.mechanics.saturation import released  # loaded where something was saturated
+
+        model = released(model)
     search = _Search(model, known)
     work = graph_of(model).work
     stages = (
@@ -59,10 +70,11 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
         search.parts,
         search.hidden,
         search.tops,
+        search.polynomials,
         search.acting,
     )
     for stage in stages:
-        work.attempt(WORTH, stage)
+        work.attempt(WORTH if stage != search.polynomials else WORTH_OF_POLYNOMIALS, stage)
     return tuple(search.found)
 
 
@@ -277,6 +289,22 @@ class _Search:
         if found is not None:
             each, node = found
             self._store(replace(each, quantity=self._free_name(each.quantity)), node)
+
+    def polynomials(self) -> None:
+        """Other polynomials in the velocities."""
+        freedoms = len(self.model.q) - len(self.model.constraints)
+        if "h" not in self.names or freedoms < 2 or len(self.model.q) > MOST_IN_POLYNOMIALS:
+            return
+        from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals  # and what it needs
+
+        known = [*self.kept, *(one.node for one in self.found)]
+        for one in PolynomialIntegrals(self.model, self.noether, known).found():
+            number = sum(name.startswith("I_") for name in self.names) + 1
+            text = one.text if len(one.text) <= LONGEST_INTEGRAL else "a long sum"
+            because = f"a hidden symmetry, of degree {one.degree} in the velocities: "
+            where = "where the constraints hold, " if self.model.constraints else ""
+            because += f"{where}it is constant by the equations of motion"
+            self._store(Conserved(self._free_name(f"I_{number}"), text, because), one.node)
 
     # ------------------------------------------------------------------ total time derivatives in L
 

@@ -1,8 +1,8 @@
 """Thin rods, which have no moment of inertia about their own axis: what determines their rotation about it?
 
-Angles that only give the direction of a rod leave nothing undetermined. A quaternion, or three angles, do:
-there the matrix of masses and constraints is singular in every state, unless a further constraint determines
-the rotation.
+An orientation that turns a rod about its own axis only has no effect: another axis is meant. Angles that only
+give the direction of a rod leave nothing undetermined. A quaternion, or three angles, do: there the matrix of
+masses and constraints is singular in every state, unless a further constraint determines the rotation.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.model.model import Model
 from lagrange_cli.model.scope import Scope
 
 NOTHING = 1e-10
@@ -23,8 +24,7 @@ NOTHING = 1e-10
 
 def refuse_spinning(residual: Residual) -> None:
     """Raise ``Spinning`` where nothing determines how a rod turns about its axis."""
-    spec = residual.model.spec
-    rods = () if spec is None else [name for name, one in spec.bodies.items() if one.inertia.solid == "rod"]
+    spec, rods = residual.model.spec, rods_of(residual.model)
     if spec is None or not rods:
         return
     graph, velocities = graph_of(residual.model), numbered(residual.model.v)
@@ -45,6 +45,24 @@ def refuse_spinning(residual: Residual) -> None:
     for name, turn in zip(rods, turns):
         if rank([*matrix, numbers(turn)]) > known:
             raise Spinning(name)
+
+
+def refuse_idle(model: Model[Node]) -> None:
+    """Raise ``Spinning`` where a rod turns about its axis only."""
+    rods = rods_of(model)
+    if model.spec is None or not rods:
+        return
+    scope, velocities = Scope(model.spec, model.algebra), numbered(model.v)
+    for name in rods:
+        w1, w2, w3 = scope.turning(name).in_body
+        if w1.is_zero and w2.is_zero and graph_of(model).gradient(w3, velocities):
+            raise Spinning(name, only=True)
+
+
+def rods_of(model: Model[Node]) -> list[str]:
+    """The names of the bodies that are thin rods."""
+    bodies = {} if model.spec is None else model.spec.bodies
+    return [name for name, one in bodies.items() if one.inertia.solid == "rod"]
 
 
 def rank(rows: Sequence[Mapping[int, float]]) -> int:

@@ -35,7 +35,7 @@ from lagrange_cli.model.orientation import Turning
 from lagrange_cli.model.rigid_body import second_moments
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.bodies import norm_name
+from lagrange_cli.spec.bodies.norms import norm_name
 
 ROUNDED = 2.0**-48
 """Numbers that differ by so small a part of them do so by rounding."""

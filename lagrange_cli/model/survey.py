@@ -32,7 +32,7 @@ from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
-from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family
+from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family, distinct
 
 
 @dataclass(frozen=True)
@@ -268,14 +268,6 @@ class Survey:
                 for value in distinct(values):
                     message = f"{where} is in {{}}, and should be in {{}}"
                     self.agree(expected, named(self.scalar(value, where)), value.place, message)
-
-
-def distinct(expressions: list[Expression]) -> list[Expression]:
-    """One expression of each that is written: members share theirs."""
-    found: dict[int, Expression] = {}
-    for one in expressions:
-        found.setdefault(id(one.tree), one)
-    return list(found.values())
 
 
 def alike(coordinates: list[Coordinate]) -> list[Coordinate]:

@@ -7,7 +7,7 @@ from operator import or_
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.mechanics.guards import Guard, Guarded
+from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of

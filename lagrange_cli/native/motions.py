@@ -18,7 +18,7 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import SeriesProgram
 
 if TYPE_CHECKING:
-    from lagrange_cli.native.recurrences.layout_batches import Tables
+    from lagrange_cli.native.recurrences.batches.tables import Tables
     from lagrange_cli.native.stepping.doubles import DoubleSteps
     from lagrange_cli.native.stepping.lengths import Lengths
     from lagrange_cli.native.stepping.motion import Given
@@ -139,9 +139,9 @@ def double(equations: Equations) -> Motion:
 
 def batched(equations: Equations) -> Motion | None:
     """In doubles, by loops over members; None where the system is not large, or not of the kind."""
-    from lagrange_cli.native.recurrences.batched import write_batched_jet
-    from lagrange_cli.native.recurrences.layout_batches import Tables
-    from lagrange_cli.native.recurrences.tables_batches import Misfit, arrange
+    from lagrange_cli.native.recurrences.batches.arrangement import Misfit, arrange
+    from lagrange_cli.native.recurrences.batches.jet import write_batched_jet
+    from lagrange_cli.native.recurrences.batches.tables import Tables
     from lagrange_cli.native.stepping.batches import BatchSteps, lengths_of
 
     residual, series, order = equations.residual, equations.series, equations.highest
@@ -183,7 +183,7 @@ def with_steps(
 def suits_batches(equations: Equations) -> bool:
     """Whether the series of a system are many, and its masses constant and diagonal, or its equations sparse
     ones with constraints."""
-    from lagrange_cli.native.recurrences.saddle_tables import elimination_of
+    from lagrange_cli.native.recurrences.batches.saddle_tables import elimination_of
 
     residual = equations.residual
     return (

@@ -1,4 +1,4 @@
-"""``@observe`` and ``@prepare`` of large systems, in batches (see ``recurrences.values_batches``)."""
+"""``@observe`` and ``@prepare`` of large systems, in batches (see ``recurrences.batches.values``)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.recurrences.layout_batches import Tables
-from lagrange_cli.native.recurrences.values_batches import Values
+from lagrange_cli.native.recurrences.batches.tables import Tables
+from lagrange_cli.native.recurrences.batches.values import Values
 
 
 def batched_values(

@@ -11,7 +11,8 @@ from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import at_a_state
 from lagrange_cli.mechanics.explicit import unknowns as unknowns_of
-from lagrange_cli.mechanics.guards import Guarded, guarded
+from lagrange_cli.mechanics.guards.equations import guarded
+from lagrange_cli.mechanics.guards.guard import Guarded
 from lagrange_cli.mechanics.holding import at_a_held_state
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.saturation import saturated_each

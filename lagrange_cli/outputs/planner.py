@@ -75,7 +75,7 @@ class Planner:
         contacts, bent = self.residual.contacts, self.residual.bent
         if not contacts and not (bent and switches(self.residual.residual, self.residual.variables)):
             return
-        from lagrange_cli.mechanics.guards import guarded
+        from lagrange_cli.mechanics.guards.equations import guarded
 
         if guarded(self.residual, {}).auxiliary:
             what = "a contact" if contacts else "friction that is not linear in multipliers"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import Series
 

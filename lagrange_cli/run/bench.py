@@ -13,7 +13,8 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.monitor import Interrupted, Stage, untimed
-from lagrange_cli.run.settings import resolve_settings, resolve_tolerance
+from lagrange_cli.run.settings.methods import resolve_tolerance
+from lagrange_cli.run.settings.settings import resolve_settings
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.spec import SolveDefaults

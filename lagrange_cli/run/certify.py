@@ -9,7 +9,7 @@ from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.store.layout import Series
 
 ORDERS = 26, 32

@@ -13,7 +13,8 @@ from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
-from lagrange_cli.run.settings import ALL, default_outputs, resolve_method, resolve_outputs
+from lagrange_cli.run.settings.methods import resolve_method
+from lagrange_cli.run.settings.outputs import ALL, default_outputs, resolve_outputs
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
 
 if TYPE_CHECKING:

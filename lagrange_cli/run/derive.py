@@ -21,7 +21,8 @@ from lagrange_cli.errors import (
     Undetermined,
     UsageError,
 )
-from lagrange_cli.run.settings import check_defaults
+from lagrange_cli.run.settings.settings import check_defaults
+from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
@@ -130,7 +131,7 @@ def keeps_decimals(spec: Spec) -> bool:
     lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
     forces = (one for given in spec.forces.values() for one in given.values())
     written = (*lagrangian, *spec.potential.values(), *forces, *spec.definitions.values())
-    return any(has_decimals(one.tree) for one in written)
+    return any(has_decimals(one.tree) for one in distinct(written))
 
 
 @contextmanager
@@ -162,6 +163,11 @@ def located(spec: Spec) -> Iterator[None]:
 
         way = f"'nonholonomic: {{spin: {error.body}.w3}}'"
         hint = f"write {way}, use angles that only give the direction of its axis, or give it a thickness"
+        if error.only:
+            hint = (
+                "a rod lies along its third axis: with {euler: [a, pi/2, 0], sequence: zyx} it turns by a in "
+            )
+            hint += "the x-y plane"
         place = spec.bodies[error.body].place
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
     except Undetermined as error:

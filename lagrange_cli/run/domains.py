@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
+from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.syntax import Tree
@@ -49,7 +50,7 @@ def may_end(spec: Spec) -> bool:
     from lagrange_cli.expression.syntax import calls
 
     energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
-    return any(calls(one.tree, PARTIAL) for one in (*energies, *spec.definitions.values()))
+    return any(calls(one.tree, PARTIAL) for one in distinct((*energies, *spec.definitions.values())))
 
 
 def without_value(

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.members import Members
     from lagrange_cli.run.request import Request
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
     from lagrange_cli.store.layout import Dimension, Series
@@ -110,7 +110,7 @@ def with_common_times(spec: Spec, values: EnsembleValues, request: Request) -> S
         UsageError: members differ in a time that the request does not replace.
         SpecError: the times make no sense.
     """
-    from lagrange_cli.run.settings import check_defaults
+    from lagrange_cli.run.settings.settings import check_defaults
     from lagrange_cli.spec.defaults import with_times
     from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.source import Source

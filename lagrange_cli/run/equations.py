@@ -69,7 +69,6 @@ def derive(
     if coordinates:
         return derive_in(coordinates, spec, stage, overrides)
     from lagrange_cli.expression.exact import ExactGraphAlgebra
-    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.limits import Work
     from lagrange_cli.model.build import build_model
@@ -80,14 +79,7 @@ def derive(
     spec = spec if spec.replaced else independent(spec, overrides)
     work = Work(most)
     with stage("derive"), located(spec), counting(work):
-        if re.search(r"\b(where|sign|abs|min|max|sqrt|norm)\b", spec.text):
-            from lagrange_cli.mechanics.jumps import refuse_jumps
-
-            refuse_jumps(build_model(spec, GraphAlgebra()))
-        if spec.events:
-            from lagrange_cli.mechanics.unchanging import refuse_unchanging
-
-            refuse_unchanging(build_model(spec, GraphAlgebra()))
+        _refuse(spec)
         equations = derive_equations(build_model(spec, SympyAlgebra()))
         further = further_conserved(build_model(spec, ExactGraphAlgebra()), equations)
         conserved = (*equations.conserved, *further)
@@ -96,6 +88,29 @@ def derive(
         freedom = spec.degrees_of_freedom
         told = replace(equations, conserved=conserved, changing=changing, degrees_of_freedom=freedom)
         return Derived(spec, told, work)
+
+
+def _refuse(spec: Spec) -> None:
+    """Raise what ``check`` and ``solve`` raise, and the derivation of what is printed does not find."""
+    jumping = re.search(r"\b(where|sign|abs|min|max|sqrt|norm)\b", spec.text)
+    if not (jumping or spec.events or spec.bodies):
+        return
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
+    from lagrange_cli.model.build import build_model
+
+    model = build_model(spec, GraphAlgebra())
+    if jumping:
+        from lagrange_cli.mechanics.jumps import refuse_jumps
+
+        refuse_jumps(model)
+    if spec.events:
+        from lagrange_cli.mechanics.unchanging import refuse_unchanging
+
+        refuse_unchanging(model)
+    if spec.bodies:
+        from lagrange_cli.mechanics.thin import refuse_idle
+
+        refuse_idle(model)
 
 
 def derive_in(coordinates: str, spec: Spec, stage: Stage, overrides: Mapping[str, str]) -> Derived:

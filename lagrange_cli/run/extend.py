@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import replace
-from lagrange_cli.run.settings import sample_times
+from lagrange_cli.run.settings.samples import sample_times
 
 if TYPE_CHECKING:
     from lagrange_cli.run.request import Request
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.store.resume import Earlier, Finished
     from lagrange_cli.store.target import Target
 

@@ -3,21 +3,21 @@ the force there is infinite, and no motion is defined."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.records import replace
 from lagrange_cli.run.derive import located
+from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
-    from lagrange_cli.expression.syntax import Tree
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.model.model import Model
     from lagrange_cli.spec.ensemble import EnsembleValues
-    from lagrange_cli.spec.spec import Expression, Spec
+    from lagrange_cli.spec.spec import Spec
 
 REMEMBERED = 1024
 """Values that actions set, of which it is remembered whether an energy jumps with them."""
@@ -97,19 +97,14 @@ def may_switch(spec: Spec) -> bool:
     energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
     energies += [*spec.forces.get("dissipation", {}).values(), *definitions]
     energies += [event.when for event in spec.events.values()]
-    if any(calls(tree, ("where", "sign")) for tree in trees(energies)):
+    if any(calls(one.tree, ("where", "sign")) for one in distinct(energies)):
         return True
     places = [*spec.embedding.values(), *spec.all_constraints.values()]
     places += [x for body in spec.bodies.values() for x in body.expressions]
     defined = {*spec.definitions}
-    if any(plain_names(tree) & defined for tree in trees(places)):
+    if any(plain_names(one.tree) & defined for one in distinct(places)):
         places += definitions
-    return any(calls(tree, KINKED) for tree in trees(places))
-
-
-def trees(expressions: Iterable[Expression]) -> Iterable[Tree]:
-    """Their trees, that of many members once."""
-    return {id(one.tree): one.tree for one in expressions}.values()
+    return any(calls(one.tree, KINKED) for one in distinct(places))
 
 
 def refuse_all_jumps(spec: Spec) -> Model[Node]:

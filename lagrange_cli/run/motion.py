@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lagrange_cli.run.certify import Demand
     from lagrange_cli.run.derive import Examine
     from lagrange_cli.run.request import Request
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.model.model import Model
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
 
 

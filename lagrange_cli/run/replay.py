@@ -14,7 +14,9 @@ from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.request import Request
-from lagrange_cli.run.view import RECORDED, SPAN, Followed, Page, assembled, drawn, recorded, view
+from lagrange_cli.run.view.content import RECORDED, drawn, recorded
+from lagrange_cli.run.view.motion import SPAN, Followed
+from lagrange_cli.run.view.page import Page, assembled, view
 from lagrange_cli.spec.spec import SolveDefaults, Spec, grouped
 from lagrange_cli.spec.values import Values
 

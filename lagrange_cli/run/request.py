@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.settings import resolve_settings
+from lagrange_cli.run.settings.settings import resolve_settings
 from lagrange_cli.spec.spec import SolveDefaults
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
 
 HDF5, CSV = "hdf5", "csv"

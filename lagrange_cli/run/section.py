@@ -23,7 +23,7 @@ from lagrange_cli.run.ensemble import (
 from lagrange_cli.run.monitor import SILENT, Monitor, watched
 from lagrange_cli.run.request import CSV
 from lagrange_cli.run.resume import Start, begun
-from lagrange_cli.run.settings import tell_empty
+from lagrange_cli.run.settings.settings import tell_empty
 from lagrange_cli.run.singular import in_words
 from lagrange_cli.spec.spec import SURFACE
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.run.members import Members
     from lagrange_cli.run.request import Request
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.ensemble import EnsembleValues, Number
     from lagrange_cli.spec.spec import Spec
 

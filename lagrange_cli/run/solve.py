@@ -11,7 +11,7 @@ from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.motion import Motion, Ready, certificate_of, initial_state, prepare_all
 from lagrange_cli.run.request import CSV
 from lagrange_cli.run.resume import Start, begun
-from lagrange_cli.run.settings import tell_empty
+from lagrange_cli.run.settings.settings import tell_empty
 from lagrange_cli.run.writing import checkpoint, complete, layout_of
 
 if TYPE_CHECKING:

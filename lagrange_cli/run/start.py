@@ -83,7 +83,8 @@ def consistent_values(
 
 def in_doubles(spec: Spec, values: Values, t: float, given: Collection[str], *, forced: bool) -> Start:
     """The consistent start, as doubles."""
-    from lagrange_cli.model.start.consistent import Given, consistent
+    from lagrange_cli.model.start.consistent import consistent
+    from lagrange_cli.model.start.search import Given
     from lagrange_cli.spec.values import left_open
 
     free = open_numbers(spec, left_open(spec, given))
@@ -127,7 +128,8 @@ def refined(
 ) -> Start:
     """The consistent start of numbers with many digits."""
     from lagrange_cli.expression.exact import context
-    from lagrange_cli.model.start.consistent import Given, consistent
+    from lagrange_cli.model.start.consistent import consistent
+    from lagrange_cli.model.start.search import Given
     from lagrange_cli.spec.values import left_open
 
     free_q, free_v = open_numbers(spec, left_open(spec, given))

@@ -10,9 +10,10 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.syntax import Number, Tree, children
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
+from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 
@@ -34,7 +35,7 @@ def suspicious(spec: Spec, values: Values) -> bool:
     forces = chain.from_iterable(given.values() for given in spec.forces.values())
     lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
     written = chain(lagrangian, spec.potential.values(), forces, spec.definitions.values())
-    numbers = chain(values.parameters.values(), *(literals(one.tree) for one in written))
+    numbers = chain(values.parameters.values(), *(literals(one.tree) for one in distinct(written)))
     smallest = sorted(abs(x) for x in numbers if x != 0)[:2]
     fastest = max((abs(v) for v in values.v), default=0.0)
     product = 1.0

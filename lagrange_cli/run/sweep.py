@@ -22,7 +22,7 @@ from lagrange_cli.run.ensemble import (
 from lagrange_cli.run.members_kept import MembersKept
 from lagrange_cli.run.monitor import SILENT, Monitor, watched
 from lagrange_cli.run.resume import Start, begun
-from lagrange_cli.run.settings import tell_empty
+from lagrange_cli.run.settings.settings import tell_empty
 from lagrange_cli.run.singular import in_words
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.run.motion import Ready
     from lagrange_cli.run.resume import Start
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.store.checkpoint import Checkpoint
     from lagrange_cli.store.layout import EventSeries, Layout
     from lagrange_cli.store.writer import Writer

@@ -56,18 +56,26 @@ def lower(
 
 
 def lower_functions(
-    graph: Graph, variables: int, symbols: Sequence[Node], t: Node, nodes: Sequence[Node]
+    graph: Graph,
+    variables: int,
+    symbols: Sequence[Node],
+    t: Node,
+    nodes: Sequence[Node],
+    multipliers: Sequence[Node] = (),
 ) -> SeriesProgram:
-    """The series program of the functions ``nodes`` of ``symbols`` whose series are known, and of t."""
+    """The series program of the functions ``nodes`` of ``symbols`` whose series are known, of t, and of
+    ``multipliers`` that are found with the accelerations."""
     builder = _Builder(graph, variables)
     builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
     known = [builder.add(Series(Op.COORDINATE, data=i, node=one, order=0)) for i, one in enumerate(symbols)]
     builder.by_node.update(zip(symbols, known))
+    unknown = [builder.add(Series(Op.MULTIPLIER, node=one, order=2)) for one in multipliers]
+    builder.by_node.update(zip(multipliers, unknown))
     builder.lower_all(nodes)
     roots = [builder.by_node[node] for node in nodes]
     set_levels(builder.series, [(roots, 0)])
     needed = [index for index, one in enumerate(builder.series) if one.level > FREE]
-    return sort(builder.series, known, [], [], roots, [], 0, needed)
+    return sort(builder.series, known, [], unknown, roots, [], 0, needed)
 
 
 Terms = frozenset[tuple[int, Node]]

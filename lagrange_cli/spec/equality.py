@@ -14,7 +14,7 @@ from lagrange_cli.expression.syntax import (
 )
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.spec.source import Place
-from lagrange_cli.spec.spec import Expression, Spec, by_family
+from lagrange_cli.spec.spec import Expression, Spec, by_family, distinct
 
 
 def doubtful_equalities(spec: Spec) -> Iterator[tuple[Place, str]]:
@@ -28,11 +28,7 @@ def doubtful_equalities(spec: Spec) -> Iterator[tuple[Place, str]]:
             known.add(name)
     for event in spec.events.values():
         known -= {family_name(name) for name, x in event.changes.items() if not _is_whole(x.tree, known)}
-    seen: set[int] = set()
-    for expression in expressions(spec):
-        if id(expression.tree) in seen:
-            continue  # members of a family share theirs
-        seen.add(id(expression.tree))
+    for expression in distinct(expressions(spec)):
         for comparison in equalities(expression.tree):
             own = {*expression.indices, *(loop.index for loop, _ in sums(expression.tree))}
             if not all(_is_whole(one, known | own) for one in comparison.operands):

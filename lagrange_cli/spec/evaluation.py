@@ -19,7 +19,7 @@ from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.spec import Expression, Inertia, Spec
+from lagrange_cli.spec.spec import Expression, Inertia, Spec, distinct
 
 
 def evaluate_run(
@@ -153,7 +153,7 @@ class Evaluation:
         users = [*self.spec.masses.values(), *self.spec.solve.times.values()]
         users += [x for body in self.spec.bodies.values() for x in body.inertia.entries]
         users += [x for one in self.spec.coordinates for x in (one.initial, one.velocity) if x is not None]
-        needed = set().union(*map(_bases, {id(user.tree): user.tree for user in users}.values()))
+        needed = set().union(*(_bases(user.tree) for user in distinct(users)))
         pending = [*needed]
         while pending:
             for tree in self.trees.get(pending.pop(), ()):
@@ -182,7 +182,7 @@ class Evaluation:
 
     def _inertia(self, name: str, inertia: Inertia) -> None:
         """Check that a solid has sizes greater than 0, and that moments of inertia are those of some body."""
-        from lagrange_cli.spec.inertia import flaw, size_flaw
+        from lagrange_cli.spec.bodies.inertia import flaw, size_flaw
 
         where = f"{inertia.solid or 'inertia'} of body '{name}'"
         given = [self._value(one, where) for one in inertia.entries]

@@ -53,6 +53,8 @@ def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None
     if isinstance(node, nodes.Mapping):
         axes = all(key.text in ("x", "y", "z") for key, _ in node.entries)
         hint = "write its components as a list: [x, y, z]" if axes else "write it on one line"
+        if not axes and len(node.entries) == 1 and isinstance(node.entries[0][1], Scalar):
+            hint = f"write {node.entries[0][1].text.strip() or 'one expression'}"
         problems.add(node.place, f"{where} must be an expression, not a mapping", hint)
         return None
     if isinstance(node, nodes.Sequence):

@@ -14,7 +14,8 @@ from lagrange_cli.spec.families import expand, resolve_sizes
 from lagrange_cli.spec.fields import unreadable, words_of
 from lagrange_cli.spec.nodes import Node, compose, decode
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.sections import SECTIONS, SOLVE
+from lagrange_cli.spec.sections import SECTIONS
+from lagrange_cli.spec.settings import SOLVE
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.table import read_table

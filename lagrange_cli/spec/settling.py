@@ -14,7 +14,7 @@ from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.order import chain, dependency_order, on_demand
-from lagrange_cli.spec.spec import Expression, Family
+from lagrange_cli.spec.spec import Expression, Family, distinct
 
 
 def check_scalar(names: Names, expression: Expression, section: str, where: str) -> frozenset[Kind]:
@@ -119,5 +119,5 @@ class Settling:
 
 def _uses(entries: Iterable[Written], values: Mapping[str, Expression | None]) -> set[str]:
     """The names that the expressions of some members use."""
-    trees = {id(value.tree): value.tree for entry in entries if (value := values[entry.name]) is not None}
-    return {name.base for tree in trees.values() for name in names(tree)}
+    given = (value for entry in entries if (value := values[entry.name]) is not None)
+    return {name.base for one in distinct(given) for name in names(one.tree)}

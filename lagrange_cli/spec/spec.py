@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
-from lagrange_cli.expression.syntax import Span, Tree
+from lagrange_cli.expression.syntax import Span, Tree, has_decimals
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import Passage
@@ -312,6 +312,13 @@ class Spec:
             yield from (event.when, *event.changes.values())
 
     @property
+    def decimals(self) -> bool:
+        """Whether a number in what the equations of motion are made of has a decimal point or an exponent."""
+        further = (self.masses, self.definitions, self.all_constraints)
+        written = (*self.moving, *(one for section in further for one in section.values()))
+        return any(has_decimals(one.tree) for one in distinct(written))
+
+    @property
     def independent(self) -> Spec:
         """The system as if it had no constraints that are left out."""
         kept = {
@@ -324,6 +331,14 @@ class Spec:
     def degrees_of_freedom(self) -> int:
         """Coordinates less constraints that do not depend on others."""
         return len(self.coordinates) - len(self.all_constraints) + len(self.left_out)
+
+
+def distinct(expressions: Iterable[Expression]) -> Iterable[Expression]:
+    """The first expression of each that is written: the members of a family share its tree."""
+    found: dict[int, Expression] = {}
+    for one in expressions:
+        found.setdefault(id(one.tree), one)
+    return found.values()
 
 
 def has_units(spec: Spec) -> bool:

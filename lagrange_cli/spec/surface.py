@@ -10,7 +10,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
-from lagrange_cli.spec.event_readers import read_when
+from lagrange_cli.spec.events.readers import read_when
 from lagrange_cli.spec.kinds import Kind, comes_to
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names

@@ -1,6 +1,6 @@
 """A mapping of the system file read by a table of its keys, a row each.
 
-The tables themselves are in ``spec.sections``.
+The tables themselves are beside what reads them: that of the whole file in ``spec.sections``.
 """
 
 from __future__ import annotations

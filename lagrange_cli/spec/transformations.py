@@ -10,23 +10,41 @@ from lagrange_cli.expression.syntax import ExpressionError, Name, names
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec import nodes
+from lagrange_cli.spec.declarations import read_coordinates
 from lagrange_cli.spec.draft import Declared, Draft, WrittenTransformation
-from lagrange_cli.spec.fields import read_named
+from lagrange_cli.spec.fields import read_named, read_scalar
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.nodes import Node
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.readers import Entries
 from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.spec import Coordinate, Expression, Transformation
-from lagrange_cli.spec.table import Table, read_table
+from lagrange_cli.spec.table import Row, Table, read_table
 
+TRANSFORMATION = Table(
+    "transformation",
+    (
+        Row(
+            "coordinates",
+            read_coordinates,
+            "the new coordinates: a list of names, or name -> `{initial, unit, description}`",
+            also="new variables coords q to",
+        ),
+        Row(
+            "replace",
+            Entries(read_scalar, "replaced coordinate", "x: r*cos(phi)", "coordinate"),
+            "coordinate of the file -> its value as an expression in the new coordinates, t and parameters",
+            also="replaces old replaced where from with map subs substitute substitution "
+            "substitutions expressions inverse equations",
+        ),
+    ),
+)
 EXAMPLE = "{coordinates: [r, phi], replace: {x: r*cos(phi), y: r*sin(phi)}}"
 
 
-def read_transformations(
-    table: Table, node: Node, where: str, problems: Problems
-) -> tuple[WrittenTransformation, ...]:
-    """Transformations: a mapping with the keys of ``table`` for each name."""
+def read_transformations(node: Node, where: str, problems: Problems) -> tuple[WrittenTransformation, ...]:
+    """Transformations: a mapping with the keys of ``TRANSFORMATION`` for each name."""
     hint, found = f"write 'transformations: {{polar: {EXAMPLE}}}'", []
     for name, key, value in read_named(node, "transformation", "transformations", hint, problems):
         label = f"transformation '{name.label}'"
@@ -34,8 +52,8 @@ def read_transformations(
         if name.axes:
             problems.add(key.place, f"{label} takes no index", f"write {name.name}: {EXAMPLE}")
         elif isinstance(value, nodes.Mapping):
-            fields = read_table(value, table, label, problems)
-            for needed in table.keys:
+            fields = read_table(value, TRANSFORMATION, label, problems)
+            for needed in TRANSFORMATION.keys:
                 if needed not in fields:
                     problems.add(key.place, f"{label} has no '{needed}'", f"write {name.text}: {EXAMPLE}")
         else:
@@ -43,7 +61,7 @@ def read_transformations(
         new, old = fields.get("coordinates", ()), fields.get("replace", ())
         if new and old:
             found.append(WrittenTransformation(name.name, key.place, name, key.passage, new, old))
-        elif len(fields) == len(table.keys):
+        elif len(fields) == len(TRANSFORMATION.keys):
             problems.add(key.place, f"{label} replaces nothing", f"write {name.text}: {EXAMPLE}")
     return tuple(found)
 

@@ -134,7 +134,8 @@ def textbook_order(
         (Role.VELOCITY, model.v),
         (Role.ACCELERATION, a),
     )
-    return Order({symbol: (role, rank) for role, symbols in roles for rank, symbol in enumerate(symbols)})
+    ranks = {symbol: (role, rank) for role, symbols in roles for rank, symbol in enumerate(symbols)}
+    return Order(ranks, model.spec is None or model.spec.decimals)
 
 
 def kinetic_energy(model: Model[sympy.Expr]) -> sympy.Expr:

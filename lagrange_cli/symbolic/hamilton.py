@@ -41,7 +41,8 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     if taken := set(p) & set(equations.order.ranks):
         raise UsageError(f"{min(map(str, taken))} is the name of a momentum in --form hamilton: rename yours")
     ranks = {s: rank for s, rank in equations.order.ranks.items() if rank[0] < Role.VELOCITY}
-    order = Order(ranks | {symbol: (Role.VELOCITY, index) for index, symbol in enumerate(p)})
+    ranks |= {symbol: (Role.VELOCITY, index) for index, symbol in enumerate(p)}
+    order = Order(ranks, equations.order.decimals)
     if any(not entry.free_symbols.isdisjoint(equations.v) for row in equations.mass_matrix for entry in row):
         raise UsageError("--form hamilton requires a Lagrangian that is quadratic in the velocities")
 
@@ -74,7 +75,8 @@ def in_steps(equations: Equations, p: tuple[sympy.Expr, ...]) -> Hamiltonian:
     """The canonical equations with velocities that momenta determine: -dH/dq at fixed p is dL/dq at fixed
     v."""
     known, count = equations.order, len(p)
-    order = Order({**known.ranks, **{own: (Role.VELOCITY, count + k) for k, own in enumerate(p)}})
+    ranks = {own: (Role.VELOCITY, count + k) for k, own in enumerate(p)}
+    order = Order({**known.ranks, **ranks}, known.decimals)
     bound = forces_of(equations.constraints, count)
     rates = tuple(
         tidy(equations.L.diff(coordinate) + force + own, known)

@@ -34,9 +34,12 @@ class Role(IntEnum):
 
 @dataclass(frozen=True)
 class Order:
-    """The role and rank of every symbol, and the order of expressions; ``known`` and ``keys`` are caches."""
+    """The role and rank of every symbol, and the order of expressions; ``known`` and ``keys`` are caches.
+
+    With ``decimals`` 7/10 is written as 0.7, as who writes decimals in a file would."""
 
     ranks: dict[sympy.Symbol, tuple[Role, int]]
+    decimals: bool = True
     known: dict[sympy.Expr, tuple[Role, tuple[int, ...]]] = field(default_factory=dict, compare=False)
     keys: dict[sympy.Expr, tuple[Any, ...]] = field(default_factory=dict, compare=False)
 
@@ -126,6 +129,13 @@ class Order:
                 terms.remove(first)
                 terms.insert(0, first)
         return terms
+
+    def is_reversed(self, expression: sympy.Expr) -> bool:
+        """Whether it is like r - R in (R - r)**2, with R first in the file: parameters of which the first one
+        has a minus sign."""
+        if self.role(expression) is not Role.PARAMETER:
+            return False
+        return is_negative(min(sympy.Add.make_args(expression), key=self.term_key))
 
 
 def text_key(expression: sympy.Expr) -> str:

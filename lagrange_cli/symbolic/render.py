@@ -225,7 +225,7 @@ class Renderer:
             return [], []
         if value.denominator == 1 and value.numerator < 10**15:
             return [str(value.numerator)], []
-        if not reads_as_fraction(value):
+        if not reads_as_fraction(value, self.order.decimals):
             try:
                 digits = repr(float(value))
             except OverflowError:
@@ -238,6 +238,8 @@ class Renderer:
         base, exponent = expression.base, expression.exp
         if exponent == sympy.Rational(1, 2):
             return self.notation.root(self.at(base, Level.SUM)), Level.ATOM
+        if base.is_Add and exponent.is_even and self.order.is_reversed(base):
+            base = sympy.Add(*(-term for term in base.args))
         return self.raised(base, self.at(exponent, Level.SUM))
 
     def raised(self, base: sympy.Expr, exponent: str) -> tuple[str, Level]:
@@ -293,8 +295,11 @@ def negated(expression: sympy.Expr) -> sympy.Expr:
     return -coefficient * rest
 
 
-def reads_as_fraction(value: Fraction) -> bool:
-    """Whether a textbook writes a fraction (1/2, 3/4, 1/3, 1/5) rather than a decimal number (9.81, 0.3)."""
+def reads_as_fraction(value: Fraction, decimals: bool) -> bool:
+    """Whether a textbook writes a fraction (1/2, 3/4, 1/3, 1/5) rather than a decimal number (9.81, 0.3),
+    which it only does beside other ``decimals``."""
+    if not decimals and max(value.numerator, value.denominator) < 1000:
+        return True
     rest = value.denominator
     for prime in (2, 5):
         while rest % prime == 0:

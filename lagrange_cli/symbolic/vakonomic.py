@@ -52,7 +52,7 @@ def vakonomic_form(equations: Equations) -> Vakonomic:
     rates = tuple(sympy.Symbol(velocity_name(str(symbol))) for symbol in multipliers)
     first = len(equations.constraints)
     ranks = {symbol: (Role.MULTIPLIER, first + k) for k, symbol in enumerate((*multipliers, *rates))}
-    order = Order(equations.order.ranks | ranks)
+    order = Order(equations.order.ranks | ranks, equations.order.decimals)
     terms = [symbol * each.expression for symbol, each in zip(multipliers, given, strict=True)]
     lagrangian = sympy.Add(neat(equations.L, order, Role.VELOCITY), *terms)
     bound = forces_of([each for each in equations.constraints if each.holonomic], len(q))

@@ -1,6 +1,7 @@
 """How benchmarks measure, and what they conclude."""
 
 import sys
+from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
@@ -109,3 +110,19 @@ def test_a_program_that_is_not_installed_is_reported_plainly(capsys: pytest.Capt
     suite = Suite("speed", measure, packages=("numpy", "no-such-program"), runs=1)
     assert suite.main([]) == 1
     assert capsys.readouterr().err == "speed needs no-such-program: pip install '.[bench]'\n"
+
+
+def test_a_suite_measures_the_parts_that_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    def measure(options: Namespace) -> Report:
+        return Report(tuple(part for part in ("hoop", "pendulum") if options.only in part), ())
+
+    one = Suite("some", measure, packages=(), runs=1, parts=("hoop", "pendulum"))
+    assert one.main(["--only", "pend"]) == 0
+    assert "pendulum" in (text := capsys.readouterr().out) and "hoop" not in text
+    for wrong, message in (
+        (["--only", "x"], "there are hoop, pendulum"),
+        (["--only", "h", "--write"], "--write"),
+    ):
+        with pytest.raises(SystemExit):
+            one.main(wrong)
+        assert message in capsys.readouterr().err

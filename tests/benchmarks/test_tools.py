@@ -67,3 +67,28 @@ def test_the_seconds_of_a_run_are_those_of_its_integration(tmp_path: Path) -> No
     whole, part = (versions.Command("pendulum", (*solve, "--force"), whole) for whole in (True, False))
     taken = [versions.seconds_of(one, False, ROOT, tmp_path) for one in (part, whole)]
     assert 0 < taken[0] < taken[1]
+
+
+def test_sections_that_not_both_versions_know_are_left_out_for_both(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refusal(system: str, root: Path, folder: Path) -> str:
+        """Neither version knows ``bodies``; the old one does not know ``time`` and ``draw`` either."""
+        text = (folder / system).read_text(encoding="utf-8")
+        unknown = [key for key in ("time", "draw") if f"\n{key}:" in text and root.name == "old"]
+        if "\nbodies:" in text:
+            return f"{system}: 'bodies' is not supported yet\n"
+        return "".join(f"{system}:{n}:1: unknown key '{key}'\n" for n, key in enumerate(unknown, 40))
+
+    monkeypatch.setattr(versions, "refusal", refusal)
+    places = {name: (tmp_path / name, tmp_path / f"in_{name}") for name in ("new", "old")}
+    for _, folder in places.values():
+        (folder / "systems").mkdir(parents=True)
+    system = "systems/solar_system.yaml"
+    assert versions.given_to_both(system, places) == ["time", "draw"]
+    whole = (ROOT / system).read_text(encoding="utf-8")
+    for _, folder in places.values():
+        text = (folder / system).read_text(encoding="utf-8")
+        assert text == whole.replace("time: {unit: d}\n", "").replace("draw: {trails: all}\n", "") != whole
+    with pytest.raises(versions.NotRead, match="'bodies' is not supported yet"):
+        versions.given_to_both("systems/coin.yaml", places)

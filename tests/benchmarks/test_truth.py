@@ -10,10 +10,12 @@ import h5py
 import pytest
 
 from benchmarks.truth.case import MP
+from benchmarks.truth.course import Course
 from benchmarks.truth.drawing import FAMILIES, cases
 from benchmarks.truth.judge import REFUSED, RIGHT, WRONG, judge, verdict
 from benchmarks.truth.known import Known
-from benchmarks.truth.reference import Course, Exit, Linear, pieces, root_of, to
+from benchmarks.truth.pieces import Exit, Linear, pieces, to
+from benchmarks.truth.roots import root_of
 from benchmarks.truth.running import SOLVE, Ran, command, run
 
 

@@ -9,8 +9,10 @@ import h5py
 import numpy as np
 
 from lagrange_cli.integrate.methods import stepper
-from lagrange_cli.run import view
 from lagrange_cli.run.request import Request
+from lagrange_cli.run.view import motion as shown_motion
+from lagrange_cli.run.view import page
+from lagrange_cli.run.view.motion import read_shown
 from tests.support.command import SYSTEMS, lagrange
 from tests.support.v8 import Engine, data_of, unpacked
 
@@ -62,11 +64,15 @@ def test_a_motion_without_an_end_lasts_for_a_while(tmp_path):
 
 def test_a_page_that_replays_tells_if_the_motion_was_not_computed_to_its_end(monkeypatch):
     text = (SYSTEMS / "pendulum.yaml").read_bytes()
-    motion = view.read_shown(text, "pendulum.yaml", Request(times={"stop": "-60"}))
-    assert view.view(motion).why.endswith(view.REPLAYED)
-    for where, name, value in ((view, "PATIENCE", -1), (stepper, "POLL_SECONDS", 0), (stepper, "FIRST", 1)):
+    motion = read_shown(text, "pendulum.yaml", Request(times={"stop": "-60"}))
+    assert page.view(motion).why.endswith(page.REPLAYED)
+    for where, name, value in (
+        (shown_motion, "PATIENCE", -1),
+        (stepper, "POLL_SECONDS", 0),
+        (stepper, "FIRST", 1),
+    ):
         monkeypatch.setattr(where, name, value)
-    assert "It ends at t = -" in view.view(motion).why
+    assert "It ends at t = -" in page.view(motion).why
 
 
 def test_another_file_of_the_name_is_kept(tmp_path):

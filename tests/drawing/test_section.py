@@ -7,9 +7,10 @@ from lagrange_cli.cli.main import main
 from lagrange_cli.drawing.drawing import Drawing
 from lagrange_cli.drawing.evaluate import extent, fitted, locus, points
 from lagrange_cli.errors import SpecError
-from lagrange_cli.run import view
 from lagrange_cli.run.request import Request
-from lagrange_cli.spec.colours import NAMES, is_colour
+from lagrange_cli.run.view.motion import read_shown
+from lagrange_cli.run.view.page import UNDRAWN, view
+from lagrange_cli.spec.draw.colours import NAMES, is_colour
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.drawing.test_draw import drawn, ends
@@ -240,8 +241,8 @@ def test_a_drawing_that_is_too_large_is_left_out_of_a_page():
     system = "coordinates: {x: {initial: 0}}\nmasses: {a: 1}\npositions: {a: [x, 0]}\nsolve: {stop: 0.01}\n"
     rods = "draw: {rods: ['((i, x), (i + 1, 0)) for i in range(4000)']}\n"
     large, small = (shown(f"{system}{text}") for text in (rods, rods.replace("4000", "4")))
-    assert view.UNDRAWN in large and view.UNDRAWN not in small
+    assert UNDRAWN in large and UNDRAWN not in small
 
 
 def shown(text: str) -> str:
-    return view.view(view.read_shown(text.encode(), "a.yaml", Request())).text
+    return view(read_shown(text.encode(), "a.yaml", Request())).text

@@ -92,6 +92,13 @@ coordinates: {x: {initial: 3}, y: {velocity: 1}}
 masses: {p: 1}
 positions: {p: [x*cos(w*t) - y*sin(w*t), x*sin(w*t) + y*cos(w*t)]}
 """
+ELLIPTIC = """
+parameters: {a: 1.2, k: 0.7, b: 0.4}
+coordinates: {u: {initial: 0.8, velocity: 0.1}, w: {initial: 0.9, velocity: 0.6}}
+masses: {p: 1}
+positions: {p: [a*cosh(u)*cos(w), a*sinh(u)*sin(w)]}
+potential: -k/(a*(cosh(u) - cos(w))) - b/(a*(cosh(u) + cos(w)))
+"""
 JACOBI = """
 parameters: {m: 2, M: 3}
 coordinates: {X: {}, Y: {velocity: 1}, r: {initial: 1}, phi: {velocity: 1}}
@@ -279,6 +286,8 @@ CASES = {
     "a free top": (TOP, {"L_x", "L_y", "L_z"}),
     "a heavy top": (THROWN, {"L_z"}),
     "Kepler": (PLANE.format("-k/norm(p)"), {"L_z", "A_x", "A_y"}),
+    "Kepler in a rotating frame": (ROTATING + "potential: -2/norm(p)", {"L_z", "A_x", "A_y"}),
+    "two centres in elliptic coordinates": (ELLIPTIC, {"I_1"}),
     "Kepler about another point": (PLANE.format("-k/sqrt((x - a)**2 + y**2)"), {"C_1", "I_1", "I_2"}),
     "isotropic oscillator": (PLANE.format("k*dot(p, p)"), {"L_z", "h_x", "h_y", "F_xy"}),
     "anisotropic oscillator": (PLANE.format("k*x**2 + y**2"), {"h_x", "h_y"}),
@@ -300,7 +309,7 @@ CASES = {
     "a pendulum": (SPHERICAL.replace("rod: ", "plane: z + 0.8*x - 0*y, rod: "), set()),
     "a sphere": (ON_A_SPHERE, {"L_x", "L_y"}),
     "a rotating frame": (ROTATING, {"P_x", "P_y", "L_z"}),
-    "relative coordinates": (JACOBI, {"K_x", "K_y", "L_z"}),
+    "relative coordinates": (JACOBI, {"K_x", "K_y", "L_z", "I_1"}),
     "a ratio": (RATIO, {"C_1", "C_2"}),
     "a rolling disc": (DISC, {"C_1"}),
     "a sleigh": (SLEIGH.replace("- m*g*x", ""), {"C_1"}),

@@ -13,8 +13,9 @@ from scipy.optimize import minimize
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.exact import context
-from lagrange_cli.model.start.consistent import Given, consistent
+from lagrange_cli.model.start.consistent import consistent
 from lagrange_cli.model.start.equations import Equations
+from lagrange_cli.model.start.search import Given
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import left_open, resolve_values
 

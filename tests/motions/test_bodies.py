@@ -13,6 +13,7 @@ from scipy.special import ellipj
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.equations import derive
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
@@ -404,3 +405,25 @@ def test_nothing_determines_how_a_thin_rod_spins_in_a_quaternion():
         """
     known = follow(angle, 1.0, 11, outputs=("observables",))
     np.testing.assert_allclose(bound["observables/height"], known["observables/height"], rtol=0, atol=1e-13)
+
+
+def test_a_thin_rod_that_only_turns_about_its_own_axis_is_refused():
+    """What was meant, a rod that falls over in the x-y plane, has the moment m l^2/3 about its foot."""
+    text = dedent("""
+        parameters: {m: 2.0, l: 1.5, g: 9.81}
+        coordinates: {a: {initial: 1.2, velocity: 0.5}}
+        bodies:
+          ladder:
+            mass: m
+            solid: {rod: l}
+            position: [l/2*cos(a), l/2*sin(a), 0]
+            orientation: {euler: [a, 0, 0], sequence: zyx}
+        potential: m*g*ladder.y
+        """)
+    for refusing in (derive_system, derive):
+        with pytest.raises(
+            SpecError, match=r"(?s)'ladder' has no moment.*that axis only.*pi/2, 0\], sequence:"
+        ):
+            refusing(read_spec(text, "ladder.yaml"))
+    meant = follow(text.replace("[a, 0, 0]", "[a, pi/2, 0]"), 1.0, 3)
+    np.testing.assert_allclose(meant["diagnostics/p/a"], 2.0 * 1.5**2 / 3 * meant["v/a"], rtol=1e-14)

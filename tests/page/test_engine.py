@@ -10,9 +10,11 @@ import pytest
 import lagrange_cli as lagrange
 from lagrange_cli.page.document import asset
 from lagrange_cli.run import shipped
-from lagrange_cli.run import view as run_view
 from lagrange_cli.run.request import Request
-from lagrange_cli.run.view import Page, read_shown, view
+from lagrange_cli.run.view import content as shown_content
+from lagrange_cli.run.view import page as shown_page
+from lagrange_cli.run.view.motion import read_shown
+from lagrange_cli.run.view.page import Page, view
 from tests.support.command import SYSTEMS
 from tests.support.v8 import Engine, data_of, unpacked
 
@@ -40,7 +42,7 @@ PLAIN = b"{coordinates: {x: {initial: 1}}, lagrangian: x_dot**2/2 - x**2/2, solv
 def page_of(name: str) -> Page:
     content = (SYSTEMS / f"{name}.yaml").read_bytes()
     times = {"stop": str(UNTIL[name])} if name in UNTIL else {}
-    with mock.patch.object(run_view, "READING", 1000 if name in UNREADABLE else run_view.READING):
+    with mock.patch.object(shown_content, "READING", 1000 if name in UNREADABLE else shown_content.READING):
         return view(read_shown(content, f"{name}.yaml", Request(times=times)))
 
 
@@ -75,12 +77,12 @@ def test_the_page_computes_what_solve_does(name):
 
 def test_a_program_too_large_for_a_page_is_not_in_it(monkeypatch):
     """Its motion is replayed, its equations are not derived for ever, and the page says both."""
-    monkeypatch.setattr(run_view, "LARGEST", 1000)
-    monkeypatch.setattr(run_view, "READING", 1000)
+    monkeypatch.setattr(shown_page, "LARGEST", 1000)
+    monkeypatch.setattr(shown_content, "READING", 1000)
     page = view(read_shown((SYSTEMS / "pendulum.yaml").read_bytes(), "pendulum.yaml", Request()))
     assert not page.live
     assert "instructions is too large for a page (at most 1000)" in page.why
-    assert run_view.UNREADABLE in unpacked(data_of(page.text)["equations"]).decode()
+    assert shown_content.UNREADABLE in unpacked(data_of(page.text)["equations"]).decode()
     assert "pendulum.yaml:" not in page.text
 
 
@@ -88,9 +90,9 @@ def test_proofs_are_left_out_where_they_are_too_long(monkeypatch):
     """The page says so, its program is shorter, and its numbers are those of ``solve``."""
     motion = read_shown(PLAIN.replace(b"x**2/2", b"exp(x)/2"), "x.yaml", Request())
     proven = Engine(view(motion).text)
-    monkeypatch.setattr(run_view, "PROVEN", 100)
+    monkeypatch.setattr(shown_page, "PROVEN", 100)
     shorter = Engine(view(motion).text)
-    assert proven.data["notice"] == "" and shorter.data["notice"] == run_view.UNPROVEN
+    assert proven.data["notice"] == "" and shorter.data["notice"] == shown_page.UNPROVEN
     assert len(shorter.data["engine"]["code"]) < 0.9 * len(proven.data["engine"]["code"])
     expected, found = proven.end(), shorter.end()
     assert found["q"] == pytest.approx(expected["q"], abs=1e-13)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lagrange_cli.run.settings import resolve_settings
+from lagrange_cli.run.settings.settings import resolve_settings
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults
 from tests.support.command import lagrange

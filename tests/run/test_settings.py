@@ -14,7 +14,8 @@ from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.ensemble import make_ensemble
 from lagrange_cli.run.members import Members
 from lagrange_cli.run.request import Request
-from lagrange_cli.run.settings import DEFAULT_SAMPLES, check_defaults, resolve_settings, sample_times
+from lagrange_cli.run.settings.samples import DEFAULT_SAMPLES, sample_times
+from lagrange_cli.run.settings.settings import check_defaults, resolve_settings
 from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.read import examine, read_spec

@@ -16,9 +16,11 @@ from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import Span, Vector, names
 from lagrange_cli.spec import nodes
+from lagrange_cli.spec.declarations import COORDINATE, PARAMETER
 from lagrange_cli.spec.order import dependency_order
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.sections import COORDINATE, PARAMETER, SECTIONS, SOLVE, TIME
+from lagrange_cli.spec.sections import SECTIONS
+from lagrange_cli.spec.settings import SOLVE, TIME
 from lagrange_cli.spec.values import resolve_values
 from tests.support.files import PENDULUM, changed
 

@@ -24,7 +24,7 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.mechanics.contacts import derive_with_contacts
-from lagrange_cli.mechanics.derive import formulations
+from lagrange_cli.mechanics.formulations import formulations
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model

@@ -1,8 +1,12 @@
 """One walk, four notations."""
 
+from textwrap import dedent
+
 import pytest
 import sympy
 
+from lagrange_cli.run.equations import derive
+from lagrange_cli.spec.read import read_spec
 from lagrange_cli.symbolic.latex import Latex
 from lagrange_cli.symbolic.notations import Identifiers, Notation, Text, Unicode, identifiers
 from lagrange_cli.symbolic.order import Order, Role
@@ -56,6 +60,25 @@ def shown(value: sympy.Expr | str, notation: Notation) -> str:
 def test_plain_text(value, text):
     assert shown(value, Text()) == text
     assert agree_at_random(expression(text), expression(value), digits=14)
+
+
+def test_a_file_without_decimals_is_answered_with_fractions():
+    """A ball that rolls in a bowl has T = 7/10 m (R - r)^2 theta_dot^2: J = 2/5 m r^2."""
+    text = """
+        parameters: {m: 1, R: 1.5, r: 0.25, g: 9.81}
+        coordinates: {th: {initial: 0.5}}
+        bodies:
+          ball:
+            mass: m
+            solid: {sphere: r}
+            position: [(R - r)*sin(th), 0, -(R - r)*cos(th)]
+            orientation: {euler: [0, -th*(R - r)/r, 0], sequence: zyz}
+        potential: 3/10*g*m*ball.z
+        """
+    fractions, decimals = "7*m*(R - r)**2*th_dot**2/10 + 3*m", "0.7*m*(R - r)**2*th_dot**2 + 0.3*m"
+    for given, start in (("3/10", fractions), ("0.3", decimals)):
+        equations = derive(read_spec(dedent(text).replace("3/10", given), "bowl.yaml")).equations
+        assert render(equations.L, Text(), equations.order).startswith(start)
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
+from benchmarks.truth.course import Course
 from benchmarks.truth.families.line import in_pieces, line
 from benchmarks.truth.families.pulses import ROUNDED, SHAPES, marks, written
 from benchmarks.truth.families.walls import above, below
-from benchmarks.truth.reference import Course, Linear, root_of
+from benchmarks.truth.pieces import Linear
+from benchmarks.truth.roots import root_of
 
 BUMPS = (
     "gauss",

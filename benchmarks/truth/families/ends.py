@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
+from benchmarks.truth.course import Course
 from benchmarks.truth.families.barriers import across
 from benchmarks.truth.families.line import line
-from benchmarks.truth.reference import Course, root_of
+from benchmarks.truth.roots import root_of
 
 
 def ends(

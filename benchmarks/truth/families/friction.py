@@ -7,7 +7,7 @@ from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, System, Truth
 from benchmarks.truth.families.line import in_pieces, line, sixteenths
-from benchmarks.truth.reference import Exit, Linear, pieces, to
+from benchmarks.truth.pieces import Exit, Linear, pieces, to
 
 REST = "at rest"
 

@@ -9,7 +9,7 @@ from typing import Any
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, System, Truth
 from benchmarks.truth.families.friction import cosine
 from benchmarks.truth.families.line import line, sixteenths
-from benchmarks.truth.reference import Exit, Linear, pieces, to
+from benchmarks.truth.pieces import Exit, Linear, pieces, to
 
 RESTING = 1e-9
 """The speed below which a body that is pressed to a wall is taken to rest there."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
+from benchmarks.truth.course import Course
 from benchmarks.truth.families.barriers import across
 from benchmarks.truth.families.line import line
-from benchmarks.truth.reference import Course, root_of
+from benchmarks.truth.roots import root_of
 
 Potential = Callable[[Numbers, Number], Number]
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Reference, System, Truth
-from benchmarks.truth.reference import Exit, Linear, Pieces, pieces
+from benchmarks.truth.pieces import Exit, Linear, Pieces, pieces
 
 Kind = Callable[[Draw], Case]
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
+from benchmarks.truth.course import integral
 from benchmarks.truth.families.line import line
-from benchmarks.truth.reference import integral
 
 Shape = tuple[str, Callable[[Number], Number]]
 """A pulse as written with u, and its values."""

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
+from benchmarks.truth.course import integral
 from benchmarks.truth.families.line import line
 from benchmarks.truth.families.pulses import ROUNDED, SHAPES, marks, push, pushed, shaped, start, written
-from benchmarks.truth.reference import Linear, integral
+from benchmarks.truth.pieces import Linear
 
 OUTPUTS = ("q", "v", "h", "action", "ledger")
 ACTION, LEDGER_H, LEDGER_P = "diagnostics/action", "diagnostics/ledger/h", "diagnostics/ledger/p/x"

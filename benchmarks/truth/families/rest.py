@@ -7,7 +7,7 @@ from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
 from benchmarks.truth.families.line import line
-from benchmarks.truth.reference import Linear
+from benchmarks.truth.pieces import Linear
 
 
 def under(law: Callable[[Numbers], Linear]) -> Callable[[Numbers, Sequence[Number]], Truth]:

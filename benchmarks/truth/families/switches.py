@@ -10,7 +10,7 @@ from benchmarks.truth.families.friction import cosine
 from benchmarks.truth.families.line import force_or_potential, in_pieces, line
 from benchmarks.truth.families.pulses import push, pushed
 from benchmarks.truth.families.walls import above, below
-from benchmarks.truth.reference import Exit, Linear, pieces, to
+from benchmarks.truth.pieces import Exit, Linear, pieces, to
 
 
 def start(d: Draw, v: tuple[float, float] = (0.5, 2.5)) -> None:

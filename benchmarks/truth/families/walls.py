@@ -7,7 +7,8 @@ from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, System, Truth
 from benchmarks.truth.families.line import force_or_potential, in_pieces, line, sixteenths
-from benchmarks.truth.reference import Exit, Linear, bracketed, pieces, to
+from benchmarks.truth.pieces import Exit, Linear, pieces, to
+from benchmarks.truth.roots import bracketed
 
 
 def below(place: Number, mode: Any) -> Exit:

@@ -166,7 +166,7 @@ def opened(source: str, asked: Asked, given: Given, run: Mapping[str, Any]) -> I
     from lagrange_cli.run.monitor import Monitor, ignore
     from lagrange_cli.run.plot import solved
     from lagrange_cli.run.request import TIMES, Request
-    from lagrange_cli.run.view import read_shown
+    from lagrange_cli.run.view.motion import read_shown
     from lagrange_cli.spec.spec import SolveDefaults
 
     content, given, run = motion_of(source, given, run)

@@ -15,7 +15,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
 from lagrange_cli.run.bench import TOLERANCES
 from lagrange_cli.run.interrupts import Interrupts
-from lagrange_cli.run.settings import proper_name
+from lagrange_cli.run.settings.methods import proper_name
 
 SMALLEST_ERROR, LARGEST_ERROR = 1e-12, 0.1
 

@@ -21,6 +21,6 @@ def schema() -> None:
     \b
     # yaml-language-server: $schema=lagrange.schema.json
     """
-    from lagrange_cli.run.schema import schema as made
+    from lagrange_cli.run.schema.file import schema as made
 
     emit(json.dumps(made(), indent=2, ensure_ascii=False))

@@ -112,7 +112,8 @@ def view_one(file: str, asked: Asked) -> int:
     waiting = Waiting(stem(file), quiet=asked.given.quiet)
     content = read_bytes(file)
     with waiting.stage("import"):
-        from lagrange_cli.run.view import read_shown, view, write
+        from lagrange_cli.run.view.motion import read_shown
+        from lagrange_cli.run.view.page import view, write
     if is_output(content) or Path(file).suffix.lower() in OUTPUTS:
         refuse_changes(asked)
         target = None if asked.output == STANDARD_OUTPUT else target_of(file, asked, began)

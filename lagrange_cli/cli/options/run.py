@@ -16,7 +16,8 @@ from lagrange_cli.integrate.methods.table import AUTO, METHODS
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS
 from lagrange_cli.run.request import COUNT, FORMATS, SECONDS, TIMES, Request
-from lagrange_cli.run.settings import ALL, DEFAULT_SAMPLES
+from lagrange_cli.run.settings.outputs import ALL
+from lagrange_cli.run.settings.samples import DEFAULT_SAMPLES
 from lagrange_cli.spec.spec import SolveDefaults
 
 OPTIONS: Mapping[str, Callable[[Command], Command]] = {

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.run.certify import Demand
     from lagrange_cli.run.resume import Start
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.run.solve import Solved
     from lagrange_cli.store.resume import Finished
 

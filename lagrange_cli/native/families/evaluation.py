@@ -7,24 +7,25 @@ not depend on anything but the system.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total
+from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slot, Slots, Term, Total, Tree
 from lagrange_cli.native.families.rows import Rows, rows_of
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batched import Everywhere
+from lagrange_cli.native.recurrences.batches.columns import Everywhere
+from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
+from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import emit_values
-from lagrange_cli.native.recurrences.gathering import gathered, place_at, places_at
-from lagrange_cli.native.recurrences.layout_batches import Tables
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
@@ -44,8 +45,10 @@ class Loop:
     """The terms of one domain that are computed together, each with the total it belongs to."""
 
     domain: Domain
-    terms: Sequence[tuple[Term, Total]]
+    terms: Sequence[tuple[Term, Array]]
     slots: Slots
+    alone: frozenset[Array] = frozenset()
+    """Arrays that are no totals and have no other terms."""
 
     @cached_property
     def used(self) -> Mapping[Node, Slot]:
@@ -70,20 +73,39 @@ class Loop:
         """The members in rows."""
         return rows_of(self.numbered[0], self.domain.count)
 
+    @cached_property
+    def put(self) -> frozenset[Array]:
+        """Arrays all of whose places the loop fills, one after the other: they need not be 0 before."""
+        if len(self.rows.starts) > 1:
+            return frozenset()
+        targets = self.numbered[1][len(self.used) :]
+        return frozenset(
+            total
+            for (term, total), i in zip(self.terms, targets)
+            if self.rows.strides[i] == 1
+            and (len(total.terms) == 1 if isinstance(total, Total) else total in self.alone)
+            and len(term.targets) == total.count
+            and np.array_equal(term.targets, np.arange(total.count))
+        )
 
-def loops(totals: Sequence[Total], slots: Slots) -> list[Loop]:
-    """How these totals are computed, those that others contain before these."""
+
+def loops(totals: Sequence[Total], slots: Slots) -> list[Loop | Chain]:
+    """How these totals are computed, those that others contain before these: loops over their terms, and sums
+    along chains behind those of their terms."""
     level: dict[Array, int] = {}
-    found: dict[tuple[int, int], list[tuple[Term, Total]]] = {}
+    found: dict[tuple[int, int], list[tuple[Term, Array]]] = {}
+    along: dict[int, list[Loop | Chain]] = {}
     for total in totals:
         inside = [slot.array for one in total.terms for _, slot in slots.inside(one.node)]
         level[total] = 1 + max((level.get(array, 0) for array in inside), default=0)
         for term in total.terms:
             found.setdefault((level[total], id(term.domain)), []).append((term, total))
-    return [
-        Loop(terms[0][0].domain, terms, slots)
-        for _, terms in sorted(found.items(), key=lambda one: one[0][0])
-    ]
+        if isinstance(total, Chain) and total.terms:
+            along.setdefault(level[total], []).append(total)
+    made: dict[int, list[Loop | Chain]] = {}
+    for (height, _), terms in found.items():
+        made.setdefault(height, []).append(Loop(terms[0][0].domain, terms, slots))
+    return [one for height in sorted(made) for one in (*made[height], *along.get(height, ()))]
 
 
 def needed(roots: Iterable[Total], slots: Slots, known: Iterable[Array] = ()) -> list[Total]:
@@ -122,16 +144,50 @@ class Evaluation:
 
     def write(self, totals: Sequence[Total]) -> None:
         """Compute them."""
-        self.clear(totals)
-        for loop in loops(totals, self.slots):
-            Writer(self, loop).write()
+        listed = loops(totals, self.slots)
+        self.clear(added(totals, listed))
+        for one in listed:
+            if isinstance(one, Chain):
+                self.add_up(one)
+            else:
+                Writer(self, one).write()
 
-    def clear(self, totals: Sequence[Total]) -> None:
+    def add_up(self, chain: Chain) -> None:
+        """Add the terms of a chain up along it."""
+        tree, base = chain.tree, self.where(chain)
+        assert tree is not None
+        with climb(self.f, self.tables, tree, back=chain.back) as (member, parent, hangs):
+            source, target = (member, parent) if chain.back else (parent, member)
+            with self.f.when(hangs):
+                self.f.store(self.f.load(base, target) + self.f.load(base, source), base, target)
+
+    def clear(self, totals: Iterable[Array]) -> None:
         """Begin with sums that are 0."""
         for total in totals:
             base = self.where(total)
             with self.f.loop(0, room(total.count), LANES, tested=False) as i:
                 self.f.store_row(self.f.zero(LANES), base, i)
+
+
+def added(totals: Iterable[Array], listed: Iterable[Loop | Chain]) -> list[Array]:
+    """Those to which terms are added, and which have to be 0 before."""
+    put = frozenset[Array]().union(*(one.put for one in listed if isinstance(one, Loop)))
+    return [one for one in totals if one not in put]
+
+
+@contextmanager
+def climb(f: Function, tables: Tables, tree: Tree, *, back: bool) -> Iterator[tuple[Integer, Integer, Bit]]:
+    """A loop over the members of a tree, parents first or, if it goes ``back``, last: a member, its parent, and
+    whether it has one (else the parent is the number behind the last member)."""
+    count = len(tree.parents)
+    plain = np.array_equal(tree.order, np.arange(count))
+    order = 0 if plain else tables.of_places(tree.order.tolist())
+    parents = tables.of_places(np.where(tree.parents == NONE, count, tree.parents).tolist())
+    with f.loop(0, count, tested=False) as i:
+        at = f.count(count - 1) - i if back else i
+        member = at if plain else place_at(f, at + order)
+        parent = place_at(f, member + parents)
+        yield member, parent, parent < count
 
 
 class Writer:
@@ -210,6 +266,8 @@ class Writer:
             base = evaluation.where(self.loop.terms[k][1])
             if strides[i] == 0:
                 sums[k].set(sums[k].get() + value)
+            elif strides[i] == 1 and self.loop.terms[k][1] in self.loop.put:
+                f.store_row(value, base, bases[i] + j)
             elif strides[i] == 1:
                 f.store_row(f.load_row(base, bases[i] + j, LANES) + value, base, bases[i] + j)
             else:

@@ -7,30 +7,29 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from lagrange_cli.errors import TooLarge
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.system import FamilySystem
-from lagrange_cli.limits import way_out, whole
-from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.native.families.evaluation import Evaluation, loops, needed, room
-from lagrange_cli.native.families.series import LoopSeries, SeriesWriter
+from lagrange_cli.native.families.articulated import ArticulatedJet
+from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.evaluation import Evaluation, needed, room
+from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular
+from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.recurrences.convolution_batches import dot_products
+from lagrange_cli.native.recurrences.batches.convolution import dot_products
+from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.recurrences.layout_batches import Tables
 from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.advance import advance
@@ -41,8 +40,6 @@ from lagrange_cli.native.stepping.steps import STRAIGHT
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
-MOST_NUMBERS = whole("numbers")
-"""Of all series of a system."""
 Observed = Mapping[str, tuple[Total, int]]
 """Quantities by name: where each of them is."""
 
@@ -71,28 +68,27 @@ class _Writer:
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
         self.observed, self.tolerance, self.order, self.collocated = observed, tolerance, order, collocated
         self.tables = Tables(Constants())
-        self.fixed: dict[Total, None] = {}
-        """Totals that are constants of the motion, in the order of their computation."""
-        self.changed: dict[Total, Total] = {}
+        self.lasting = Lasting(system)
         self.degrees = system.q.count
         self.layout = StateLayout(self.degrees)
         for total in system.totals:
-            self.arranged(total)
-        self.forces = self.arranged(system.forces)
+            self.lasting.arranged(total)
+        self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
+        self.forces = self.lasting.arranged(system.forces, kept=False)
+        masses = self.lasting.arranged(system.masses)
         roots = dict.fromkeys(total for total, _ in observed.values())
-        self.roots = [self.arranged(total) for total in roots]
+        self.roots = [self.lasting.arranged(total) for total in roots]
         everyone = np.arange(self.degrees)
-        masses = self.arranged(system.masses)
         force, mass = (self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, masses))
         self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
         self.masses = masses
-        self.lasting: dict[Array, int] = {}
+        self.places: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
         self.size = 0
         for array, count in ((system.given, system.given.count), (system.whole, self.largest)):
             self.place(array, count)
-        for total in self.fixed:
-            self.place(total, total.count)
+        for array in self.lasting.fixed:
+            self.place(array, array.count)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -100,7 +96,7 @@ class _Writer:
         return tuple(one.name for one in self.system.spec.parameters)
 
     def place(self, array: Array, count: int) -> None:
-        self.lasting[array] = self.size
+        self.places[array] = self.size
         self.size += room(count)
 
     @property
@@ -108,57 +104,6 @@ class _Writer:
         """How many whole numbers are needed."""
         listed = [one.table for one in self.slots.of.values() if one.array.source is Source.WHOLE]
         return 1 + max((int(table.max()) for table in listed), default=0)
-
-    # what is constant
-
-    def is_fixed(self, node: Node) -> bool:
-        """Whether a node is a constant of the motion."""
-        if node.symbols & self.system.time.symbols:
-            return False
-        lasting = Source.PARAMETERS, Source.WHOLE
-        return all(
-            slot.array.source in lasting or slot.array in self.fixed for _, slot in self.slots.inside(node)
-        )
-
-    def arranged(self, total: Total) -> Total:
-        """The total with arrays in place of what is constant in its terms."""
-        if total in self.changed:
-            return self.changed[total]
-        terms = [replace(one, node=self.with_arrays(one)) for one in self.followed(total)]
-        made = Total(Source.TOTAL, total.count, tuple(terms))
-        if all(self.is_fixed(one.node) for one in terms):
-            self.fixed[made] = None
-        self.changed[total] = made
-        return made
-
-    def followed(self, total: Total) -> Sequence[Term]:
-        """Its terms, with slots of totals that have been arranged."""
-        found = []
-        for term in total.terms:
-            others = {
-                symbol: self.slots.symbol(slot.domain, self.arranged(slot.array), slot.table)
-                for symbol, slot in self.slots.inside(term.node)
-                if isinstance(slot.array, Total)
-            }
-            node = substituted(self.graph, [term.node], others)[0] if others else term.node
-            found.append(replace(term, node=node))
-        return found
-
-    def with_arrays(self, term: Term) -> Node:
-        """A term's node, what is constant in it and no plain slot being one."""
-        if self.is_fixed(term.node):
-            return term.node
-        places = np.arange(term.domain.count)
-        inside = reachable([term.node])
-        fixed = {node for node in inside if self.is_fixed(node)}
-        used = {a for node in inside if node not in fixed for a in node.arguments if a in fixed}
-        replaced: dict[Node, Node] = {}
-        for node in inside:
-            if node in used and node.kind not in (Kind.SYMBOL, Kind.NUMBER) and any(self.slots.inside(node)):
-                array = Total(Source.TOTAL, term.domain.count, (Term(term.domain, node, places),))
-                self.fixed[array] = None
-                replaced[node] = self.slots.symbol(term.domain, array, places)
-        return substituted(self.graph, [term.node], replaced)[0] if replaced else term.node
 
     # functions
 
@@ -177,8 +122,8 @@ class _Writer:
         )  # fmt: skip
         if self.collocated:
             interface = replace(interface, carried=carried(interface.inner))
-        jet, work, operations = self.series_jet() if self.order > RATES else self.jet()
-        parts = [jet]
+        jet = self.jet()
+        parts, work = [jet.text], jet.work
         lanes, width = min(self.layout.width, LANES), self.layout.width
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width)
         given = Given(
@@ -190,8 +135,9 @@ class _Writer:
             work, steps = on_rates(lengths, given)
             parts.append(steps)
         elif self.order > RATES:
-            parts += [*numbers("", order + 4), rests(order + 4), *dot_products()]
             parts.append(advance(FamilySteps(lengths, given)))
+        if self.order > RATES or self.balance is not None:
+            parts += [*numbers("", self.order + 4), rests(self.order + 4), *dot_products()]
         parts.append(accelerate(lengths))
         observe, counted = self.observe()
         parts += [observe, self.prepare()]
@@ -205,7 +151,7 @@ class _Writer:
             series=SeriesProgram((), (), (), (), ()),
             hiding=False,
             tables=len(listed),
-            operations={"jet": operations, "observe": counted},
+            operations={"jet": jet.operations, "observe": counted},
         )
 
     @property
@@ -220,22 +166,26 @@ class _Writer:
     def evaluation(self, f: Function, arrays: Mapping[Array, Pointer], time: Real) -> Evaluation:
         """What computes totals in ``f``, where some arrays are besides those that last."""
         base = self.scratch(f)
-        places = {array: f.place(base, at, "double") for array, at in self.lasting.items()}
+        places = {array: f.place(base, at, "double") for array, at in self.places.items()}
         places.update(arrays)
         return Evaluation(
             f, self.slots, places.__getitem__, self.tables,
             {self.system.time: f.splat(time, LANES).name},
         )  # fmt: skip
 
-    def jet(self) -> tuple[str, int, int]:
-        """``@jet``, its doubles of ``%work``, and its operations."""
-        f = Function(
-            "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, "
-            "ptr noalias %work) #0"
-        )
+    def jet(self) -> Jet:
+        """``@jet``."""
+        given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
+        if self.balance is not None:
+            return ArticulatedJet(self.balance, *given).write()
+        return SeriesJet(*given).write() if self.order > RATES else self.accelerations()
+
+    def accelerations(self) -> Jet:
+        """``@jet`` without series."""
+        f = Function(HEAD)
         width = self.layout.width
         work = room(width * (RATES + 1) + self.degrees)
-        totals = needed([self.rates], self.slots, self.fixed)
+        totals = needed([self.rates], self.slots, self.lasting.fixed)
         arrays = {
             self.system.q: f.place("%state", 0, "double"),
             self.system.v: f.place("%state", self.degrees, "double"),
@@ -247,89 +197,9 @@ class _Writer:
                 work += room(total.count)
         evaluation = self.evaluation(f, arrays, Real(f, "%t", 1))
         evaluation.write(totals)
-        self.give_regular(f, evaluation.where(self.masses))
-        return f.text(), work, evaluation.emitter.operations
-
-    def give_regular(self, f: Function, masses: Pointer) -> None:
-        """Return whether the masses are regular."""
-        regular, positive = f.variable(Bit(f, "true", 1)), self.system.spec.lagrangian is None
-        with f.loop(0, self.degrees, tested=False) as i:
-            mass = f.load(masses, i)
-            regular.set(regular.get() & ((mass if positive else f.magnitude(mass)) > 0.0))
-        f.give(regular.get())
-
-    def series_jet(self) -> tuple[str, int, int]:
-        """The same with series: coefficient m of the state's row i is at ``m * width + i``."""
-        f = Function(
-            "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, "
-            "ptr noalias %work) #0"
-        )
-        width, degrees, order = self.layout.width, self.degrees, self.order
-        work = room(width * (order + 1) + self.degrees)
-        totals = needed([self.forces], self.slots, self.fixed)
-        planes: dict[Array, tuple[int, int]] = {self.system.q: (0, width), self.system.v: (degrees, width)}
-        """Where coefficient 0 of arrays is, and how far it is from one to the next."""
-        for total in totals:
-            planes[total] = work, room(total.count)
-            work += (order - 1) * room(total.count)
-        moving = self.system.time.symbols
-        for symbol, slot in self.slots.of.items():
-            moving |= symbol.symbols if slot.array in planes else 0
-        made: list[tuple[LoopSeries, int]] = []
-        for loop in loops(totals, self.slots):
-            series = LoopSeries(loop, self.slots, moving, self.system.time, order)
-            made.append((series, work))
-            work += series.doubles
-        if work > MOST_NUMBERS:
-            raise TooLarge(
-                f"the Taylor series of this system are {work} numbers, more than {MOST_NUMBERS}",
-                f"choose --method ias15, which has no series, make the system smaller, {way_out('numbers')}",
-            )
-        base, time, emitter = self.scratch(f), f.splat(Real(f, "%t", 1), LANES).name, LaneEmitter()
-        places = {array: f.place(base, at, "double") for array, at in self.lasting.items()}
-
-        def at(array: Array, k: int | Integer) -> Pointer:
-            if array not in planes:
-                return places[array]
-            first, step = planes[array]
-            return f.place("%work", k * step + first, "double")
-
-        def stage(k: int | Integer) -> int:
-            before = emitter.operations
-            evaluation = Evaluation(
-                f, self.slots, lambda array: at(array, k), self.tables, {self.system.time: time}, emitter
-            )
-            evaluation.clear(totals)
-            for series, place in made:
-                SeriesWriter(evaluation, series, k, place).write()
-            emitter.repeated = degrees // LANES + 1
-            number = emitter.everywhere("@numbers", str(k) if isinstance(k, int) else k.name, 1)
-            after = emitter.everywhere("@numbers", str(k) if isinstance(k, int) else k.name, 2)
-            force, mass = at(self.forces, k), places[self.masses]
-            following, beyond = (k + 1) * width, (k + 2) * width
-            # a whole vector goes beyond the last row: what is there is written afterwards
-            with f.loop(0, degrees, LANES, tested=False) as i:
-                rate = f.load_row(force, i, LANES) / f.load_row(mass, i, LANES) / Real(f, number, LANES)
-                f.store_row(rate, "%work", i + degrees + following)
-            with f.loop(0, degrees, LANES, tested=False) as i:
-                rate = f.load_row("%work", i + degrees + following, LANES)
-                f.store_row(rate / Real(f, after, LANES), "%work", i + beyond)
-            return emitter.operations - before
-
-        with f.loop(0, 2 * degrees, tested=False) as i:
-            f.store(f.load("%state", i), "%work", i)
-        with f.loop(0, degrees, tested=False) as i:
-            f.store(f.load("%state", i + degrees), "%work", i + width)
-        last, rolled, operations = order - 2, min(3, order - 1), 0
-        for k in range(rolled):
-            operations += stage(k)
-        if rolled <= last:
-            with f.loop(rolled, last + 1, tested=False) as counter:
-                operations += (last + 1 - rolled) * stage(counter)
-        with f.loop(0, degrees, tested=False) as i:
-            f.store(f.constant(0.0), "%work", i + degrees + order * width)
-        self.give_regular(f, places[self.masses])
-        return f.text(), work, operations
+        positive = self.system.spec.lagrangian is None
+        f.give(regular(f, evaluation.where(self.masses), self.degrees, positive=positive))
+        return Jet(f.text(), work, evaluation.emitter.operations)
 
     def observe(self) -> tuple[str, int]:
         """``@observe``: the observed quantities at each of ``%count`` samples; and its operations."""
@@ -344,7 +214,7 @@ class _Writer:
 
         put(self.system.q, self.degrees)
         put(self.system.v, self.degrees)
-        totals = needed(self.roots, self.slots, self.fixed)
+        totals = needed(self.roots, self.slots, self.lasting.fixed)
         for total in totals:
             put(total, total.count)
         at = {id(array): place for array, place in arrays.items()}
@@ -371,7 +241,7 @@ class _Writer:
         where they begin in it, and how many they are."""
         found: list[tuple[int, Total, int, int]] = []
         for row, (total, index) in enumerate(self.observed.values()):
-            here = self.changed[total]
+            here = self.lasting.changed[total]
             if found:
                 first, last, start, count = found[-1]
                 if last is here and start + count == index:
@@ -384,15 +254,17 @@ class _Writer:
         """``@prepare``: constants, and arrays that last."""
         f = Function("define void @prepare(ptr noalias %parameters, ptr noalias %constants) #0")
         base = self.scratch(f)
-        given = f.place(base, self.lasting[self.system.given], "double")
-        whole = f.place(base, self.lasting[self.system.whole], "double")
+        given = f.place(base, self.places[self.system.given], "double")
+        whole = f.place(base, self.places[self.system.whole], "double")
         with f.loop(0, self.system.given.count) as i:
             f.store(f.load("%parameters", i), given, i)
         with f.loop(0, self.largest, tested=False) as i:
             f.store(i.to_real(), whole, i)
         # arrays may need further constants, which are computed before them
         inner = Function("define internal void @arrays(ptr noalias %constants) #0")
-        self.evaluation(inner, {}, inner.constant(0.0)).write([*self.fixed])
+        self.evaluation(inner, {}, inner.constant(0.0)).write(
+            [one for one in self.lasting.fixed if isinstance(one, Total)]
+        )
         inner.give()
         emitter = Emitter()
         emitter.lines = f.sink

@@ -20,10 +20,10 @@ from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import VECTOR
-from lagrange_cli.native.recurrences.batched import Everywhere
+from lagrange_cli.native.recurrences.batches.columns import Everywhere
+from lagrange_cli.native.recurrences.batches.layout import BEFORE, INVERSE, SLOPE
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.layout_batches import BEFORE, INVERSE, SLOPE
 from lagrange_cli.native.recurrences.vector_stage import VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
@@ -61,6 +61,12 @@ class LoopSeries:
         return {index: place for place, index in enumerate(sorted(found))}
 
     @property
+    def begun(self) -> int:
+        """The first stage that may be one of a loop: every series has had its first coefficient, and t two."""
+        levels = [(one.level, one.op) for one in self.program.series if one.level > FREE]
+        return max((1 - level + (op is Op.TIME) for level, op in levels), default=1)
+
+    @property
     def span(self) -> int:
         """Vectors of a series."""
         return BEFORE + self.order + 1
@@ -95,13 +101,14 @@ class SeriesWriter(Writer):
         self.block = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
 
     def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+        return MemberStage(self.evaluation, self.series, self.k, self.block_at(j), known).values()
+
+    def block_at(self, j: Integer) -> Pointer:
+        """Where the coefficients of eight members begin."""
         assert self.block is not None
         size = LANES * self.series.span * len(self.series.stored)
         place = (self.block + j.operation("lshr", 3)) * size + (self.at + LANES * BEFORE)
-        stage = MemberStage(
-            self.evaluation, self.series, self.k, self.f.place("%work", place, "double"), known
-        )
-        return stage.values()
+        return self.f.place("%work", place, "double")
 
 
 class _First(dict[int, "Value"]):

@@ -1,10 +1,10 @@
-"""Steps in doubles of a large system, whose series are in blocks (see ``recurrences.layout_batches``)."""
+"""Steps in doubles of a large system, whose series are in blocks (see ``recurrences.batches.layout``)."""
 
 from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.recurrences.layout_batches import BEFORE, Blocks
+from lagrange_cli.native.recurrences.batches.layout import BEFORE, Blocks
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.steps import STRAIGHT

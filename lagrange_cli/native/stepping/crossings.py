@@ -36,6 +36,8 @@ from lagrange_cli.native.stepping.roots import (
     NOTHING,
     SHORTENINGS,
     SHORTER,
+    added_up,
+    shifted,
 )
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import replace
@@ -201,17 +203,13 @@ class Crossings(Returns):
         n, piece, own = self.degree, self.piece, self.places["own"]
         with f.loop(0, n + 1, tested=False) as m:
             f.store(f.load("%state", m + own), "%state", m + piece)
-        with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
-            i = f.count(n - 1 + piece) - j
-            f.store(f.fused(f.load("%state", i + 1), a, f.load("%state", i)), "%state", i)
+        shifted(f, "%state", piece, n, a)
         power = f.constant(1.0)
         for place in range(n + 1):
             term = f.load("%state", piece + place) * power * (1.0 / math.comb(n, place))
             f.store(term, "%state", piece + place)
             power = power * w
-        with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
-            i = f.count(n + piece) - j
-            f.store(f.load("%state", i) + f.load("%state", i - 1), "%state", i)
+        added_up(f, "%state", piece, n)
 
     def signs(self, f: Function, side: Real, noise: Real) -> tuple[Real, Real]:
         """How often coefficients change their sign, ``side`` before them, and the last one."""

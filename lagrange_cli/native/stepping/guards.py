@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import reduce
 from operator import or_
+from typing import Any
 
 from lagrange_cli.native.interface import NOTES, RECORDED, RECORDS
 from lagrange_cli.native.llvm.flow import Variable
@@ -85,11 +86,10 @@ class GuardCode:
 
     def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
-        together = "{ double, i64, double }"
-        listed = f"ptr %state, ptr %work, double {h.name}, double {unit.name}, ptr %trial"
-        made = f.define(f"call {together} @first_guard({listed})")
-        root, known = (Real(f, f.define(f"extractvalue {together} {made}, {i}")) for i in (0, 2))
-        return root, Integer(f, f.define(f"extractvalue {together} {made}, 1"), 1), known
+        kinds: list[Any] = [h, f.count(0), h]
+        state, work, trial = (f.pointer(f"%{name}") for name in ("state", "work", "trial"))
+        root, which, known = f.parts("first_guard", kinds, state, work, h, unit, trial)
+        return root, which, known
 
     def beyond(self, f: Function, root: Real, which: Integer, ahead: Real) -> Real:
         """Where a step of at most ``ahead`` ends that comes to the ``root`` of a guard."""

@@ -13,10 +13,11 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.gathering import gathered, place_at, places_at
-from lagrange_cli.native.recurrences.layout_batches import Tables, count
-from lagrange_cli.native.recurrences.saddle_batches import Tabled
-from lagrange_cli.native.recurrences.values_batches import CarefulValues, Values
+from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
+from lagrange_cli.native.recurrences.batches.layout import count
+from lagrange_cli.native.recurrences.batches.saddle import Tabled
+from lagrange_cli.native.recurrences.batches.tables import Tables
+from lagrange_cli.native.recurrences.batches.values import CarefulValues, Values
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.projection import LOOSE, afterwards, places_of
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
@@ -113,9 +114,7 @@ class Roots:
         f = Function(f"define internal {{ i64, double }} @bernstein({given}) #0")
         a, w, n = Real(f, "%a"), Real(f, "%w"), self.degree
         self._each(f, lambda m: f.store(f.load("%p", m), "%b", m))
-        with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
-            i = f.count(n - 1) - j
-            f.store(f.fused(f.load("%b", i + 1), a, f.load("%b", i)), "%b", i)
+        shifted(f, "%b", 0, n, a)
         power = f.variable(f.constant(1.0))
 
         def scale(m: Integer) -> None:
@@ -123,9 +122,7 @@ class Roots:
             power.set(power.get() * w)
 
         self._each(f, scale)
-        with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
-            i = f.count(n) - j
-            f.store(f.load("%b", i) + f.load("%b", i - 1), "%b", i)
+        added_up(f, "%b", 0, n)
         least, changes = f.variable(f.load("%b")), f.variable(f.count(0))
         before = f.variable(f.load("%b") < 0.0)
 
@@ -203,15 +200,20 @@ class Roots:
         times ``p`` but for rounding, is there: from crossing to crossing such errors would add up."""
         one = f.constant(1.0)
         a, w = f.variable(f.constant(0.0)), f.variable(one)
+        kinds: list[Any] = [f.count(0), one]
         with f.forever() as pieces:
-            changes, least = self._form(f, p, b, a.get(), w.get())
+            changes, least = f.parts("bernstein", kinds, p, b, a.get(), w.get())
             end = a.get() + w.get()
-            with f.when(~(least < 0.0)):
+
+            def pass_by(end: Real = end) -> None:
                 with f.when(end >= 1.0):
                     f.give(f.constant(NONE))
                 a.set(end)
                 w.set(f.smaller(w.get() + w.get(), one - end))
                 pieces.go_on()
+
+            with f.when(~(least < 0.0)):
+                pass_by()
             ends_below = f.call(Real, "value_at", p, end) < 0.0
             with f.when((changes.equals(1) & ends_below) | ((w.get() <= FINEST) & ends_below)):
                 root = self._refined(f, p, a.get(), end)
@@ -219,11 +221,7 @@ class Roots:
                 near = f.magnitude(value) <= f.magnitude(slope) * root * NEARLY
                 f.give(f.larger(f.select(near, root - value / slope, root), f.constant(0.0)) * h)
             with f.when(w.get() <= FINEST):  # it touches 0, as far as doubles can tell
-                with f.when(end >= 1.0):
-                    f.give(f.constant(NONE))
-                a.set(end)
-                w.set(f.smaller(w.get() + w.get(), one - end))
-                pieces.go_on()
+                pass_by()
             w.set(w.get() * 0.5)
             pieces.go_on()
 
@@ -254,12 +252,16 @@ class Roots:
             total.set(f.fused(total.get(), s, f.load(p, f.count(self.degree) - m)))
         return total.get(), slope.get()
 
-    def _form(self, f: Function, p: Pointer, b: Pointer, a: Real, w: Real) -> tuple[Integer, Real]:
-        """What ``@bernstein`` gives."""
-        together = "{ i64, double }"
-        listed = f"ptr {p.name}, ptr {b.name}, double {a.name}, double {w.name}"
-        made = f.define(f"call {together} @bernstein({listed})")
-        return (
-            Integer(f, f.define(f"extractvalue {together} {made}, 0"), 1),
-            Real(f, f.define(f"extractvalue {together} {made}, 1")),
-        )
+
+def shifted(f: Function, base: Pointer | str, first: int, n: int, a: Real) -> None:
+    """Put p(a + x) in place of p(x), of degree n, whose coefficients are at ``base[first]`` and behind it."""
+    with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
+        i = f.count(n - 1 + first) - j
+        f.store(f.fused(f.load(base, i + 1), a, f.load(base, i)), base, i)
+
+
+def added_up(f: Function, base: Pointer | str, first: int, n: int) -> None:
+    """The same in Bernstein's form, from its coefficients divided by binomial ones."""
+    with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
+        i = f.count(n + first) - j
+        f.store(f.load(base, i) + f.load(base, i - 1), base, i)

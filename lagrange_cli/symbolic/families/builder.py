@@ -19,7 +19,8 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
-from lagrange_cli.families.builder import Group, group_of, particle_families, recursion
+from lagrange_cli.families.builder import recursion
+from lagrange_cli.families.groups import Group, group_of, particle_families
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.indexed.conditions import (

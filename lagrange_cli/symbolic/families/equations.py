@@ -16,8 +16,8 @@ from lagrange_cli.expression.vocabulary import (
     acceleration_name,
     velocity_name,
 )
-from lagrange_cli.families.builder import group_of, particle_families
 from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.mechanics.displacements import TURNS
 from lagrange_cli.model.constraints import without_force, without_work
@@ -71,7 +71,7 @@ class _Deriver:
     def __init__(self, system: FamilySystem) -> None:
         self.system, self.spec = system, system.spec
         self.builder = WrittenBuilder(self.spec)
-        self.order = Order(Ranks(roles(self.spec)))
+        self.order = Order(Ranks(roles(self.spec)), self.spec.decimals)
         self.lines = Lines(self.builder, self.order)
 
     # what the file gives

@@ -18,7 +18,7 @@ from lagrange_cli.model.build import build_model
 from lagrange_cli.native import motions
 from lagrange_cli.native.compilation.machine import QUICK, compile_object
 from lagrange_cli.native.program import Program, write_program
-from lagrange_cli.native.recurrences import tables_batches
+from lagrange_cli.native.recurrences.batches import arrangement
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.series.batches import batches
 from lagrange_cli.spec.read import read_spec
@@ -82,7 +82,7 @@ def program_and_motion(
 def always_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     """Even one member is a batch."""
     monkeypatch.setattr(motions, "BATCHED", 0)
-    monkeypatch.setattr(tables_batches, "FEWEST", 0)
+    monkeypatch.setattr(arrangement, "FEWEST", 0)
 
 
 @pytest.mark.exhaustive(keep=2)

@@ -1,0 +1,76 @@
+"""Linear equations modulo a prime, and the fractions that residues stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import isqrt
+
+
+class Equations:
+    """Homogeneous linear equations in ``count`` unknowns, as far as they are independent."""
+
+    def __init__(self, count: int, prime: int) -> None:
+        self.count, self.prime = count, prime
+        self._rows: dict[int, list[int]] = {}
+        """By the first unknown of each, whose coefficient is 1; those before it are 0."""
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def add(self, row: Sequence[int]) -> bool:
+        """Add an equation; whether it is independent of those that are there."""
+        p, rows = self.prime, self._rows
+        rest = [*row]
+        for j in range(self.count):
+            lead = rest[j] % p
+            if not lead:
+                continue
+            known = rows.get(j)
+            if known is None:
+                inverse = pow(lead, -1, p)
+                rows[j] = [0] * j + [x * inverse % p for x in rest[j:]]
+                return True
+            rest[j:] = [(x - lead * y) % p for x, y in zip(rest[j:], known[j:])]
+        return False
+
+    @property
+    def free(self) -> list[int]:
+        """The unknowns that may be chosen."""
+        return [j for j in range(self.count) if j not in self._rows]
+
+    def solutions(self) -> list[dict[int, int]]:
+        """One for each of the unknowns that may be chosen: it is 1 and the others of these are 0."""
+        p, found = self.prime, []
+        for chosen in self.free:
+            vector = {chosen: 1}
+            for j in sorted(self._rows, reverse=True):
+                if j < chosen:
+                    row = self._rows[j]
+                    value = -sum(row[k] * x for k, x in vector.items()) % p
+                    if value:
+                        vector[j] = value
+            found.append(dict(sorted(vector.items())))
+        return found
+
+
+def solved(matrix: Sequence[Sequence[int]], right: Sequence[int], prime: int) -> list[int] | None:
+    """The solution of matrix * x = right modulo a prime; None where there is not exactly one."""
+    size = len(right)
+    equations = Equations(size + 1, prime)
+    for row, x in zip(matrix, right):
+        equations.add([*row, -x % prime])
+    if equations.free != [size]:
+        return None
+    (solution,) = equations.solutions()
+    return [solution.get(j, 0) for j in range(size)]
+
+
+def fraction_of(value: int, prime: int) -> Fraction:
+    """The fraction n/d with small n and d that is ``value`` modulo the prime (P. S. Wang, SYMSAC 1981)."""
+    bound = isqrt(prime // 2)
+    before, here, s, t = prime, value % prime, 0, 1
+    while here > bound:
+        quotient = before // here
+        before, here, s, t = here, before - quotient * here, t, s - quotient * t
+    return Fraction(here, t)

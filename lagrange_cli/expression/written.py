@@ -1,0 +1,45 @@
+"""What somebody wrote, where a double stands now."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import lru_cache
+
+WRITTEN = 12
+"""Significant digits of a number that somebody wrote down."""
+LARGEST_DENOMINATOR = 10_000
+RARE = 1e-12
+"""Within so little of a number there is hardly ever a fraction with such a denominator by chance."""
+ULPS = 4
+"""Errors of the last place that constants collect where they are combined."""
+
+
+@lru_cache(maxsize=4096)
+def as_written(value: float | Fraction) -> tuple[Fraction, bool, int]:
+    """(x, root, n) for the number x*pi^n, or sqrt(x)*pi^n, that a double (not negative) was rounded from.
+
+    That is a short decimal, a simple fraction or one of these times pi or a root; where none is near enough,
+    the number itself. Coefficients of which 0.1 + 0.2 - 0.3 is one then vanish where they should. A fraction
+    that is no double has not been rounded, unless it is made of doubles: it is no decimal by chance.
+    """
+    number = float(value)
+    near, digits = ULPS * math.ulp(number), WRITTEN if value == number else 0
+    for turns in (0, 1, 2, -1):
+        part = number / math.pi**turns
+        found = simple(part, near * part / number if number else 0.0, digits)
+        if found is not None:
+            return found, False, turns
+    square = simple(number * number, 2 * number * near, digits)
+    return (Fraction(value), False, 0) if square is None else (square, True, 0)
+
+
+def simple(number: float, near: float, digits: int) -> Fraction | None:
+    """A decimal of so many digits or a simple fraction that is so near to a number."""
+    exact = Fraction(number)
+    if digits:
+        found = Fraction(f"{number:.{digits}g}")
+        if abs(found - exact) <= near:
+            return found
+    found = exact.limit_denominator(LARGEST_DENOMINATOR)
+    return found if near < RARE and abs(found - exact) <= near else None

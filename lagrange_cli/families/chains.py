@@ -1,0 +1,217 @@
+"""What follows from member to member: x[i] = x[i - 1] + .., and sums over all members up to one, or from one on.
+
+Both are ``Chain`` totals: their terms are built once, and each member knows its parent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+
+from lagrange_cli.expression.algebra import Value
+from lagrange_cli.expression.array_builder import Members
+from lagrange_cli.expression.index_arrays import Differ, Places, Whole, integers
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.syntax import Binary, Negative, Sum, Tree, Vector, names, plain_names, sums
+from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slot, Slots, Source, Term, tree_of
+from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.groups import Group
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Spec
+
+
+@dataclass(frozen=True, eq=False)
+class Growing:
+    """A group whose members are being built from one another: what stands for their components."""
+
+    group: Group
+    parents: tuple[Array, ...]
+
+
+class ChainBuilder(FamilyBuilder):
+    """A builder that knows chains and trees."""
+
+    def __init__(self, spec: Spec) -> None:
+        self._growing: list[Growing] = []
+        self._chains: dict[Group, tuple[Chain, ...] | None] = {}
+        self._running: dict[int, tuple[Sum, tuple[Chain, ...]]] = {}
+        super().__init__(spec)
+
+    # members from their parents
+
+    def member(self, group: Group, which: Places, domain: Domain) -> Value:
+        for growing in self._growing:
+            if growing.group is group:
+                return together(self.slots.symbol(domain, one, which) for one in growing.parents)
+        arrays = self.chained(group)
+        if arrays is None:
+            return super().member(group, which, domain)
+        return together(self.slots.symbol(domain, one, which) for one in arrays)
+
+    def chained(self, group: Group) -> tuple[Chain, ...] | None:
+        """The members of a group that follow from one another; None if they do not, or otherwise."""
+        if group not in self._chains:
+            own = any(
+                one.identifier.partition(".")[0] == group.family.name
+                for tree in group.trees
+                for one in names(tree)
+            )
+            known, self._chains[group] = len(self.totals), None
+            if own:
+                try:
+                    self._chains[group] = self.grown(group)
+                except Unsuited:
+                    del self.totals[known:]
+        return self._chains[group]
+
+    def grown(self, group: Group) -> tuple[Chain, ...]:
+        """The same. Raises ``Unsuited`` where they follow in another way than by an addition."""
+        count = max(components(tree) for tree in group.trees)
+        arrays = tuple(Array(Source.TOTAL, group.count) for _ in range(count))
+        parents = [np.full(group.count, NONE, dtype=np.int64) for _ in arrays]
+        terms: list[list[Term]] = [[] for _ in arrays]
+        with self.growing(Growing(group, arrays)):
+            for domain, value, which in self.pieces(group, np.arange(group.count)):
+                parts = value if isinstance(value, tuple) else (value,)
+                if len(parts) != count:
+                    raise Unsuited
+                for k, part in enumerate(parts):
+                    found = [(s, slot) for s, slot in self.slots.inside(part) if slot.array in arrays]
+                    if found:
+                        part, parents[k][which] = self.added_to(part, found, arrays[k])
+                    terms[k].append(Term(domain, part, which))
+        made = []
+        for one, up in zip(terms, parents):
+            chain = self.added(group.count, merged(self.slots, one), tree_of(up))
+            assert isinstance(chain, Chain)
+            made.append(chain)
+        return tuple(made)
+
+    def added_to(self, part: Node, found: Sequence[tuple[Node, Slot]], array: Array) -> tuple[Node, Places]:
+        """What is added to the parent in ``part``, and who that is."""
+        (symbol, slot), *others = found
+        rest: Node = part - symbol
+        if others or slot.array is not array or rest.symbols & symbol.symbols:
+            raise Unsuited
+        return rest, slot.table
+
+    @contextmanager
+    def growing(self, one: Growing) -> Iterator[None]:
+        """A context in which a group's members stand for their parents."""
+        self._growing.append(one)
+        try:
+            yield
+        finally:
+            self._growing.pop()
+
+    # sums that go on from member to member
+
+    def written(self, group: Group, which: Places, domain: Domain) -> Value:
+        tree, members = group.members(which, self.sizes, domain)
+        inside = [one for one, _ in sums(tree)]
+        if inside and all(self.runs(one, members) for one in inside):
+            return self.value(tree, members)
+        return super().written(group, which, domain)
+
+    def runs(self, tree: Sum, members: Members) -> bool:
+        """Whether a sum has the members of a loop up to one, or from one on, that is different for each."""
+        if (
+            members.alike is None
+            or tree.conditions
+            or len(tree.bounds) > 2
+            or any(True for _ in sums(tree.body))
+        ):
+            return False
+        own = self.own(members)
+        moving = [bool(own & plain_names(bound)) for bound in tree.bounds]
+        return sum(moving) == 1 and not own & (plain_names(tree.body) - {tree.index})
+
+    def own(self, members: Members) -> frozenset[str]:
+        """The names of the members' own indices."""
+        return frozenset(members.alike or ()) - self.sizes.keys()
+
+    def summed(self, tree: Sum, members: Members) -> Value:
+        if not self.runs(tree, members):
+            return super().summed(tree, members)
+        assert members.alike is not None
+        start, stop = bounds_of(tree, members)
+        least, beyond = (np.asarray(one) for one in bounds_of(tree, members.alike))
+        first, last = int(least.min()), int(beyond.max())
+        empty = np.broadcast_to(np.asarray(stop) <= start, members.count)
+        if np.any(empty):
+            if not np.all(empty):
+                raise Differ(empty.astype(np.int64))
+            return self.algebra.graph.zero
+        forward = len(tree.bounds) == 1 or not self.own(members) & plain_names(tree.bounds[0])
+        if id(tree) not in self._running:
+            self._running[id(tree)] = tree, self.run(tree, members, first, last, forward=forward)
+        chains = self._running[id(tree)][1]
+        at = (np.asarray(stop) - 1 if forward else np.asarray(start)) - first
+        places = np.broadcast_to(at.astype(np.int64), members.count)
+        return together(self.slots.symbol(members.domain, one, places) for one in chains)
+
+    def run(self, tree: Sum, members: Members, first: int, last: int, *, forward: bool) -> tuple[Chain, ...]:
+        """The sums over all members of the loop from ``first`` on, below ``last``."""
+        own, terms = np.arange(first, last, dtype=np.int64), list[list[Term]]()
+        for mine, value, which in self.each(tree.body, {**self.sizes, tree.index: own}, len(own)):
+            parts = value if isinstance(value, tuple) else (value,)
+            terms += [[] for _ in range(len(parts) - len(terms))]
+            for k, part in enumerate(parts):
+                terms[k].append(Term(mine.domain, part, which))
+        places = np.arange(len(own))
+        up = tree_of(places - 1 if forward else np.append(places[1:], NONE))
+        made = [self.added(len(own), one, up) for one in terms]
+        return tuple(one for one in made if isinstance(one, Chain))
+
+
+def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
+    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what it goes
+    on with."""
+    graph, found = slots.graph, dict[tuple[Node, tuple[int, ...]], list[tuple[Term, list[Slot]]]]()
+    for term in terms:
+        inside = [*slots.inside(term.node)]
+        stand_ins = {symbol: graph.symbol(f"place {k}") for k, (symbol, _) in enumerate(inside)}
+        (shape,) = substituted(graph, [term.node], stand_ins)
+        key = shape, tuple(id(slot.array) for _, slot in inside)
+        found.setdefault(key, []).append((term, [slot for _, slot in inside]))
+    made = []
+    for (shape, _), alike in found.items():
+        if len(alike) == 1:
+            made.append(alike[0][0])
+            continue
+        targets = np.concatenate([term.targets for term, _ in alike])
+        order, domain = np.argsort(targets), Domain(len(targets))
+        others = {}
+        for k, same in enumerate(zip(*(listed for _, listed in alike))):
+            table = np.concatenate([slot.table for slot in same])[order]
+            others[graph.symbol(f"place {k}")] = slots.symbol(domain, same[0].array, table)
+        (node,) = substituted(graph, [shape], others)
+        made.append(Term(domain, node, targets[order]))
+    return made
+
+
+def bounds_of(tree: Sum, indices: Members | dict[str, Whole]) -> tuple[Whole, Whole]:
+    """Where the loop of a sum begins and ends."""
+    bounds = [integers(bound, indices) for bound in tree.bounds]
+    return (0, bounds[0]) if len(bounds) == 1 else (bounds[0], bounds[1])
+
+
+def components(tree: Tree) -> int:
+    """How many components an expression has, as far as it is written as a vector."""
+    if isinstance(tree, Vector):
+        return len(tree.items)
+    if isinstance(tree, Negative):
+        return components(tree.operand)
+    if isinstance(tree, Binary):
+        return max(components(tree.left), components(tree.right))
+    return 1
+
+
+def together(values: Iterator[Node]) -> Value:
+    """Components as a value."""
+    found = tuple(values)
+    return found if len(found) > 1 else found[0]

@@ -1,0 +1,85 @@
+"""Families as the file has them: whose members are side by side in an array, and how others are written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from lagrange_cli.expression.array_builder import Members
+from lagrange_cli.expression.index_arrays import Differ, Places, one_if_equal
+from lagrange_cli.expression.syntax import Tree
+from lagrange_cli.families.arrays import Array, Domain
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Expression, Family, Spec
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """A family whose members are side by side in an array."""
+
+    array: Array
+    first: int
+    family: Family
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """A family whose members are written: the ``trees`` that occur, which of them each member has, and the
+    values of its indices. ``place_of`` has the members' numbers by their place, -1 where there is none."""
+
+    family: Family
+    place_of: Places
+    trees: tuple[Tree, ...]
+    labels: Places
+    indices: Mapping[str, Places]
+
+    @property
+    def count(self) -> int:
+        return len(self.labels)
+
+    def members(self, which: Places, sizes: Mapping[str, int], domain: Domain) -> tuple[Tree, Members]:
+        """The tree of some members, and their indices. Raises ``Differ`` where they have several."""
+        labels = self.labels[which]
+        if len(labels) and np.any(labels != labels[0]):
+            raise Differ(labels)
+        values = {name: one_if_equal(one[which]) for name, one in self.indices.items()}
+        found = Members(domain, domain.count, {**sizes, **values})
+        found.alike = {**sizes, **{name: one[self.labels == labels[0]] for name, one in self.indices.items()}}
+        return self.trees[labels[0]], found
+
+
+def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
+    """The members of a family as they are written."""
+    expressions = [written[name] for name in family.members]
+    seen: dict[int, int] = {}
+    labels = np.array([seen.setdefault(id(one.tree), len(seen)) for one in expressions], dtype=np.int64)
+    trees = {seen[id(one.tree)]: one.tree for one in expressions}
+    names = dict.fromkeys(name for one in expressions for name in one.indices)
+    indices = {
+        name: np.array([one.indices.get(name, 0) for one in expressions], dtype=np.int64) for name in names
+    }
+    return Group(family, places_of(family), tuple(trees[i] for i in range(len(trees))), labels, indices)
+
+
+def places_of(family: Family) -> Places:
+    """The members' numbers by place, the last index fastest."""
+    size = int(np.prod(family.shape, dtype=np.int64))
+    if size == len(family.members):
+        return np.arange(size)
+    found = np.full(size, -1, dtype=np.int64)
+    listed = [[int(i) for i in name.partition("[")[2].rstrip("]").split(",")] for name in family.members]
+    found[np.ravel_multi_index(tuple(np.array(listed).T), family.shape)] = np.arange(len(listed))
+    return found
+
+
+def particle_families(spec: Spec) -> Mapping[str, Family]:
+    """The families of particles."""
+    return {**spec.families.get("masses", {}), **spec.families.get("embedding", {})}
+
+
+def alike(one: Group, other: Group) -> Iterator[Places]:
+    """The members of two groups in parts that are alike in both."""
+    labels = one.labels * (int(other.labels.max()) + 1) + other.labels
+    for label in np.unique(labels):
+        yield np.flatnonzero(labels == label)

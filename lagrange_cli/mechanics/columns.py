@@ -1,0 +1,117 @@
+"""Values and rates of change of the terms of a sum at random states, and the sums whose rates vanish."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+
+from lagrange_cli.expression.modular import Equations
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.text import text_of
+from lagrange_cli.mechanics.ansatz import Powers, Term, Variables
+from lagrange_cli.mechanics.residue_states import State, States
+from lagrange_cli.records import dataclass
+
+SPARE = 4
+"""More states than are needed."""
+PRODUCTS = 4
+"""Products modulo a prime that are one step of work."""
+
+Moving = tuple[int, int]
+"""A value and its rate of change."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The ``ansatz`` is a sum of terms in the variables ``given``, with unknown coefficients."""
+
+    states: States
+    given: Variables
+    ansatz: Sequence[Term]
+
+    @cached_property
+    def _rates(self) -> Mapping[Node, tuple[Node, Sequence[Node]]]:
+        """Of the variables and functions: a part without accelerations, and the factors of these."""
+        functions = (one for term in self.ansatz for one in term.functions)
+        h, zero = self.states.noether.energy, self.states.graph.zero
+        found = {one: self.states.rate(one) for one in (*self.given.places, *self.given.speeds, *functions)}
+        return {one: (zero, ()) if one is h else rate for one, rate in found.items()}
+
+    @cached_property
+    def nodes(self) -> Sequence[Node]:
+        """What is evaluated at each state."""
+        return [*self._rates, *(one for rest, slopes in self._rates.values() for one in (rest, *slopes))]
+
+    @cached_property
+    def parameters(self) -> Sequence[Node]:
+        """Those that the terms and accelerations depend on."""
+        model = self.states.model
+        moving = {*model.q, *model.v, model.time}
+        below = reachable([*self.nodes, *self.states.needed])
+        return [one for one in below if one.kind is Kind.SYMBOL and one not in moving]
+
+    def node(self, term: Term) -> Node:
+        """A term as an expression."""
+        factors = [*zip(self.given.places, term.places), *zip(self.given.speeds, term.speeds)]
+        return self.states.graph.product([*factors, *((one, 1) for one in term.functions)])
+
+    def at(self, state: State, p: int) -> list[Moving]:
+        """The terms at a state, with their rates of change."""
+        value = state.values
+        known = {
+            one: (value[one], value[rest] + sum(value[s] * a for s, a in zip(slopes, state.accelerations)))
+            for one, (rest, slopes) in self._rates.items()
+        }
+        x, v = ([known[one] for one in some] for some in (self.given.places, self.given.speeds))
+        speeds = {one: monomial(v, one, p) for one in dict.fromkeys(term.speeds for term in self.ansatz)}
+        places = {
+            (powers, functions): product([monomial(x, powers, p), *(known[one] for one in functions)], p)
+            for powers, functions in dict.fromkeys((term.places, term.functions) for term in self.ansatz)
+        }
+        return [
+            product((speeds[term.speeds], places[term.places, term.functions]), p) for term in self.ansatz
+        ]
+
+    def solutions(self, prime: int, parameters: Mapping[str, int] | None = None) -> list[dict[int, int]]:
+        """Coefficients of sums that are constant, where the parameters have these values, or random ones."""
+        return self._equations(prime, 1, parameters).solutions()
+
+    def vanishing(self, prime: int) -> list[int]:
+        """Terms that are sums of those before them at every state that constraints allow."""
+        return self._equations(prime, 0, None).free
+
+    def _equations(self, prime: int, which: int, parameters: Mapping[str, int] | None) -> Equations:
+        count, work = len(self.ansatz), self.states.graph.work
+        equations, idle, source = Equations(count, prime), 0, random.Random(count)
+        if parameters is None:
+            parameters = {str(one.data): source.randrange(1, prime) for one in self.parameters}
+        for state in self.states.random(prime, self.nodes, parameters):
+            work.charge((len(equations) + 4) * count // PRODUCTS)
+            row = [moving[which] for moving in self.at(state, prime)]
+            idle = 0 if equations.add(row) else idle + 1
+            if idle == SPARE or len(equations) == count:
+                break
+        return equations
+
+
+def name_of(term: Term, given: Variables) -> str:
+    """A term in the language of system files."""
+    powers = [*zip(given.speed_names, term.speeds), *zip(given.names, term.places)]
+    above = [name if n == 1 else f"{name}**{n}" for name, n in powers if n]
+    texts = [given.words.get(one) or text_of(one) for one in term.functions]
+    above += [text for text in texts if not text.startswith("1/")]
+    return ("*".join(above) or "1") + "".join(text[1:] for text in texts if text.startswith("1/"))
+
+
+def monomial(x: Sequence[Moving], powers: Powers, p: int) -> Moving:
+    """A product of powers."""
+    return product((one for one, n in zip(x, powers) for _ in range(n)), p)
+
+
+def product(factors: Iterable[Moving], p: int) -> Moving:
+    """With its rate of change."""
+    value, rate = 1, 0
+    for x, x_rate in factors:
+        value, rate = value * x % p, (rate * x + value * x_rate) % p
+    return value, rate

@@ -1,0 +1,127 @@
+"""Equations and integrands with modes in place of what changes in switches: smooth until a guard changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.cuts import Cut, cuts
+from lagrange_cli.mechanics.guards.forces import by_forces, mixes
+from lagrange_cli.mechanics.guards.guard import Guard, Guarded
+from lagrange_cli.mechanics.guards.held import held_by_multipliers, with_auxiliary
+from lagrange_cli.mechanics.guards.modes import Modes
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.rows import mapped
+from lagrange_cli.mechanics.switches import has_rates, switches
+from lagrange_cli.mechanics.variables import nonzero
+from lagrange_cli.records import replace
+
+
+def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
+    """The equations and integrands for steps, in each of which no switch changes."""
+    found = cuts(residual.model)
+    if not (
+        found
+        or residual.model.events
+        or switches([*residual.residual, *integrands.values()], residual.variables)
+    ):
+        return Guarded(residual, integrands)
+    return with_multipliers(residual, integrands, found)[1]
+
+
+def guarded_values(
+    residual: Residual, nodes: Sequence[Node]
+) -> tuple[Guarded, tuple[Node, ...], tuple[Node, ...]]:
+    """The equations; ``nodes`` with their modes and multipliers, whose switches may have other arguments; and
+    the symbols of these multipliers, in the order of the auxiliary coordinates."""
+    modes, whole = with_multipliers(residual, {})
+    modes.closed = True
+    return whole, modes.frozen(nodes), tuple(modes.multipliers)
+
+
+def with_multipliers(
+    residual: Residual, integrands: Mapping[str, Node], broken: Sequence[Cut] = ()
+) -> tuple[Modes, Guarded]:
+    """The equations with all multipliers that they are linear in, and the modes in them."""
+    free: frozenset[Node] = frozenset()
+    while True:
+        modes = Modes(residual, free)
+        made = assembled(modes, integrands, broken)
+        if isinstance(made, Guarded):
+            return modes, made
+        free |= made
+
+
+def assembled(
+    modes: Modes, integrands: Mapping[str, Node], broken: Sequence[Cut] = ()
+) -> Guarded | frozenset[Node]:
+    """All of it with modes; equations that hold the motion are added. Or, if these are not linear in the
+    multipliers, the arguments of guards that must be without."""
+    residual, graph = modes.residual, modes.graph
+    rows = modes.frozen(residual.residual)
+    quadratures = modes.frozen([*integrands.values()])
+    events = modes.frozen([event.argument for event in residual.model.events])
+    places = modes.frozen([one.y for one in broken])
+    breaks = modes.frozen([node for one in broken for node in (one.x, one.jump, one.usual)])
+    rows, quadratures = by_forces(modes, rows, quadratures)
+    matrix = [mapped(row, modes.frozen) for row in residual.unpushed.mass_matrix]
+    if residual.pushed:
+        first = len(residual.model.q)
+        for k, row in enumerate(rows[:first]):
+            matrix[k] = (*matrix[k][:first], *(graph.diff(row, one) for one in residual.multipliers))
+    inertias = modes.frozen(residual.inertias)
+    momenta = []
+    for one in residual.cyclic_momenta:
+        momentum, speed = modes.frozen([one.momentum, one.speed])
+        momenta.append(replace(one, momentum=momentum, speed=speed))
+    model = with_auxiliary(residual.model, graph, len(modes.multipliers))
+    wider = replace(
+        residual, model=model, residual=rows, mass_matrix=tuple(matrix), inertias=inertias,
+        cyclic_momenta=tuple(momenta),
+    )  # fmt: skip
+    linear = [*rows, *quadratures]
+    alone = [
+        *(row[k] for j, row in enumerate(matrix) for k in nonzero(row, graph.zero, j)),
+        *inertias,
+        *(one.speed for one in momenta),
+    ]
+    alone += [*events, *(guard.argument for guard in modes.guards.values())]
+    slopes = [graph.diff(x, m) for m in modes.multipliers for x in linear if not has_rates(x, m)]
+    mixed = [*slopes, *alone, *(x for m in modes.multipliers for x in linear if has_rates(x, m))]
+    used = 0
+    for x in mixed:
+        used |= x.symbols
+    entangled = [
+        guard
+        for guard in modes.guards.values()
+        if guard.auxiliary is not None
+        and (used & (m := modes.multipliers[guard.auxiliary]).symbols or mixes(modes, linear, m))
+    ]
+    # friction holds more often than a force that depends on the place
+    of_place = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
+    if entangled:
+        return frozenset(one.original for one in of_place or entangled)
+    limits = [
+        limit + sign * modes.multipliers[guard.auxiliary]
+        for guard in modes.guards.values()
+        if guard.auxiliary is not None and (limit := guard.limit) is not None
+        for sign in (1.0, -1.0)
+    ]
+    if modes.multipliers:
+        wider, both = held_by_multipliers(modes, wider, [*quadratures, *limits], events)
+        quadratures, limits = both[: len(quadratures)], [*both[len(quadratures) :]]
+    symbols = (graph.symbol(f"break {i}") for i in range(len(broken)))
+    ending = [Guard(y, y, mode, broken=one) for y, mode, one in zip(places, symbols, broken)]
+    guards = (*modes.guards.values(), *_cuts(modes, events), *ending)
+    named = dict(zip(integrands, quadratures))
+    return Guarded(wider, named, guards, len(modes.multipliers), events, modes.rests, tuple(limits), breaks)
+
+
+def _cuts(modes: Modes, events: Sequence[Node]) -> list[Guard]:
+    """Guards where atan2(y, x) jumps by 2 pi, which stands in other arguments: at y = 0, as x may be
+    negative."""
+    arguments = [*events, *(guard.argument for guard in modes.guards.values())]
+    angles = (node for node in reachable(arguments) if node.kind is Kind.FUNCTION and node.data == "atan2")
+    places = dict.fromkeys(node.arguments[0] for node in angles if node.symbols & modes.moving)
+    symbols = (modes.graph.symbol(f"cut {i}") for i in range(len(places)))
+    return [Guard(y, y, mode, cut=True) for y, mode in zip(places, symbols)]

@@ -1,0 +1,83 @@
+"""Forces that jump by the multipliers of constraints, as friction by a normal force does: mu N sign(v).
+
+With the limit D = mu N there is an unknown force f = m D in place of the multiplier m (see ``held``): the
+equations stay linear in it and in N. It is found as y'', and D + f and D - f have the sign of D as long as -1
+<= m <= 1."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.guards.modes import Modes, three_ways
+from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.switches import has_rates
+from lagrange_cli.records import replace
+
+
+def by_forces(
+    modes: Modes, rows: Sequence[Node], quadratures: Sequence[Node]
+) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """``rows`` and ``quadratures`` with forces in place of multipliers of switches, where multipliers of
+    constraints are their factors."""
+    bound = reduce(or_, (one.symbols for one in modes.residual.multipliers), 0)
+    graph, nodes = modes.graph, [*rows, *quadratures]
+    for original, guard in modes.guards.items():
+        if guard.auxiliary is None or not bound:
+            continue
+        m = modes.multipliers[guard.auxiliary]
+        slopes = {i: graph.diff(x, m) for i, x in enumerate(nodes) if not has_rates(x, m)}
+        held = {i: _where_held(graph, one, guard.mode) for i, one in slopes.items() if not one.is_zero}
+        if not any(one.symbols & bound for one in held.values()):
+            continue
+        shares = _shares(modes, held)
+        if shares is None:
+            continue
+        limit, factors = shares
+        nodes = [*substituted(graph, nodes, {m: graph.zero})]
+        for i, factor in factors.items():
+            nodes[i] = nodes[i] + three_ways(graph, guard.mode, graph.zero, graph.zero, factor * m)
+        modes.guards[original] = replace(guard, limit=limit)
+    return tuple(nodes[: len(rows)]), tuple(nodes[len(rows) :])
+
+
+def mixes(modes: Modes, nodes: Sequence[Node], m: Node) -> bool:
+    """Whether a multiplier is multiplied with one of a constraint."""
+    bound = reduce(or_, (one.symbols for one in modes.residual.multipliers), 0)
+    rates = (modes.graph.diff(x, m) for x in nodes if x.symbols & bound and not has_rates(x, m))
+    return any(rate.symbols & bound for rate in rates)
+
+
+def _where_held(graph: Graph, node: Node, mode: Node) -> Node:
+    """``node`` where a mode is 0."""
+    made: dict[Node, Node] = {}
+    for one in reachable([node]):
+        arguments = [made[a] for a in one.arguments]
+        if one.kind is Kind.SWITCH and one.arguments[0].symbols & mode.symbols:
+            made[one] = arguments[1 if one.data > 0 else 2]
+        else:
+            made[one] = rebuilt(graph, one, arguments)
+    return made[node]
+
+
+def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Node]] | None:
+    """A limit, and factors without multipliers of constraints that give ``held`` when multiplied with it;
+    None where there are none."""
+    graph, multipliers = modes.graph, modes.residual.multipliers
+    first = next(iter(held.values()))
+    one = next((one for one in multipliers if first.symbols & one.symbols), None)
+    if one is None:
+        return None
+    slopes = {i: graph.diff(each, one) for i, each in held.items()}
+    alone = all(is_zero(each - slopes[i] * one) for i, each in held.items())
+    limit = one if alone else first
+    factors = slopes if alone else {i: slope / graph.diff(first, one) for i, slope in slopes.items()}
+    bound = reduce(or_, (other.symbols for other in multipliers), 0)
+    shared = all(
+        not factors[i].symbols & bound and is_zero(each - factors[i] * limit) for i, each in held.items()
+    )
+    return (limit, factors) if shared else None

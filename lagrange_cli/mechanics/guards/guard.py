@@ -1,0 +1,65 @@
+"""Guards: what equations have in place of switches, so that they are smooth for a time.
+
+A switch is ``above`` where its argument u(q, q_dot, t) > 0 and ``below`` where u < 0 (see ``Kind.SWITCH``).
+Its mode is a constant, +1 or -1, until u changes its sign. Then it is the other one, and the motion goes on
+with other equations. Every distinct u has one *guard*.
+
+Where the forces jump at u = 0, both branches may lead back to it: see ``held``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.cuts import Cut
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Guard:
+    """What a mode is the sign of: ``argument``, in which other modes may stand.
+
+    ``original`` is the argument as it stands in the system's own equations. ``auxiliary`` is the place, among
+    auxiliary coordinates, of the one whose acceleration is the multiplier; None where the motion cannot be
+    held. With a ``limit`` the multiplier is a force, which may be that large. A ``cut`` is where an argument
+    of another guard may jump; no equation contains its mode."""
+
+    argument: Node
+    original: Node
+    mode: Node
+    auxiliary: int | None = None
+    cut: bool = False
+    limit: Node | None = None
+    broken: Cut | None = None
+    """What jumps where the argument is 0, so that the motion ends there."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Whether the motion rests at the ``event`` of that number is said by ``mode``; ``auxiliary`` as of a
+    guard."""
+
+    event: int
+    mode: Node
+    auxiliary: int
+
+
+@dataclass(frozen=True)
+class Guarded:
+    """Equations and integrands with modes in place of what moves in switches, and so the arguments of the
+    model's ``events``.
+
+    The model of ``residual`` has the ``auxiliary`` coordinates behind its own.
+    """
+
+    residual: Residual
+    integrands: Mapping[str, Node]
+    guards: tuple[Guard, ...] = ()
+    auxiliary: int = 0
+    events: tuple[Node, ...] = ()
+    rests: tuple[Rest, ...] = ()
+    limits: tuple[Node, ...] = ()
+    """Of each guard with a limit the sum of limit and force, and the difference."""
+    breaks: tuple[Node, ...] = ()
+    """Of each guard where something jumps x, which is negative there, and the squares of a ``Cut``."""

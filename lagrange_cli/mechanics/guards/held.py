@@ -1,0 +1,84 @@
+"""Equations that hold a motion where the argument u of a switch is 0, as dry friction does.
+
+Where the forces jump at u = 0, both branches may lead back to it: the motion stays there. The mode is then 0
+and the switch has the value of A. F. Filippov (Differential Equations with Discontinuous Righthand Sides,
+1988, sec. 4)
+
+    (above + below)/2 + m (above - below)/2,    -1 <= m <= 1,
+
+with the multiplier m for which u stays 0. It is found as the acceleration of an auxiliary coordinate y, m =
+y'', whose equation is du/dt = 0, or d2u/dt2 = 0 where u does not contain velocities, and y'' = 0 while the
+mode is not 0.
+
+The forces of resting contact (see ``mechanics.contacts``) are such multipliers, too; the mode of a contact is
+1 or -1, the side that the motion came from, while it rests, and else 0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.guards.modes import Modes, three_ways
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import rate
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import replace
+
+HEAVY = 2.0**40
+"""What the equation that holds the motion is multiplied with: elimination begins with it, so that u stays 0
+to the last bit."""
+
+
+def held_by_multipliers(
+    modes: Modes, residual: Residual, integrands: Sequence[Node], events: Sequence[Node]
+) -> tuple[Residual, tuple[Node, ...]]:
+    """The equations with multipliers as accelerations of auxiliary coordinates, and theirs; those of
+    constraints are the last ones."""
+    graph, model, own = modes.graph, residual.model, len(modes.residual.model.q)
+    symbols = model.v[own:]
+    graph.work.charge(len(model.q) ** 2, f"a matrix of {own} coordinates and {len(symbols)} multipliers")
+    accelerations = dict(zip(modes.multipliers, map(graph.ddt, symbols)))
+    columns = [[graph.diff(row, m) for m in modes.multipliers] for row in residual.residual]
+    rows = substituted(graph, residual.residual, accelerations)
+    matrix = [[*row[:own], *column, *row[own:]] for row, column in zip(residual.mass_matrix, columns)]
+    constraints = [graph.zero] * len(residual.multipliers)
+    added, slopes = [], []
+    holding = [guard for guard in modes.guards.values() if guard.auxiliary is not None]
+    resting = [(one.auxiliary, events[one.event], one.mode, True) for one in modes.rests]
+    resting += [(one.auxiliary or 0, one.argument, one.mode, False) for one in holding]
+    for (_, u, mode, rests), symbol in zip(sorted(resting, key=lambda one: one[0]), symbols):
+        free, zero = graph.ddt(symbol), graph.zero
+        by = model.v if any(u.symbols & v.symbols for v in model.v) else model.q
+        kept = rate(graph, u, residual.variables)
+        if by is model.q:
+            kept = graph.ddt(kept)
+
+        def chosen(held: Node, otherwise: Node, mode: Node = mode, rests: bool = rests) -> Node:
+            sides = (held, otherwise) if rests else (otherwise, held)
+            return three_ways(graph, mode, sides[0], sides[0], sides[1])
+
+        added.append(chosen(HEAVY * kept, free))
+        row = [chosen(HEAVY * graph.diff(u, x), zero) for x in by[:own]]
+        one = chosen(zero, graph.one)
+        slopes.append([*row, *(one if other is symbol else zero for other in symbols), *constraints])
+    wider = replace(
+        residual,
+        residual=(*rows[:own], *added, *rows[own:]),
+        mass_matrix=tuple(map(tuple, (*matrix[:own], *slopes, *matrix[own:]))),
+        definite=False,
+    )
+    return wider, substituted(graph, integrands, accelerations)
+
+
+def with_auxiliary(model: Model[Node], graph: Graph, count: int) -> Model[Node]:
+    """The model with so many auxiliary coordinates behind its own."""
+    names = [f"hold {i}" for i in range(count)]
+    return replace(
+        model,
+        coordinates=(*model.coordinates, *names),
+        q=(*model.q, *(graph.symbol(name) for name in names)),
+        v=(*model.v, *(graph.symbol(f"{name} dot") for name in names)),
+        generalized_forces=(*model.generalized_forces, *[graph.zero] * count),
+    )

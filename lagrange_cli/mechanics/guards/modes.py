@@ -1,0 +1,137 @@
+"""Modes in place of switches that move: +1, -1, or 0 while the motion stays where the argument is 0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.guards.guard import Guard, Rest
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.substitution import rebuilt
+from lagrange_cli.mechanics.switches import Merging, switches, vanishes_with, where_zero
+from lagrange_cli.records import replace
+
+
+class Modes:
+    """Modes, and what has been written with them so far. Guards whose arguments are ``free`` hold nothing."""
+
+    def __init__(self, residual: Residual, free: frozenset[Node] = frozenset()) -> None:
+        self.residual, self.graph = residual, residual.graph
+        self.moving = residual.variables
+        self.free = free
+        self.guards: dict[Node, Guard] = {}
+        self.multipliers = [contact.multiplier for contact in residual.contacts]
+        self.holding = reduce(or_, (one.symbols for one in self.multipliers), 0)
+        """Bit set of the multipliers."""
+        self.rests = tuple(
+            Rest(contact.event, contact.rest, i) for i, contact in enumerate(residual.contacts)
+        )
+        self.made: dict[Node, Node] = {}
+        self.merged = Merging(self.graph, self.moving).merged
+        self.closed = False
+        """Whether the equations are written: switches with other arguments than theirs have no modes then."""
+        self.inertial = self._inertial()
+        """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
+
+    def _inertial(self) -> set[Node]:
+        """Switches in masses, in momenta, and in factors of accelerations."""
+        residual, found = self.residual, set[Node]()
+        entries = [entry for row in residual.unpushed.entries for entry in row.values()]
+        entries += residual.inertias
+        entries += [node for one in residual.cyclic_momenta for node in (one.momentum, one.speed)]
+        inside, accelerated = [*self.merged(entries)], set[Node]()
+        for node in reachable(self.merged(residual.residual)):
+            if node.kind is Kind.DDT or not accelerated.isdisjoint(node.arguments):
+                accelerated.add(node)
+                if node.kind is Kind.SWITCH:
+                    found.add(node)
+                if node.kind is not Kind.SUM:
+                    inside += [a for a in node.arguments if node.kind is Kind.DDT or a not in accelerated]
+        found.update(switches(inside, self.moving))
+        return found
+
+    def frozen(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """``nodes`` with modes."""
+        nodes = self.merged(nodes)
+        for node in reachable(nodes, lambda node: node not in self.made):
+            arguments = [self.made[argument] for argument in node.arguments]
+            if self._has_mode(node):
+                self.made[node] = self._by_mode(node, *arguments)
+            elif all(a is b for a, b in zip(arguments, node.arguments)):
+                self.made[node] = node
+            elif node.kind is Kind.DDT:
+                moves = arguments[0].symbols & self.moving  # a mode does not
+                self.made[node] = self.graph.ddt(arguments[0]) if moves else self.graph.zero
+            else:
+                self.made[node] = rebuilt(self.graph, node, arguments)
+        return tuple(self.made[node] for node in nodes)
+
+    def _has_mode(self, node: Node) -> bool:
+        """Whether it is a switch that a mode stands for."""
+        if node.kind is not Kind.SWITCH or not node.arguments[0].symbols & self.moving:
+            return False
+        return not self.closed or node.arguments[0] in self.guards
+
+    def _by_mode(self, node: Node, argument: Node, above: Node, below: Node) -> Node:
+        """A switch by its mode."""
+        graph, original = self.graph, node.arguments[0]
+        if original not in self.guards:
+            mode = graph.symbol(f"mode {len(self.guards)}")
+            self.guards[original] = Guard(argument, original, mode)
+        guard = self.guards[original]
+        if node in self.inertial or self._held_inside(above - below):
+            return graph.switch(guard.mode, above, below, -1)
+        if not self._jumps(node):
+            resting = self._resting(original, above, below)
+            if resting is None:
+                return graph.switch(guard.mode, above, below, -1)
+            return three_ways(graph, guard.mode, above, below, resting[0])
+        able = self._moves(original) and original not in self.free and not self.closed
+        if guard.auxiliary is None and able:
+            guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
+            self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))
+            self.holding |= self.multipliers[-1].symbols
+        if guard.auxiliary is None:
+            return graph.switch(guard.mode, above, below, -1)
+        multiplier = self.multipliers[guard.auxiliary]
+        first, second = self._resting(original, above, below) or (above, below)
+        held = (first + second) / 2.0 + multiplier * (first - second) / 2.0
+        return three_ways(graph, guard.mode, above, below, held)
+
+    def _resting(self, argument: Node, above: Node, below: Node) -> tuple[Node, Node] | None:
+        """What both branches are where a velocity is 0, if they have a root of it: this has no series there,
+        and may bring to rest in a finite time."""
+        if argument not in self.residual.model.v:
+            return None
+        rooted = any(
+            node.kind is Kind.PRODUCT
+            and any(
+                base.symbols & argument.symbols and e != int(e) for base, e in zip(node.arguments, node.data)
+            )
+            for node in reachable([above, below])
+        )
+        if not rooted:
+            return None
+        return where_zero(self.graph, above, argument), where_zero(self.graph, below, argument)
+
+    def _held_inside(self, node: Node) -> bool:
+        """Whether a multiplier stands in it: the equations must stay linear in all of them."""
+        return bool(node.symbols & self.holding)
+
+    def _jumps(self, node: Node) -> bool:
+        """Whether a switch may have two values where its argument is 0."""
+        argument, above, below = node.arguments
+        return not vanishes_with(self.graph, above - below, argument)
+
+    def _moves(self, argument: Node) -> bool:
+        """Whether it depends on more than the time."""
+        model = self.residual.model
+        return any(argument.symbols & symbol.symbols for symbol in (*model.q, *model.v))
+
+
+def three_ways(graph: Graph, mode: Node, above: Node, below: Node, held: Node) -> Node:
+    """One or the other by a mode: +1, -1, or 0."""
+    return graph.switch(mode, above, graph.switch(-mode, below, held, -1), -1)

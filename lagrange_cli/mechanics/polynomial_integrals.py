@@ -1,0 +1,216 @@
+"""Conserved polynomials in the velocities, of systems with few degrees of freedom.
+
+Unknown numbers stand before the terms of a sum (``ansatz``, ``separable``). Its rate of change vanishes at
+every state, a linear equation for them at each of many random ones (``columns``). All this is done modulo a
+prime, where nothing is rounded, with random values of the parameters: what is found holds for all of them,
+and its coefficients are functions of the parameters (``recognition``). What is claimed is proven again, at
+other random states modulo a prime of 521 bits (see ``expression.residues``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from itertools import chain, islice
+
+from lagrange_cli.expression.modular import Equations
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.residues import LARGE, SMALL
+from lagrange_cli.expression.text import joined
+from lagrange_cli.mechanics.ansatz import (
+    Material,
+    Powers,
+    Term,
+    Variables,
+    has_constant_masses,
+    has_smooth_forces,
+    material_of,
+    own_variables,
+    terms,
+    variables_in_space,
+)
+from lagrange_cli.mechanics.columns import Columns, name_of
+from lagrange_cli.mechanics.noether import Noether
+from lagrange_cli.mechanics.reasons import term as term_text
+from lagrange_cli.mechanics.recognition import Recognition
+from lagrange_cli.mechanics.residue_states import States
+from lagrange_cli.mechanics.separable import functions_of, separable
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+MOST_PLACES = 5
+MOST_TERMS = 150
+"""Variables and terms of a sum that is tried."""
+DEGREES = {1: 1, 2: 2, 3: 1, 4: 0}
+"""Degrees in the velocities that are tried, and the highest one of leading coefficients in the places."""
+HIGHEST = 4
+"""Of these, the one in which the coefficients of two coordinates are tried to one degree more."""
+ODD = (1, 2)
+"""Those that are tried where forces change with the sign of velocities."""
+ON_A_SURFACE = (2, 2)
+"""What is tried there, in three dimensions."""
+PROOFS = 3
+"""States at which the rate of change must vanish."""
+
+
+@dataclass(frozen=True)
+class Integral:
+    """A conserved function of the state, its formula, and its ``degree`` in the velocities."""
+
+    node: Node
+    text: str
+    degree: int
+
+
+class PolynomialIntegrals:
+    """Those of a model, beside the ``known`` conserved functions."""
+
+    def __init__(self, model: Model[Node], noether: Noether, known: Sequence[Node]) -> None:
+        self.model, self.noether, self.known = model, noether, [*known]
+        self.states = States(model, noether)
+        self.graph = self.states.graph
+
+    def found(self) -> Iterator[Integral]:
+        """Those that do not follow from what is known."""
+        freedoms = len(self.model.q) - len(self.model.constraints)
+        if self.states.eliminated is None or not has_smooth_forces(self.model, self.noether):
+            return
+        self.known += self._uniform()
+        rank = self.rank(self.known)
+        for given, ansatz in self._tried():
+            if rank is None or rank >= 2 * freedoms - 1:
+                return
+            for one in self._solutions(given, ansatz):
+                now = self.rank([*self.known, one.node])
+                if now is not None and now > rank and self.is_conserved(one.node):
+                    rank = now
+                    self.known.append(one.node)
+                    yield one
+
+    # ------------------------------------------------------------------ what is tried
+
+    @cached_property
+    def _steady(self) -> bool:
+        """Whether masses are constant."""
+        return has_constant_masses(self.model, self.states.matrix)
+
+    def _uniform(self) -> list[Node]:
+        """t p_k - sum_l M_kl q_l, of coordinates that change uniformly: nobody has to be told."""
+        if not self._steady:
+            return []
+        model, graph = self.model, self.graph
+        moves = [
+            model.time * p - graph.sum([(m * q, 1.0) for m, q in zip(row, model.q)])
+            for p, row in zip(self.noether.energetics.momenta, self.states.matrix)
+        ]
+        return [one for one in moves if self.is_conserved(one)]
+
+    def _tried(self) -> Iterator[tuple[Variables, list[Term]]]:
+        """Sums of terms, short ones first."""
+        model = self.model
+        given = own_variables(model) if self._steady else variables_in_space(model)
+        material = None if given is None else material_of(model, self.noether, given)
+        if given is not None and material is not None and len(given.places) <= MOST_PLACES:
+            for ansatz in self._polynomials(given, material):
+                yield given, ansatz
+        if not self._steady and not model.constraints and not any(one.body for one in model.particles):
+            functions = functions_of(model, self.states.matrix)
+            if len(functions) <= MOST_TERMS:
+                given, _ = separable(model, self.noether, ())
+                singles = [Term((0,) * len(model.q), (), (one,)) for one in functions]
+                functions = [term.functions[0] for term in self._independent(given, singles)]
+                given, ansatz = separable(model, self.noether, functions)
+                if len(ansatz) <= MOST_TERMS:
+                    yield given, ansatz
+
+    def _polynomials(self, given: Variables, material: Material) -> list[list[Term]]:
+        if not given.flat:
+            some = terms(given, material, *ON_A_SURFACE) if len(given.places) == 3 else []
+            return [self._independent(given, some)] if 0 < len(some) <= MOST_TERMS else []
+        found = []
+        for degree, most in DEGREES.items():
+            most += degree == HIGHEST and len(given.places) == 2
+            if degree in ODD if material.odd else degree > 1:
+                found += [terms(given, material, degree, highest) for highest in range(most + 1)]
+        mirrors = self._mirrors(given, material)
+        parts = [part for one in found for part in separated(one, mirrors)]
+        return sorted((one for one in parts if len(one) <= MOST_TERMS), key=len)
+
+    def _mirrors(self, given: Variables, material: Material) -> list[int]:
+        """Coordinates whose sign may be changed without a change of L and the forces, together with those of
+        their velocities and forces: conserved sums are even in these or odd."""
+        model, graph = self.model, self.graph
+        if given.speeds is not model.v:
+            return []
+        nodes = [self.noether.energetics.lagrangian, *material.functions]
+        forces = self.noether.energetics.applied
+        found = []
+        for k, (q, v) in enumerate(zip(model.q, model.v)):
+            mirrored = substituted(graph, [*nodes, *forces], {q: -q, v: -v})
+            expected = [*nodes, *(-force if i == k else force for i, force in enumerate(forces))]
+            if all(one is other for one, other in zip(mirrored, expected)):
+                found.append(k)
+        return found
+
+    # ------------------------------------------------------------------ what is found
+
+    def _solutions(self, given: Variables, ansatz: Sequence[Term]) -> Iterator[Integral]:
+        """Conserved sums, short ones first."""
+        for vector in sorted(Columns(self.states, given, ansatz).solutions(SMALL), key=len):
+            found = self._recognized(given, [ansatz[i] for i in vector])
+            if found is not None:
+                yield found
+
+    def _independent(self, given: Variables, ansatz: Sequence[Term]) -> list[Term]:
+        """Terms that are no sums of those before them, nor constant, at the states that constraints allow."""
+        constant = Term((0,) * len(given.speeds), (0,) * len(given.places))
+        gone = {*Columns(self.states, given, [constant, *ansatz]).vanishing(SMALL)}
+        return [term for i, term in enumerate(ansatz, 1) if i not in gone]
+
+    def _recognized(self, given: Variables, ansatz: Sequence[Term]) -> Integral | None:
+        """The sum, with coefficients in terms of the parameters."""
+        columns = Columns(self.states, given, ansatz)
+        recognition = Recognition(self.graph, columns.parameters, LARGE)
+        solutions = columns.solutions(LARGE, recognition.values) if recognition.possible else []
+        if len(solutions) != 1:
+            return None
+        coefficients = recognition.coefficients([solutions[0].get(i, 0) for i in range(len(ansatz))])
+        if coefficients is None:
+            return None
+        parts = [*zip(ansatz, coefficients)][::-1]
+        texts = [term_text(factor, name_of(term, given)).replace("*1/", "/") for term, factor in parts]
+        node = self.graph.sum([(factor * columns.node(term), 1.0) for term, factor in parts])
+        return Integral(node, joined(texts), max(sum(term.speeds) for term in ansatz))
+
+    # ------------------------------------------------------------------ proofs
+
+    def is_conserved(self, node: Node) -> bool:
+        """Whether its rate vanishes at random states."""
+        rest, slopes = self.states.rate(node)
+        found = [
+            (state.values[rest] + sum(state.values[s] * a for s, a in zip(slopes, state.accelerations)))
+            % LARGE
+            for state in islice(self.states.random(LARGE, [rest, *slopes]), PROOFS)
+        ]
+        return len(found) == PROOFS and not any(found)
+
+    def rank(self, nodes: Sequence[Node]) -> int | None:
+        """How many of them are independent on the states that constraints allow; None if there are none."""
+        graph, model = self.graph, self.model
+        bound = [one.expression for one in model.constraints if one.holonomic]
+        bound += self.noether.constraints.speeds
+        rows = [[graph.diff(one, x) for x in (*model.q, *model.v)] for one in (*bound, *nodes)]
+        state = next(self.states.random(SMALL, chain.from_iterable(rows)), None)
+        if state is None:
+            return None
+        equations = Equations(2 * len(model.q), SMALL)
+        return sum([equations.add([state.values[x] for x in row]) for row in rows]) - len(bound)
+
+
+def separated(ansatz: Sequence[Term], mirrors: Sequence[int]) -> list[list[Term]]:
+    """The terms that are even or odd in the same coordinates."""
+    found: dict[Powers, list[Term]] = {}
+    for term in ansatz:
+        found.setdefault(tuple((term.speeds[k] + term.places[k]) % 2 for k in mirrors), []).append(term)
+    return [*found.values()]

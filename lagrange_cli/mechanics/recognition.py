@@ -1,0 +1,103 @@
+"""Coefficients in terms of parameters, recognized from their values modulo a prime.
+
+The values of the parameters are prime numbers. A coefficient is then a fraction of whole numbers, which are
+divided by the parameters and by sums of two of them as often as possible. What is left has to be small.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from itertools import combinations
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.modular import fraction_of
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.residues import quotient, square_root
+from lagrange_cli.records import dataclass
+
+PRIMES = (
+    8984771, 19261343, 5376263, 13413637, 16906601, 3198799,
+    1441849, 16744829, 9702487, 19481281, 8862877, 7433869,
+)  # fmt: skip
+"""Values of parameters."""
+SMOOTH = 2**8 * 3**4 * 5**2 * 7 * 11 * 13 * 17 * 19 * 23
+"""What values of sums may have been divided by: a + b is even for odd a and b."""
+NUMBERS = (1, 2, 3, 4, 8, 9, 16)
+"""Numbers before the terms of sums that are recognized."""
+SQUARES = (1, 2, 3, 5, 6)
+"""Numbers whose roots are recognized."""
+LARGEST = 10**6
+"""Numerators and denominators of numbers."""
+
+Factored = tuple[Fraction, int, Mapping[Node, int]]
+"""(x, n, exponents): x sqrt(n) times powers of expressions."""
+
+
+@dataclass(frozen=True)
+class Recognition:
+    """Modulo the prime, and in terms of these ``parameters``."""
+
+    graph: Graph
+    parameters: Sequence[Node]
+    prime: int
+
+    @property
+    def possible(self) -> bool:
+        """Whether there are values for all parameters."""
+        return len(self.parameters) <= len(PRIMES)
+
+    @cached_property
+    def values(self) -> Mapping[str, int]:
+        """Those at which coefficients are recognized."""
+        return {str(one.data): value for one, value in zip(self.parameters, PRIMES)}
+
+    @cached_property
+    def factors(self) -> Mapping[Node, int]:
+        """The parameters, and sums of two, with their values."""
+        known = dict(zip(self.parameters, PRIMES))
+        found = dict(known)
+        for (one, a), (other, b) in combinations([*known.items(), (self.graph.one, 1)], 2):
+            for k in NUMBERS:
+                for n in (sign * n for n in NUMBERS if math.gcd(k, n) == 1 for sign in (1, -1)):
+                    found[float(k) * one + float(n) * other] = k * a + n * b
+        return found
+
+    def coefficients(self, values: Sequence[int]) -> list[Node] | None:
+        """What has these values, times one factor that removes denominators; the last one is positive."""
+        found = [self._factored(value) for value in values]
+        if any(one is None for one in found):
+            return None
+        each = [one for one in found if one is not None]
+        factors = dict.fromkeys(factor for _, _, powers in each for factor in powers)
+        least = {factor: min(powers.get(factor, 0) for _, _, powers in each) for factor in factors}
+        whole = math.lcm(*(number.denominator for number, _, _ in each))
+        common = math.gcd(*(int(whole * number) for number, _, _ in each))
+        scale = Fraction(whole, common if each[-1][0] > 0 else -common)
+        return [
+            self.graph.product([(one, powers.get(one, 0) - least[one]) for one in factors])
+            * (float(scale * number) * math.sqrt(square))
+            for number, square, powers in each
+        ]
+
+    def _factored(self, value: int) -> Factored | None:
+        p = self.prime
+        for square in SQUARES:
+            fraction = fraction_of(quotient(value, square_root(square, p), p), p)
+            above, up = self._divided(fraction.numerator * SMOOTH)
+            below, down = self._divided(fraction.denominator * SMOOTH)
+            number = Fraction(above, below)
+            if max(abs(number.numerator), number.denominator) <= LARGEST:
+                return number, square, {one: up.get(one, 0) - down.get(one, 0) for one in {**up, **down}}
+        return None
+
+    def _divided(self, number: int) -> tuple[int, dict[Node, int]]:
+        """A whole number as a small one times powers of factors."""
+        found: dict[Node, int] = {}
+        for factor, value in self.factors.items():
+            while abs(number) > LARGEST and number % value == 0:
+                number //= value
+                found[factor] = found.get(factor, 0) + 1
+        return number, found

@@ -1,0 +1,153 @@
+"""Random states of a system modulo a prime, with their accelerations: there nothing is rounded."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import chain
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.modular import solved
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.residues import NoValue, Residues
+from lagrange_cli.mechanics.noether import Noether
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+TRIES = 40
+"""Random states that are tried for each that has values: of two numbers, one has a square root."""
+
+BITS = 100
+"""Of a prime that make a value take one step of work more."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Values of nodes, and the accelerations of the coordinates."""
+
+    values: Mapping[Node, int]
+    accelerations: Sequence[int]
+
+
+@dataclass(frozen=True)
+class States:
+    """The states of a ``model``, on which its constraints hold."""
+
+    model: Model[Node]
+    noether: Noether
+
+    @property
+    def graph(self) -> Graph:
+        """That of the model."""
+        return graph_of(self.model)
+
+    @cached_property
+    def matrix(self) -> Sequence[Sequence[Node]]:
+        """The mass matrix dp_k/dv_l."""
+        return [[self.graph.diff(p, v) for v in self.model.v] for p in self.noether.energetics.momenta]
+
+    @cached_property
+    def _forces(self) -> Sequence[Node]:
+        """What the mass matrix times the accelerations is, but for forces of constraint."""
+        energetics = self.noether.energetics
+        return [
+            energetics.lagrangian_rate(q) + force - self.noether.rate(p)
+            for q, force, p in zip(self.model.q, energetics.applied, energetics.momenta)
+        ]
+
+    @cached_property
+    def _turning(self) -> Sequence[Node]:
+        """What constraints have as their second derivative without accelerations."""
+        return [self.noether.rate(speed) for speed in self.noether.constraints.speeds]
+
+    @cached_property
+    def eliminated(self) -> Mapping[Node, Node] | None:
+        """Coordinates and velocities by others; None where constraints are not solved so."""
+        graph, model, known = self.graph, self.model, dict[Node, Node]()
+        constraints = self.noether.constraints
+        for one, slopes, speed in zip(model.constraints, constraints.slopes, constraints.speeds):
+            here, there = substituted(graph, [one.expression, speed], known)
+            k = min((k for k in slopes if model.v[k] not in known), default=None, key=lambda k: -k)
+            if k is None:
+                return None
+            q, v = model.q[k], model.v[k]
+            if one.holonomic:
+                root = root_of(graph, here, q)
+                if root is None:
+                    return None
+                known = {**with_values(graph, known, {q: root}), q: root}
+                (there,) = substituted(graph, [there], {q: root})
+            slope = graph.diff(there, v)
+            if slope.is_zero:
+                return None
+            (rest,) = substituted(graph, [there], {v: graph.zero})
+            known = {**with_values(graph, known, {v: -(rest / slope)}), v: -(rest / slope)}
+        return known
+
+    @cached_property
+    def needed(self) -> Sequence[Node]:
+        """What accelerations are made of."""
+        slopes = [slope for row in self.noether.constraints.slopes for slope in row.values()]
+        return [*chain.from_iterable(self.matrix), *self._forces, *self._turning, *slopes]
+
+    def rate(self, node: Node) -> tuple[Node, list[Node]]:
+        """df/dt of a function of the state: a part without accelerations, and the factors of these."""
+        return self.noether.rate(node), [self.graph.diff(node, v) for v in self.model.v]
+
+    def random(
+        self, prime: int, nodes: Iterable[Node], parameters: Mapping[str, int] | None = None
+    ) -> Iterator[State]:
+        """Random ones with values of ``nodes``; parameters are random, too, but for given ones."""
+        graph, known = self.graph, self.eliminated
+        if known is None:
+            return
+        first, inside = reachable(known.values()), reachable([*nodes, *self.needed])
+        names = {one.data for one in (*first, *inside) if one.kind is Kind.SYMBOL}
+        source, fails = random.Random(len(inside)), 0
+        while fails < TRIES:
+            graph.work.charge(len(inside) * (2 + prime.bit_length() // BITS))
+            residues = Residues(prime, source)
+            given = {**{name: residues.random() for name in names}, **(parameters or {})}
+            try:
+                solution = residues.values(first, given)
+                given |= {str(symbol.data): solution[node] for symbol, node in known.items()}
+                values = residues.values(inside, given)
+                accelerations = self._accelerations(values, prime)
+            except NoValue:
+                fails += 1
+                continue
+            fails = 0
+            if accelerations is None:
+                return
+            yield State(values, accelerations)
+
+    def _accelerations(self, values: Mapping[Node, int], prime: int) -> list[int] | None:
+        n, rows = len(self.model.q), self.noether.constraints.slopes
+        matrix = [[values[m] for m in row] + [0] * len(rows) for row in self.matrix]
+        for i, slopes in enumerate(rows):
+            for k, slope in slopes.items():
+                matrix[k][n + i] = -values[slope]
+            matrix.append([values[slopes[k]] if k in slopes else 0 for k in range(n)] + [0] * len(rows))
+        right = [values[force] for force in self._forces] + [-values[one] for one in self._turning]
+        found = solved(matrix, right, prime)
+        return None if found is None else found[:n]
+
+
+def with_values(graph: Graph, known: Mapping[Node, Node], values: Mapping[Node, Node]) -> dict[Node, Node]:
+    """What is known, in terms of ``values``."""
+    return dict(zip(known, substituted(graph, known.values(), values)))
+
+
+def root_of(graph: Graph, node: Node, x: Node) -> Node | None:
+    """An x at which ``node`` is 0, if it is a polynomial of the first or second degree in x."""
+    slope = graph.diff(node, x)
+    second = graph.diff(slope, x)
+    if second.symbols & x.symbols:
+        return None
+    b, c = substituted(graph, [slope, node], {x: graph.zero})
+    if second.is_zero:
+        return None if b.is_zero else -(c / b)
+    return (graph.product([(b * b - 2.0 * second * c, 0.5)]) - b) / second

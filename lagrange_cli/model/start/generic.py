@@ -1,0 +1,103 @@
+"""What constraints do in general, at consistent states nearby: which are independent, and do others agree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lagrange_cli.errors import NotLinear
+from lagrange_cli.model.start.linear import APART, coupled, damped, independent, scattered, steepness
+from lagrange_cli.model.start.nearest import NEAR, ROUNDS
+from lagrange_cli.model.start.search import NEARBY, TRIES, Generic, Search
+
+AGREE = 1e-7
+"""Constraints that depend on others agree with them if they are off by no more nearby."""
+EXACTLY = 1e-12
+"""States nearby are consistent if constraints are off by no more."""
+
+
+def refuse_constants(search: Search) -> None:
+    """Refuse what has no slopes wherever one looks, and constraints on velocities whose slopes depend on
+    these."""
+    q, v = search.given.q, search.given.v
+    scale = search.metric(q)[0]
+    rows = search.rates(q, v).rows
+    here = steepness(rows, scale)
+    if search.spec.nonholonomic:
+        faster = [a + size * b for a, size, b in zip(v, scale, scattered(0, len(v)))]
+        others = search.rates(q, faster).rows
+        for name, row, other in zip(search.names, rows, others):
+            sizes = {k: abs(a) + abs(row.get(k, 0.0)) for k, a in other.items()}
+            if any(abs(a - row.get(k, 0.0)) > NEAR * sizes[k] for k, a in other.items()):
+                raise NotLinear(name)
+    for name, steep, usual in zip(search.names, here, search.typical(scale)):
+        if steep == usual == 0.0:
+            raise search.refusal.constant(name)
+
+
+def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Generic:
+    """Which constraints are independent at consistent states nearby, where most of them are."""
+    if search.known is not None:
+        return search.known
+    rows = search.rates(q, search.given.v).rows
+    typical = search.typical(scale)
+    best = independent(rows, scale, typical)
+    if len(best) == len(search.names):
+        return Generic(tuple(best), tuple(typical))
+    seen, places = [best], [rows]
+    for number in range(TRIES):
+        near = nearby(search, q, scale, [*range(search.count)], number)
+        if near is not None:
+            there = search.rates(near, search.given.v).rows
+            seen.append(independent(there, scale, typical, sine=APART))
+            places.append(there)
+    if len(seen) == 1:  # a place that stands alone: nothing is known beyond it
+        return Generic(tuple(range(len(search.names))), tuple(typical))
+    best = max(seen, key=len)
+    refuse_restricting(search, q, scale, best)
+    return Generic(tuple(best), tuple(typical), coupled(places[seen.index(best)], best, scale))
+
+
+def nearby(
+    search: Search, q: Sequence[Any], scale: Sequence[float], kept: Sequence[int], number: int, t: Any = None
+) -> list[Any] | None:
+    """A consistent place nearby, as far as the constraints ``kept`` go."""
+    place = search.away(q, scale, number)
+    for _ in range(ROUNDS):
+        try:
+            values, rows = search.position_values(place, t)
+            mine = [rows[i] for i in kept]
+            step = damped(mine, [float(values[i]) for i in kept], scale)
+        except ArithmeticError:
+            return None
+        place = [x + step.get(k, 0.0) for k, x in enumerate(place)]
+        if max((abs(dx) / scale[k] for k, dx in step.items()), default=0.0) <= EXACTLY:
+            return place if search.worst([values[i] for i in kept], mine, scale) <= EXACTLY else None
+    return None
+
+
+def refuse_restricting(search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int]) -> None:
+    """Refuse constraints that depend on others, and contradict them nearby or later."""
+    rest = [i for i in range(len(search.names)) if i not in best]
+    times = search.given.t, search.given.t + NEARBY
+    moving = any(float(one) for t in times for one in search.rates(q, search.given.v, t).drifts)
+    bound = [i for i in best if i < search.count]
+    for number in range(TRIES if rest else 0):
+        for later in (0.0, NEARBY * (number + 1))[: 1 + moving]:
+            t = search.given.t + later
+            near = nearby(search, q, scale, bound, number, t)
+            if near is None:
+                continue
+            rates = search.rates(near, [0.0 * x for x in near], t)
+            drifts = [float(rates.drifts[i]) for i in best]
+            v = damped([rates.rows[i] for i in best], drifts, scale, damping=0.0)
+            for i in rest:
+                size = max(steepness([rates.rows[i]], scale)[0], search.typical(scale)[i])
+                off = float(rates.values[i]) if i < search.count else 0.0
+                if abs(off) > AGREE * size:
+                    raise search.refusal.restricting(search.names[i], later=bool(later))
+                rate = sum(float(a) * v.get(k, 0.0) for k, a in rates.rows[i].items())
+                rate += float(rates.drifts[i])
+                speed = max((abs(dx) / scale[k] for k, dx in v.items()), default=0.0)
+                if abs(rate) > AGREE * max(size * speed, abs(float(rates.drifts[i]))):
+                    raise search.refusal.restricting(search.names[i], later=True)

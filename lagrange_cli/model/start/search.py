@@ -1,0 +1,123 @@
+"""What a search for a consistent start begins with: the constraints and masses of a system at any state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.model.start.equations import Equations, Masses, Rates
+from lagrange_cli.model.start.linear import scales, scattered, steepness
+from lagrange_cli.model.start.nearest import LONG_ROUND, NEAR, ROUND, Values
+from lagrange_cli.model.start.report import Refusal
+from lagrange_cli.model.start.unit_quaternions import normalized
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.spec import Spec
+
+SLIGHTLY = 1e-6
+"""Given values are moved by this part of their scale."""
+NEARBY = 0.03
+"""How far away states are, as a part of the scale, that tell what is true in general."""
+TRIES = 3
+
+
+@dataclass(frozen=True)
+class Given:
+    """The initial values of a run: ``q`` and ``v`` by coordinate, at time ``t``; those of the coordinates
+    with numbers ``open_q`` and ``open_v`` are not given. They may be moved however far if ``forced``."""
+
+    t: Any
+    q: Sequence[Any]
+    v: Sequence[Any]
+    open_q: Collection[int] = ()
+    open_v: Collection[int] = ()
+    forced: bool = False
+
+
+@dataclass(frozen=True)
+class Generic:
+    """What constraints do in general: the numbers of those that are ``independent``, the steepness of each
+    that is ``typical``, and the numbers of those that are ``coupled`` by depending on each other."""
+
+    independent: tuple[int, ...]
+    typical: tuple[float, ...]
+    coupled: tuple[int, ...] = ()
+
+
+class Search:
+    """One search for a consistent start: numbers of the constraints, and how large each is in general."""
+
+    def __init__(
+        self, spec: Spec, parameters: Mapping[str, Any], given: Given, exact: Any, generic: Generic | None
+    ) -> None:
+        self.spec, self.written, self.exact = spec, given, exact
+        q, v, self.normalized = normalized(spec, given.q, given.v, given.open_q, SLIGHTLY)
+        self.given = replace(given, q=q, v=v)
+        self.equations = Equations(spec, parameters, exact)
+        self.parameters, self.known = parameters, generic
+        self.names = [*spec.all_constraints]
+        self.coordinates = [one.name for one in spec.coordinates]
+        self.unit = ROUND if exact is None else LONG_ROUND
+        self.refusal = Refusal(spec)
+        self._measured: tuple[tuple[Any, ...], list[float], Masses] = ((), [], Masses({}))
+
+    @cached_property
+    def count(self) -> int:
+        """Of the holonomic constraints, which come first."""
+        found = self.rates(self.given.q, self.given.v)
+        return len(found.values) - len(self.spec.nonholonomic)
+
+    def rates(self, q: Sequence[Any], v: Sequence[Any], t: Any = None) -> Rates:
+        """The constraints at a state; ArithmeticError becomes ``SpecError``."""
+        return self.equations.at(self.given.t if t is None else t, q, v)
+
+    def position_values(self, q: Sequence[Any], t: Any = None) -> Values:
+        """The holonomic constraints at a place."""
+        try:
+            found = self.rates(q, self.given.v, t)
+        except SpecError as error:
+            raise ArithmeticError(error.problems[0].message) from error
+        return found.values[: self.count], found.rows[: self.count]
+
+    def metric(self, q: Sequence[Any]) -> tuple[list[float], Masses]:
+        """The scale of each coordinate, and the masses."""
+        place = tuple(q)
+        if self._measured[0] != place:
+            masses = self.equations.masses(self.given.t, q, [0.0 * x for x in q])
+            self._measured = place, scales(masses, q, masses.extent), masses
+        return self._measured[1:]
+
+    def worst(self, values: Sequence[Any], rows: Sequence[Any], scale: Sequence[float]) -> float:
+        """The largest of values relative to their terms."""
+        found = 0.0
+        for i, (value, steep) in enumerate(zip(values, steepness(rows, scale))):
+            size = max(steep, NEAR * self.typical(scale)[i])
+            off = abs(float(value))
+            found = max(found, off / size if size else (math.inf if off > NEAR else 0.0))
+        return found
+
+    def typical(self, scale: Sequence[float]) -> Sequence[float]:
+        """The steepness of constraints away from places where their slopes may vanish."""
+        if self.known is not None:
+            return self.known.typical
+        if not hasattr(self, "_typical"):
+            self._typical = [0.0] * len(self.names)
+            for number in range(TRIES):
+                near = self.away(self.given.q, scale, number)
+                speeds = [
+                    float(v) + size * one
+                    for v, size, one in zip(self.given.v, scale, scattered(number, len(near)))
+                ]
+                try:
+                    self._typical = steepness(self.rates(near, speeds).rows, scale)
+                    break
+                except SpecError:
+                    continue
+        return self._typical
+
+    def away(self, q: Sequence[Any], scale: Sequence[float], number: int) -> list[float]:
+        """A place nearby, the same in every run."""
+        moves = zip(q, scale, scattered(number, len(q)))
+        return [float(x) + NEARBY * size * move for x, size, move in moves]

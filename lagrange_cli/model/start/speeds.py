@@ -1,0 +1,56 @@
+"""Velocities that satisfy the rates of the constraints at a place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from lagrange_cli.model.start.closures import determined
+from lagrange_cli.model.start.equations import Masses, Rates
+from lagrange_cli.model.start.linear import scales, steepness
+from lagrange_cli.model.start.moved import moved, tried
+from lagrange_cli.model.start.nearest import Surface, Values
+from lagrange_cli.model.start.search import Search
+
+
+def speeds(
+    search: Search, q: Sequence[Any], scale: Sequence[float], masses: Masses, kept: Sequence[int]
+) -> list[Any]:
+    """Consistent velocities."""
+    given, v = search.given, list(search.given.v)
+    rates = search.rates(q, v)
+
+    def at(x: Sequence[Any]) -> Values:
+        values = [
+            drift + sum((a * x[k] for k, a in row.items()), 0 * drift)
+            for row, drift in zip(rates.rows, rates.drifts)
+        ]
+        return values, rates.rows
+
+    def surface(kept: Sequence[int], unknown: Sequence[int], size: Sequence[float]) -> Surface:
+        return Surface(at, kept, unknown, masses, size, search.unit)
+
+    everything = [*range(len(v))]
+    whole = tried(surface(kept, everything, scale).reach, v) or v
+    size = scales(masses, [max(abs(float(a)), abs(float(b))) for a, b in zip(v, whole)])
+    unknown = sorted(given.open_v)
+    if unknown and off_by(at(v), size, rates) > 0.0:
+        some = determined([rates.rows[i] for i in kept], unknown, scale)
+        alone = Masses({k: {k: 1.0 / scale[k] ** 2} for k in unknown})  # none moves because others do
+        free = Surface(at, [kept[i] for i in some], unknown, alone, size, search.unit)
+        found = tried(free.nearest, v)
+        v = v if found is None else found
+    return moved(
+        search, surface(kept, everything, size), v, lambda x: off_by(at(x), size, rates), speeds=True
+    )
+
+
+def off_by(values: Values, size: Sequence[float], rates: Rates) -> float:
+    """How far from 0 the worst rate of a constraint is, relative to its terms."""
+    found = 0.0
+    for value, steep, drift in zip(values[0], steepness(values[1], size), rates.drifts):
+        whole = max(steep, abs(float(drift)))
+        if value:
+            found = max(found, abs(float(value)) / whole if whole else math.inf)
+    return found

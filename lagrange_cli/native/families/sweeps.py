@@ -1,0 +1,181 @@
+"""Sweeps along trees: from the tips to the roots and back (see ``balance``).
+
+What goes to a parent stays in registers where every node is the parent of the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from lagrange_cli.families.arrays import NONE, Array, Tree
+from lagrange_cli.native.families.evaluation import climb
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.recurrences.layout_batches import Tables
+
+Where = Callable[[Array], Pointer]
+
+
+class Sweeps:
+    """The sweeps of one tree; behind the last node, arrays have one of what does not move."""
+
+    def __init__(self, f: Function, tables: Tables, tree: Tree, where: Where) -> None:
+        self.f, self.tables, self.tree, self.where = f, tables, tree, where
+        self.count = len(tree.parents)
+        self.straight = bool(np.array_equal(tree.parents, np.arange(NONE, self.count + NONE)))
+
+    def load(self, array: Array, i: Integer) -> Real:
+        return self.f.load(self.where(array), i)
+
+    def store(self, value: Real, array: Array, i: Integer) -> None:
+        self.f.store(value, self.where(array), i)
+
+    def eliminate(
+        self,
+        masses: Mapping[tuple[int, int], Array],
+        inertia: Sequence[Array],
+        slopes: Mapping[tuple[int, int], Array],
+        own: Mapping[tuple[int, int], Array],
+        corners: Mapping[tuple[int, int], Array],
+        weights: Sequence[Array],
+        gains: Mapping[tuple[int, int], Array],
+        inverse: Mapping[tuple[int, int], Array],
+        passed: Mapping[tuple[int, int], Array],
+    ) -> Bit:
+        """Masses from the tips on, and what each order needs of them; whether they are regular."""
+        f, axes = self.f, range(len(inertia))
+        size = 1 + max((b for _, b in slopes), default=-1)
+        bends = range(size)
+        good = f.variable(Bit(f, "true", 1))
+        handed = {key: f.variable(f.constant(0.0)) for key in masses}
+        with climb(f, self.tables, self.tree, back=True) as (i, parent, _):
+            mass: dict[tuple[int, int], Real] = {}
+            for (c, e), array in masses.items():
+                value = self.load(array, i)
+                if self.straight:
+                    value = value + handed[c, e].get()
+                if c == e:
+                    value = value + self.load(inertia[c], i)
+                self.store(value, array, i)
+                mass[c, e] = mass[e, c] = value
+            slope = {key: self.load(array, i) for key, array in slopes.items()}
+            met = {(c, b): dotted(f, [(mass[c, e], slope[e, b]) for e in axes]) for c in axes for b in bends}
+            both = {(c, b): met[c, b] + self.load(own[c, b], i) for c in axes for b in bends}
+            matrix = {
+                (b, d): dotted(f, [(slope[c, b], met[c, d]) for c in axes], self.load(corners[b, d], i))
+                for b in bends
+                for d in bends[b:]
+            }
+            found, positive = inverted(f, matrix, size)
+            for one in positive:
+                good.set(good.get() & one)
+            for key, value in found.items():
+                self.store(value, inverse[key], i)
+            gain = {
+                (c, b): dotted(f, [(both[c, d], found[min(b, d), max(b, d)]) for d in bends])
+                for c in axes
+                for b in bends
+            }
+            for key, value in gain.items():
+                self.store(value, gains[key], i)
+            for c in axes:
+                for e in axes:
+                    start = f.constant(1.0 if c == e else 0.0)
+                    value = dotted(f, [(-gain[c, b], slope[e, b]) for b in bends], start)
+                    self.store(value, passed[c, e], i)
+            for (c, e), array in masses.items():
+                start = mass[c, e] + self.load(weights[c], i) if c == e else mass[c, e]
+                value = dotted(f, [(-gain[c, b], both[e, b]) for b in bends], start)
+                if self.straight:
+                    handed[c, e].set(value)
+                else:
+                    self.store(self.load(array, parent) + value, array, parent)
+        return good.get()
+
+    def to_roots(
+        self,
+        pull: Sequence[Array],
+        push: Sequence[Array],
+        passed: Mapping[tuple[int, int], Array],
+        *,
+        bare: bool,
+    ) -> None:
+        """What goes on to the parent from each node: ``push``, and what is ``passed`` of the node's ``pull``, to
+        which it is added. If they are ``bare``, nothing is there before."""
+        f, axes = self.f, range(len(pull))
+        handed = [f.variable(f.constant(0.0)) for _ in axes]
+        with climb(f, self.tables, self.tree, back=True) as (i, parent, _):
+            mine = [self.load(one, i) for one in pull] if not self.straight or not bare else []
+            if self.straight:
+                mine = [one.get() + own for one, own in zip(handed, mine)] or [one.get() for one in handed]
+                for one, array in zip(mine, pull):
+                    self.store(one, array, i)
+            for c in axes:
+                terms = [(self.load(passed[c, e], i), mine[e]) for e in axes]
+                value = dotted(f, terms, self.load(push[c], i))
+                if self.straight:
+                    handed[c].set(value)
+                else:
+                    self.store(self.load(pull[c], parent) + value, pull[c], parent)
+
+    def to_tips(
+        self, moved: Sequence[Array], drift: Sequence[Array], passed: Mapping[tuple[int, int], Array]
+    ) -> None:
+        """``moved`` of each node: ``drift``, and what is ``passed`` of its parent's."""
+        f, axes = self.f, range(len(moved))
+        handed = [f.variable(f.constant(0.0)) for _ in axes]
+        for array in moved:
+            f.store(f.constant(0.0), self.where(array), self.count)
+        with climb(f, self.tables, self.tree, back=False) as (i, parent, _):
+            up = [one.get() for one in handed] if self.straight else [self.load(one, parent) for one in moved]
+            values = [
+                dotted(f, [(self.load(passed[c, e], i), up[c]) for c in axes], self.load(drift[e], i))
+                for e in axes
+            ]
+            for one, array, value in zip(handed, moved, values):
+                self.store(value, array, i)
+                if self.straight:
+                    one.set(value)
+
+
+def dotted(f: Function, terms: Sequence[tuple[Real, Real]], start: Real | None = None) -> Real:
+    """A sum of products."""
+    total = start
+    for a, b in terms:
+        total = a * b if total is None else f.fused(a, b, total)
+    return f.constant(0.0) if total is None else total
+
+
+def inverted(
+    f: Function, matrix: Mapping[tuple[int, int], Real], size: int
+) -> tuple[dict[tuple[int, int], Real], list[Bit]]:
+    """The inverse of a small positive definite matrix, and whether it is: A = L D L^T."""
+    lower: dict[tuple[int, int], Real] = {}
+    pivots: list[Real] = []
+    for j in range(size):
+        pivot = matrix[j, j]
+        for k in range(j):
+            pivot = pivot - lower[j, k] * lower[j, k] * pivots[k]
+        pivots.append(pivot)
+        for i in range(j + 1, size):
+            value = matrix[j, i]
+            for k in range(j):
+                value = value - lower[i, k] * lower[j, k] * pivots[k]
+            lower[i, j] = value / pivot
+    one = f.constant(1.0)
+    unit = {(j, j): one for j in range(size)}
+    for j in range(size):
+        for i in range(j + 1, size):
+            value = -lower[i, j]
+            for k in range(j + 1, i):
+                value = value - lower[i, k] * unit[k, j]
+            unit[i, j] = value
+    inverses = [one / pivot for pivot in pivots]
+    made = {
+        (i, j): dotted(f, [(unit[k, i] * inverses[k], unit[k, j]) for k in range(j, size)])
+        for i in range(size)
+        for j in range(i, size)
+    }
+    return made, [pivot > 0.0 for pivot in pivots]

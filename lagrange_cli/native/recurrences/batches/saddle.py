@@ -1,0 +1,232 @@
+"""The equations of motion with constraints, factored and solved by loops over the rows of tables.
+
+L D L^T as in ``linear.saddle``, eight unknowns of a round at a time (``linear.sparse``). The pattern of
+nonzero entries is in tables; so the code is the same for any number of constraints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.linear.pivots import FLOOR
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import Operand
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
+from lagrange_cli.native.recurrences.batches.layout import Blocks, count
+from lagrange_cli.native.recurrences.batches.saddle_tables import Rows, SaddleTables, Term
+from lagrange_cli.native.recurrences.batches.tables import Tables
+from lagrange_cli.native.recurrences.batches.values import Values
+
+
+class Tabled(SaddleTables):
+    """What the code of ``@jet`` factors once a step and solves with at every order.
+
+    From ``base[first]`` on are arrays: the unknowns (in factoring, the smallest pivots allowed), 1/D, D,
+    L, D L, and L once more as the two passes of a solution read it, row by row and column by column.
+    """
+
+    def __init__(
+        self, f: Function, emitter: LaneEmitter, residual: Residual, tables: Tables, base: str, first: int
+    ) -> None:
+        super().__init__(residual, tables, first)
+        self.f, self.emitter, self.base = f, emitter, base
+
+    def place(self, name: str, at: Integer | int = 0) -> Pointer:
+        """A place in one of the arrays."""
+        return self.f.place(self.f.place(self.base, self.places[name], "double"), at, "double")
+
+    def load(self, name: str, at: Integer | int) -> Operand:
+        """Eight of its numbers."""
+        return self.f.load_row(self.place(name, at), 0, LANES).name
+
+    def store(self, value: Operand | None, name: str, at: Integer | int) -> None:
+        """The same, stored."""
+        made = Real(self.f, self.emitter.written(value), LANES)
+        self.f.store_row(made, self.place(name, at), 0)
+
+    def gather(self, name: str, places: Operand) -> Operand:
+        """Its numbers at these places."""
+        return gathered(self.emitter, self.place(name).name, places)
+
+    def subtract(
+        self, rows: Rows, start: Callable[[Integer], Operand], factor: Callable[[Integer], Operand],
+        other: str, put: Callable[[Operand, Integer], None],
+    ) -> None:  # fmt: skip
+        """For each block of ``rows``: ``start`` less the sum of ``factor`` times what the terms' second
+        places hold."""
+        f = self.f
+        if not rows.blocks:
+            return
+        with f.loop(0, rows.blocks, tested=False) as b:
+            first, last, target = (place_at(f, b + table) for table in (rows.starts, rows.ends, rows.targets))
+            total = f.variable(Real(f, start(target * LANES), LANES))
+            with f.loop(first, last) as t:
+                places = places_at(f, t * LANES + rows.second)
+                value = self.emitter.fms(factor(t), self.gather(other, places), total.get().name)
+                assert value is not None
+                total.set(Real(f, value, LANES))
+            put(total.get().name, target * LANES)
+
+    def factor(self, values: Values, regular: Variable[Bit]) -> None:
+        """L and D from the ``values`` of the ``nodes``, and whether they are regular."""
+        for name, nodes in self.nodes.items():
+            if nodes:
+                table = self.tables.of_places([values.places[node] for node in nodes])
+                with self.f.loop(0, count(nodes), tested=False) as b:
+                    row = gathered(self.emitter, values.base.name, places_at(self.f, b * LANES + table))
+                    self.store(row, name, b * LANES)
+        self._floors(0, self.begin)
+        pairs = 0
+        start = 0
+        for number, (end, pair_end) in enumerate(zip(self.ends, self.pair_ends)):
+            constrained = number >= self.elimination.first
+            if number == self.elimination.first:
+                self._update(range(self.begin, len(self.listed)), range(pairs, len(self.pairs)), False)
+                self._floors(self.begin, len(self.listed))
+            self._update(range(start, end), range(0), constrained)
+            self._pivot(range(start, end), constrained, regular)
+            self._update(range(0), range(pairs, pair_end), constrained)
+            self._scale(range(pairs, pair_end))
+            start, pairs = end, pair_end
+        for name, rows in (("rows", self.forward), ("columns", self.backward)):
+            if rows.length:
+                with self.f.loop(0, rows.length, tested=False) as t:
+                    places = places_at(self.f, t * LANES + rows.first)
+                    self.store(self.gather("lower", places), name, t * LANES)
+
+    def _floors(self, first: int, last: int) -> None:
+        """Below which part of their entries pivots are nothing but rounding."""
+        unit = self.emitter.number(FLOOR * self.emitter.unit)
+        with self.f.loop(first // LANES, last // LANES, tested=False) as b:
+            self.store(self.emitter.mul(unit, self.load("diagonal", b * LANES)), "unknowns", b * LANES)
+
+    def _update(self, positions: range, pairs: range, constrained: bool) -> None:
+        """Take from entries what earlier pivots give to them: those of coordinates, or of constraints."""
+        rows, zero = self.elimination.rows, (len(self.pairs), len(self.pairs))
+        limit = self.begin if not constrained else len(self.listed)
+        least = self.begin if constrained else 0
+
+        def terms(i: int, j: int) -> list[Term]:
+            common = set(rows[i]).intersection(rows[j])
+            earlier = [p for p in rows[j] if p in common and least <= self.position[p] < limit]
+            return [(self.number[i, p], self.number[j, p]) for p in earlier]
+
+        def in_blocks(name: str, places: range, of: Callable[[int], list[Term]]) -> None:
+            listed = [[of(at) for at in places[b : b + LANES]] for b in range(0, len(places), LANES)]
+            made = self.rows_of(listed, [at // LANES for at in places[::LANES]], zero)
+            self.subtract(
+                made,
+                lambda at: self.load(name, at),
+                lambda t: self.gather("lower", places_at(self.f, t * LANES + made.first)),
+                "upper",
+                lambda value, at: self.store(value, name, at),
+            )
+
+        def of_position(at: int) -> list[Term]:
+            i = self.listed[at]
+            return [] if i is None else terms(i, i)
+
+        def of_pair(at: int) -> list[Term]:
+            pair = self.pairs[at]
+            return [] if pair is None else terms(*pair)
+
+        in_blocks("diagonal", positions, of_position)
+        in_blocks("lower", pairs, of_pair)
+
+    def _pivot(self, positions: range, constrained: bool, regular: Variable[Bit]) -> None:
+        """1/D of a round, and whether the pivots are sound."""
+        f, emitter, relation = self.f, self.emitter, "olt" if constrained else "ogt"
+        with f.loop(positions.start // LANES, positions.stop // LANES, tested=False) as b:
+            pivot, floor = (self.load(name, b * LANES) for name in ("diagonal", "unknowns"))
+            self.store(emitter.div(emitter.one, pivot), "inverse", b * LANES)
+            regular.set(regular.get() & f.all(Bit(f, emitter.compare(relation, pivot, floor), LANES)))
+
+    def _scale(self, pairs: range) -> None:
+        """L from D L."""
+        if not pairs:
+            return
+        pivots = [
+            self.position[pair[1]] if pair is not None else 0 for pair in map(self.pairs.__getitem__, pairs)
+        ]
+        table = self.tables.of_places(pivots)
+        with self.f.loop(0, len(pairs) // LANES, tested=False) as b:
+            at = b * LANES + pairs.start
+            value = self.load("lower", at)
+            inverse = self.gather("inverse", places_at(self.f, b * LANES + table))
+            self.store(value, "upper", at)
+            self.store(self.emitter.mul(value, inverse), "lower", at)
+
+    def solve(self, base: Pointer, right: Sequence[int], zero: int) -> None:
+        """The unknowns with K x = what is at the places ``right`` from ``base`` on, with a 0 at ``zero``."""
+        emitter = self.emitter
+        table = self.tables.of_places([zero if i is None else right[i] for i in self.listed])
+        with self.f.loop(0, len(self.listed) // LANES, tested=False) as b:
+            row = gathered(emitter, base.name, places_at(self.f, b * LANES + table))
+            self.store(row, "unknowns", b * LANES)
+
+        def put(value: Operand, at: Integer) -> None:
+            self.store(value, "unknowns", at)
+
+        def scaled(at: Integer) -> Operand:
+            made = emitter.mul(self.load("unknowns", at), self.load("inverse", at))
+            assert made is not None
+            return made
+
+        unknowns = "unknowns"
+        self.subtract(
+            self.forward,
+            lambda at: self.load(unknowns, at),
+            lambda t: self.load("rows", t * LANES),
+            unknowns,
+            put,
+        )
+        self.subtract(self.backward, scaled, lambda t: self.load("columns", t * LANES), unknowns, put)
+
+    def table(self, rows: Iterable[int]) -> int:
+        """Where the unknowns of these rows are, in a table of places from ``base`` on."""
+        return self.tables.of_places([self.places["unknowns"] + self.position[row] for row in rows])
+
+
+def at_the_start(
+    f: Function, emitter: LaneEmitter, residual: Residual, blocks: Blocks, nodes: Sequence[Node],
+    tables: Tables, time: Operand,
+) -> Values:  # fmt: skip
+    """The values of ``nodes`` where a step begins, from the series' first coefficients."""
+    program = blocks.program
+    known = {
+        one.node: blocks.offsets[i]
+        for i, one in enumerate(program.series)
+        if one.node is not None and one.level >= 1 and one.node is not residual.model.time
+    }
+    known |= {v: blocks.offsets[i] for v, i in zip(residual.model.v, program.velocities)}
+    leaves = read(residual, nodes, known)
+    values = Values(f, [*leaves, residual.model.time], nodes, tables, emitter)
+    if leaves:
+        table = tables.of_places([known[node] for node in leaves])
+        with f.loop(0, count(leaves), tested=False) as b:
+            row = gathered(emitter, "%work", places_at(f, b * LANES + table))
+            f.store_row(Real(f, row, LANES), values.base, b * LANES)
+    f.store(f.lane(Real(f, time, LANES), 0), values.base, len(leaves))
+    values.write()
+    emitter.repeated = 1
+    return values
+
+
+def read(residual: Residual, nodes: Sequence[Node], known: dict[Node, int]) -> list[Node]:
+    """Which of the ``known`` nodes are read where ``nodes`` are computed."""
+    found: dict[Node, None] = {}
+    pending, seen = [*nodes], set[Node]()
+    while pending:
+        node = pending.pop()
+        if node in known:
+            found[node] = None
+        elif node not in seen and node.symbols & residual.variables:
+            seen.add(node)
+            pending += node.arguments
+    return sorted(found, key=lambda node: known[node])

@@ -1,0 +1,62 @@
+"""Which method integrates, what it can follow, and its tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.near import suggest
+from lagrange_cli.integrate.methods.table import AUTO, METHODS, MethodRow
+from lagrange_cli.integrate.precision import DOUBLE
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.spec import Spec
+
+LOOSEST_TOLERANCE = 0.1
+
+
+def abilities(spec: Spec) -> Iterator[tuple[str, Callable[[MethodRow], bool]]]:
+    """What in a system not every method can follow, and whether one can."""
+    if spec.all_constraints:
+        yield "a system with constraints", lambda row: row.constrains
+    if spec.events:
+        yield "a system with events", lambda row: row.finds_events
+
+
+def resolve_method(name: str | None) -> str:
+    """The method's proper name, whatever case it was written in; ``AUTO`` where there is none."""
+    return proper_name(AUTO if name is None else name, (AUTO, *METHODS))
+
+
+def proper_name(name: str, methods: Sequence[str]) -> str:
+    """The one of these methods that is meant, whatever case it is written in."""
+    for method in methods:
+        if method.lower() == name.lower():
+            return method
+    raise UsageError(f"unknown method {name!r}; {suggest(name, methods)}")
+
+
+def check_method(method: str, option: str, can: Callable[[MethodRow], bool]) -> None:
+    """Refuse an option that a method cannot be used with, and say which it can."""
+    able = able_to(can)
+    if method not in able:
+        raise UsageError(f"{option} needs method {' or '.join(able)}, not {method}: add --method {able[0]}")
+
+
+def able_to(can: Callable[[MethodRow], bool]) -> list[str]:
+    """The methods that can do something."""
+    return [name for name, row in METHODS.items() if can(row)]
+
+
+def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOUBLE) -> float:
+    """The tolerance asked for, if the method can take it; else the method's default."""
+    tightest, default = METHODS[method].tolerances[precision]
+    if tolerance is None:
+        return default
+    if not tightest <= tolerance <= LOOSEST_TOLERANCE:
+        raise UsageError(
+            f"the tolerance {tolerance:g} is out of range; "
+            f"{method} takes {tightest:.3g} to {LOOSEST_TOLERANCE:g}"
+        )
+    return tolerance

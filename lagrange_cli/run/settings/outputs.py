@@ -1,0 +1,37 @@
+"""What a run writes: the outputs that are asked for, or those that a system has by default."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.near import suggest
+from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.spec import Spec
+
+ALL = "all"
+"""Every output that the system has."""
+
+
+def default_outputs(spec: Spec) -> tuple[str, ...]:
+    """What is written where nobody says otherwise; it depends on the sections that the file has."""
+    rows = (row for row in OUTPUTS.values() if row.default)
+    return tuple(row.name for row in rows if not row.section or getattr(spec, row.section))
+
+
+def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[str]:
+    """The outputs asked for; ``all`` stands for every one that the system has."""
+    known = frozenset(OUTPUTS) if has_particles else frozenset(OUTPUTS) - PARTICLE_OUTPUTS
+    asked = set(names)
+    for name in sorted(asked - known - {ALL, "t"}):
+        if name in PARTICLE_OUTPUTS:
+            raise UsageError(f"a system given by its 'lagrangian' has no output {name!r}")
+        words = [word for word in name.replace("&", " ").replace(";", " ").split() if word != "and"]
+        meant = f"write {','.join(words)}" if len(words) > 1 and known.issuperset(words) else ""
+        if other := next((one for one, row in OUTPUTS.items() if name in row.also.split()), ""):
+            meant = f"write {other}"
+        raise UsageError(f"unknown output {name!r}; {meant or suggest(name, (*OUTPUTS, ALL))}")
+    return known if ALL in asked else frozenset(asked & known)

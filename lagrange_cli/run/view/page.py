@@ -1,0 +1,164 @@
+"""``view``: a page that shows a system, and computes its motion where it is read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.attributes import finite
+from lagrange_cli.run.monitor import Stage, untimed
+from lagrange_cli.run.motion import Motion
+from lagrange_cli.run.view.content import described, drawn, recorded, written
+from lagrange_cli.run.view.motion import PATIENCE, Followed, follow, watched
+
+if TYPE_CHECKING:
+    from lagrange_cli.drawing.drawing import Drawing
+    from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.native.program import Program
+    from lagrange_cli.outputs.recording import Recording
+    from lagrange_cli.store.target import Target
+
+REPLAYED = "This page replays the motion that was computed when it was written."
+LARGEST = 60_000
+"""Lines of LLVM IR in a page's program: the page stays below 400 kB, and is written in less than a minute."""
+PROVEN = 20_000
+"""Lines of a program with the proofs of its steps, beyond which these are left out: with more of them, the
+page would no longer begin a motion within a frame."""
+UNPROVEN = (
+    "This page does not prove its steps, since its program would be too large: it may pass over a force that "
+    "acts for a very short time. lagrange solve does not."
+)
+UNDRAWN = "The drawing of this system is too large for a page."
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page: its ``text``, whether it computes (``live``), and why not, where it does not."""
+
+    text: str
+    live: bool
+    why: str = ""
+
+
+def view(motion: Motion, stage: Stage = untimed, members: Sequence[Mapping[str, Any]] = ()) -> Page:
+    """The page of a system: it computes, unless something in the system is not for that.
+
+    It can have ``members``, which are other values to begin with: ``{"label": ..., "values": {name: x}}``.
+
+    Raises ``SpecError`` where no equations can be derived, and ``UsageError`` for members of a system whose
+    page cannot compute.
+    """
+    motion = watched(motion)
+    return page(motion, follow(motion, stage), stage, members)
+
+
+def page(
+    motion: Motion,
+    followed: Followed,
+    stage: Stage = untimed,
+    members: Sequence[Mapping[str, Any]] = (),
+    equations: str | None = None,
+) -> Page:
+    """The page of a motion that was ``watched`` and has been ``followed``; ``equations`` are HTML, which is
+    derived if it is not given."""
+    with stage("derive"):
+        from lagrange_cli.run.derive import derive_system, located
+
+        with located(motion.spec):
+            residual = derive_system(motion.spec, resting=True)
+    why = obstacle(motion, residual)
+    with stage("compile"):
+        program, recording, notice = programmed(motion, residual)
+        drawing = drawn(motion, followed)
+        shown = {"members": [*members], "conserved": [*recording.conserved], "notice": notice}
+        why = why or too_large(program.text)
+        if why and members:
+            raise UsageError(f"the motions cannot be computed on a page: {why}")
+        replays = why and f"{why} {REPLAYED}{cut_short(motion, followed)}"
+        if why:
+            shown |= {"members": [recorded(followed)], "notice": replays}
+        text = assembled(motion, followed, drawing, None if why else program, shown, equations)
+    return Page(text, not why, replays)
+
+
+def programmed(motion: Motion, residual: Residual) -> tuple[Program, Recording, str]:
+    """The program of a page, what becomes of its results, and what the page says of it: whether proofs of
+    steps were too long."""
+    from lagrange_cli.integrate.program import write_run
+
+    compilation = motion.settings.compilation()
+    program, recording = write_run(residual, compilation)
+    if program.text.count("\n") <= PROVEN:
+        return program, recording, ""
+    shorter, recording = write_run(residual, replace(compilation, proven=False, unproven=True))
+    return shorter, recording, UNPROVEN if shorter.text != program.text else ""
+
+
+def cut_short(motion: Motion, followed: Followed) -> str:
+    """What a page that replays says of a motion that was not computed to its end; else nothing."""
+    t, stop = followed.t, motion.settings.stop
+    if followed.message or (len(t) and t[-1] == stop):
+        return ""
+    reached = float(t[-1]) if len(t) else motion.settings.start
+    how = "lagrange solve computes all of it, and lagrange view shows its output."
+    return f" It ends at t = {reached:.6g}, which was reached in {PATIENCE:g} s: {how}"
+
+
+def assembled(
+    motion: Motion,
+    followed: Followed,
+    drawing: Drawing | None,
+    program: Program | None,
+    more: Mapping[str, Any],
+    equations: str | None = None,
+) -> str:
+    """The page's text: one without a ``program`` replays."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from lagrange_cli.page.document import document
+    from lagrange_cli.page.engine import engine
+
+    points = () if drawing is None else drawing.nodes
+    sizes = () if drawing is None else drawing.sizes
+    free = () if drawing is None else drawing.free
+    with ThreadPoolExecutor(1) as other:  # LLVM compiles while sympy derives
+        compiled = other.submit(engine, motion.spec, program, points, sizes, free)
+        text = written(motion.spec) if equations is None else equations
+    data = described(motion, drawing, followed) | {"engine": compiled.result(), **more}
+    if drawing is None:
+        data["notice"] = " ".join(filter(None, (data["notice"], UNDRAWN)))
+    return document(finite(data), text)
+
+
+def write(page: Page, target: Target) -> int:
+    """Write the page to its file; how many bytes it has. Raises ``FileError``."""
+    from lagrange_cli.store.target import unwritable
+
+    content = page.text.encode("utf-8", "replace")
+    with target.claimed():
+        try:
+            target.temporary.write_bytes(content)
+        except OSError as error:
+            target.discard()
+            raise unwritable(target.shown, error) from error
+        target.publish()
+    return len(content)
+
+
+def obstacle(motion: Motion, residual: Residual) -> str:
+    """Why a page cannot compute the motion, as a sentence; empty where it can."""
+    if motion.settings.backward:
+        return "This motion is followed backward in time."
+    if residual.multipliers and any(one.changes for one in residual.model.events):
+        return "Actions of events in a system with constraints are computed by lagrange solve only."
+    return ""
+
+
+def too_large(program: str) -> str:
+    """Why a program is not for a page, as a sentence; empty where it is."""
+    lines = program.count("\n")
+    if lines <= LARGEST:
+        return ""
+    return f"This system's program of {lines} instructions is too large for a page (at most {LARGEST})."

@@ -1,0 +1,70 @@
+"""How a file gives its system: by a Lagrangian, or by particles and bodies, each of which is complete."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from lagrange_cli.expression.near import near_hint
+from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.spec.draft import Draft, Entry
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.source import WHOLE_FILE
+
+
+def check_formulation(draft: Draft, problems: Problems) -> None:
+    """Note a file with both or neither, and particles without a mass or a position."""
+    places = draft.places
+    if "lagrangian" in places:
+        for other in ("masses", "embedding", "bodies", "potential"):
+            if other in places:
+                word = draft.words.get("embedding", "positions") if other == "embedding" else other
+                problems.add(
+                    places[other],
+                    f"'{word}' cannot be given together with 'lagrangian'",
+                    "a Lagrangian replaces masses, positions, bodies and potential: leave one or "
+                    "the other out",
+                )
+        return
+    if "masses" not in places and "embedding" not in places:
+        if draft.strange or draft.bodies:
+            return
+        problems.add(
+            WHOLE_FILE,
+            "the system has no masses and no Lagrangian",
+            "write 'masses' with 'positions' (or 'embedding'), or 'lagrangian'",
+        )
+        return
+    word = draft.words.get("embedding", "positions")
+    masses, embedding = _by_name(draft.entries("masses")), _by_name(draft.entries("embedding"))
+    _partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}", problems)
+    _partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}", problems)
+    if not masses and not embedding and not draft.bodies and not problems.found:
+        place = places.get("masses", places.get("embedding", WHOLE_FILE))
+        problems.add(place, "the system has no particles", "write 'masses: {bead: m}'")
+
+
+def _partners(
+    entries: Mapping[str, Entry],
+    partners: Mapping[str, Entry],
+    what: str,
+    example: str,
+    problems: Problems,
+) -> None:
+    """Note each entry without a partner of its name."""
+    families = {family_name(one) for one in partners}
+    alone = [one for one in partners if one not in entries]
+    for name, entry in entries.items():
+        if name not in partners:
+            near = near_hint(name, alone)
+            if family_name(name) in families:
+                near = "declare the same members in both"
+            problems.add_once(
+                entry.place, f"the particle '{name}' has {what}", near or f"add {example % name}"
+            )
+
+
+def _by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
+    found: dict[str, Entry] = {}
+    for entry in entries:
+        found.setdefault(entry.name, entry)
+    return found

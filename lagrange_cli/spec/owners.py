@@ -1,0 +1,55 @@
+"""What the entries of a section belong to: a force acts on a particle, a torque on a body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.spec.draft import Draft, Entry
+from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.names import Names
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.table import Row
+
+FORCES_ON = {Kind.PARTICLE: "forces", Kind.BODY: "torques", Kind.COORDINATE: "generalized_forces"}
+"""The section for what acts on each."""
+
+
+def owners(draft: Draft, row: Row) -> Iterator[str]:
+    """The names that the entries of a section may have, where they are names of something else."""
+    if row.of is Kind.PARTICLE:
+        yield from (entry.name for entry in draft.entries("embedding"))
+        yield from (body.name for body in draft.bodies)
+    elif row.of is Kind.BODY:
+        yield from (body.name for body in draft.bodies)
+    elif row.of is Kind.COORDINATE:
+        yield from (declared.name for declared in draft.declared("coordinates"))
+
+
+def refuse_without_owner(
+    row: Row, entry: Entry, known: Sequence[str], names: Names, problems: Problems
+) -> None:
+    """Note an entry for a particle, a body or a coordinate that is none of the ``known``."""
+    meaning = names.table.get(family_name(entry.name))
+    where = FORCES_ON.get(meaning.what) if meaning is not None else None
+    if meaning is not None and where is not None and meaning.what is not row.of:
+        hint = f"'{entry.name}' is a {meaning.what.value}: forces on it are written under '{where}'"
+    else:
+        hint = _other_hint(entry.name, known, names)
+    if row.of is Kind.PARTICLE:
+        hint = hint or "with a 'lagrangian', forces are written under 'generalized_forces'"
+    if row.of is Kind.BODY:
+        hint = hint or "bodies are declared under 'bodies'"
+    assert row.of is not None
+    message = f"unknown {row.of.value} '{entry.name}' in {row.key}"
+    problems.add_once(entry.place, message, hint)
+
+
+def _other_hint(name: str, known: Sequence[str], names: Names) -> str:
+    meaning = names.table.get(family_name(name))
+    if meaning is not None and meaning.family is not None and name not in names.values:
+        if "[" not in name:
+            return f"write {meaning.family.label} for its members"
+        return meaning.family.hint(name)
+    return near_hint(name, known) or known_hint(known)
