@@ -5,7 +5,7 @@ Both are ``Chain`` totals: their terms are built once, and each member knows its
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -194,7 +194,7 @@ def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
     return made
 
 
-def bounds_of(tree: Sum, indices: Members | dict[str, Whole]) -> tuple[Whole, Whole]:
+def bounds_of(tree: Sum, indices: Mapping[str, Whole]) -> tuple[Whole, Whole]:
     """Where the loop of a sum begins and ends."""
     bounds = [integers(bound, indices) for bound in tree.bounds]
     return (0, bounds[0]) if len(bounds) == 1 else (bounds[0], bounds[1])

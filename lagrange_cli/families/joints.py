@@ -310,8 +310,12 @@ class _Assembly:
                 raise Unsuited
             parent_of[np.flatnonzero(which)[leaf]] = hung[leaf]
             own[k, which] = mine
-        weighs = np.any([one != NONE for part, one in columns if not self.is_step(part)] or [has_node & False], axis=0)
-        hangs = (parent_of != NONE) | (has_node & ~weighs)  # what carries no weights may hang from nothing, too
+        weighs = np.any(
+            [one != NONE for part, one in columns if not self.is_step(part)] or [has_node & False], axis=0
+        )
+        hangs = (parent_of != NONE) | (
+            has_node & ~weighs
+        )  # what carries no weights may hang from nothing, too
         signature = np.array(
             [has_node, hangs, sizes, *(one != NONE for _, one in columns), *own], dtype=np.int64
         )

@@ -55,9 +55,7 @@ class JointSeries(LoopSeries):
         return sorted(wanted)
 
 
-def series_of(
-    kind: Kind, slots: Slots, time: Node, order: int, alone: frozenset[Array]
-) -> JointSeries:
+def series_of(kind: Kind, slots: Slots, time: Node, order: int, alone: frozenset[Array]) -> JointSeries:
     """The series of a kind of joints."""
     local, moving = kind.local, kind.moving
     for one in local.unknowns:

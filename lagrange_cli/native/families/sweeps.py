@@ -13,7 +13,7 @@ from lagrange_cli.families.arrays import NONE, Array, Tree
 from lagrange_cli.native.families.evaluation import climb
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.recurrences.layout_batches import Tables
+from lagrange_cli.native.recurrences.batches.tables import Tables
 
 Where = Callable[[Array], Pointer]
 
