@@ -44,12 +44,12 @@ _BEGAN = time.monotonic()
 
 
 def limit(name: str) -> float:
-    """That limit, as the environment has it; raises ``UsageError`` where that makes no sense."""
+    """A limit, as the environment sets it; raises ``UsageError`` if that makes no sense."""
     return chosen().get(name, DEFAULTS[name])
 
 
 def whole(name: str) -> int:
-    """That limit, which is a whole number."""
+    """A limit that is a whole number."""
     return int(limit(name))
 
 

@@ -11,7 +11,7 @@ PRECISIONS = (DOUBLE, DOUBLE_DOUBLE)
 FULL_PRECISION = sys.float_info.epsilon
 """The relative error per step at which a double is used in full."""
 FULL_DOUBLE_DOUBLE = 2.0**-104
-"""The same of a double-double, about."""
+"""About the same for a double-double."""
 
 DOUBLE_DOUBLE_COST = "20 to 50"
 """The time of a run in double-double, in times that in doubles: measured for the shipped systems of a few

@@ -21,7 +21,7 @@ TRIES = 40
 """Random states that are tried for each one with values: half of all numbers have a square root."""
 
 BITS = 100
-"""Of a prime that make a value take one step of work more."""
+"""A value takes one step of work for each such number of bits of the prime."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class States:
 
     @property
     def graph(self) -> Graph:
-        """That of the model."""
+        """The graph of the model."""
         return graph_of(self.model)
 
     @cached_property

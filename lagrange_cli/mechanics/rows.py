@@ -22,7 +22,7 @@ class Row(Sequence[Node]):
 
     @property
     def places(self) -> list[int]:
-        """Those of what is not 0, in order."""
+        """The columns of the entries that are not 0, in order."""
         return [*self._entries]
 
     def mapped(self, function: Callable[[Sequence[Node]], Sequence[Node]]) -> Row:

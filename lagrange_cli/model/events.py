@@ -17,7 +17,7 @@ DIRECTIONS = {0: "either", 1: "rising", -1: "falling"}
 
 
 HOW = {0: "in either direction", 1: "rising", -1: "falling"}
-"""The same in a sentence."""
+"""The direction of a crossing, as in a sentence."""
 
 
 def action_of(stops: bool, changes: Mapping[str, object]) -> str:

@@ -42,7 +42,7 @@ class Scope(Generic[E]):
         self.rates = dict(zip(self.q, self.v, strict=True))
         self.velocities: dict[str, tuple[E, ...]] = {}
         self.multipliers: list[E] = []
-        """Those that are used."""
+        """The multipliers that are used."""
         self._turning: dict[str, Turning[E]] = {}
         self.builder = Builder(self, algebra, spec.sizes)
         self.replaced = {name: self.scalar(written) for name, written in spec.replaced.items()}

@@ -92,7 +92,7 @@ class StateLayout:
 
     @property
     def lagrange_multipliers(self) -> slice[int, int, None]:
-        """Those of constraints."""
+        """The multipliers of constraints."""
         return slice(self.motion.stop, self.motion.stop + self.multipliers)
 
     @cached_property
@@ -102,7 +102,7 @@ class StateLayout:
 
     @cached_property
     def cyclic_momenta(self) -> slice[int, int, None]:
-        """Those that stand for the velocities of cyclic coordinates."""
+        """The momenta that stand for the velocities of cyclic coordinates."""
         return slice(self.rows - self.cyclic, self.rows)
 
     @property

@@ -46,7 +46,7 @@ def ignore(done: int, count: int, what: object) -> None:
 
 
 def never() -> bool:
-    """Nothing interrupts."""
+    """Never interrupts."""
     return False
 
 

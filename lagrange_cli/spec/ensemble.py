@@ -95,7 +95,7 @@ class EnsembleValues:
 
 
 def number_of(given: Number, member: int) -> float:
-    """That of a member."""
+    """The number of a member."""
     return float(given[member]) if isinstance(given, np.ndarray) else given
 
 

@@ -35,7 +35,7 @@ FIRST_STEPS = 0.5, 0.8
 FIRST = 256
 """Steps that are taken before the first."""
 KEPT = 4
-"""Of so many calls of compiled code it is kept where they began."""
+"""The beginnings of this many calls of compiled code are kept."""
 MOST_STEPS = 1 << 40
 """More than are ever taken at once."""
 
@@ -83,7 +83,7 @@ class Stepper:
         self._settling: Settling | None = None
         self._happenings: Happenings | None = None
         self.finished: Finished | None = None
-        """That an event has ended the motion, if one has."""
+        """Set when an event has ended the motion."""
         self._info = np.zeros(INFO, dtype=np.int64)
         if not program.guarded:
             machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
@@ -185,7 +185,7 @@ class Stepper:
         return bool(np.all(np.isfinite(self._rates()[self._layout.q])))
 
     def accelerations(self) -> Array:
-        """Those of the coordinates at the state reached."""
+        """The accelerations of the coordinates at the state reached."""
         return self._rates()[: self._machine.program.degrees]
 
     def _rates(self) -> Array:

@@ -65,7 +65,7 @@ class Search:
 
     @cached_property
     def count(self) -> int:
-        """Of the holonomic constraints, which come first."""
+        """The number of holonomic constraints, which come first."""
         found = self.rates(self.given.q, self.given.v)
         return len(found.values) - len(self.spec.nonholonomic)
 

@@ -44,7 +44,7 @@ class Emitter:
 
     @property
     def body(self) -> Emitter:
-        """Itself: it is what it writes into."""
+        """Itself: it is its own emitter."""
         return self
 
     def fresh(self) -> str:

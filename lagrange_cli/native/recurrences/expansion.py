@@ -118,7 +118,7 @@ class Expansion(Generic[V]):
         return None if one.node is None else self._start_function(one, one.node)
 
     def multiplier(self, i: int) -> V | None:
-        """That of constraint i where the step begins, if the equations are not linear in it."""
+        """The multiplier of constraint i at the start of the step, if the equations are not linear in it."""
         kind, count = cast("Written[V]", self.kind), len(self.program.multipliers)
         if not self.found:
             place = kind.body.define(f"alloca double, i64 {kind.parts * (count + 1)}, align 8")

@@ -81,7 +81,7 @@ class Allowance:
 
 
 def allowance(f: Function, bounds: Bounds, t: Real, usual: Real, h: Real) -> Allowance:
-    """That of a step of ``h`` which ends at about ``t``, where steps are ``usual`` long."""
+    """The allowance of a step of ``h`` that ends at about ``t``, where steps are ``usual`` long."""
     inverse = f.constant(1.0) / usual
     slow = inverse * bounds.rounding
     fast = f.constant(bounds.resolution) / h

@@ -225,7 +225,7 @@ class BatchStage(VectorStage):
             self.put(self._remainder(one), LOW)
 
     def _remainder(self, one: Series) -> Value:
-        """That of a coordinate, a velocity, or what the batch is a copy of."""
+        """The remainder of a coordinate or velocity, or of the series that the batch copies."""
         if one.op is Op.LINEAR:
             return self.vector(one.arguments[0], LOW)
         base = self.f.place(

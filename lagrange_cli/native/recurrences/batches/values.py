@@ -95,7 +95,7 @@ class Values:
         return sorted(found, key=lambda batch: rank[batch[0]])
 
     def kind(self, node: Node) -> int:
-        """That of an argument; what does not move is of one kind."""
+        """The kind of an argument; all that do not move are of one kind."""
         return self.kinds.get(node, FIXED)
 
     def arranged(self, node: Node) -> Sequence[int]:
