@@ -74,7 +74,7 @@ class Work:
             raise TooLarge(f"{what} takes {most}", "write a smaller system, " + way_out("work"))
 
     def attempt(self, steps: int, function: Callable[[], T]) -> T | None:
-        """What ``function`` returns, or None where it would take more than so many steps."""
+        """The result of ``function``, or None if it would take more than so many steps."""
         before = self.most
         self.most = min(before, self.spent + steps)
         try:
@@ -86,12 +86,12 @@ class Work:
 
 
 def way_out(name: str) -> str:
-    """How the limit is moved, for a hint."""
+    """How to change the limit, for a hint."""
     return f"or raise the limit: {VARIABLE}={name}=..."
 
 
 def chosen() -> dict[str, float]:
-    """What the environment says."""
+    """The limits that the environment sets."""
     found = {}
     for item in filter(None, os.environ.get(VARIABLE, "").split(",")):
         name, _, text = (part.strip() for part in item.partition("="))

@@ -6,7 +6,7 @@ import sys
 
 DOUBLE, DOUBLE_DOUBLE = "double", "double-double"
 PRECISIONS = (DOUBLE, DOUBLE_DOUBLE)
-"""What numbers are: one double, or the sum of two."""
+"""The kinds of numbers: one double, or the sum of two."""
 
 FULL_PRECISION = sys.float_info.epsilon
 """The relative error per step at which a double is used in full."""

@@ -50,7 +50,7 @@ HIGHEST = 4
 ODD = (1, 2)
 """The degrees that are tried if forces change with the sign of velocities."""
 ON_A_SURFACE = (2, 2)
-"""What is tried there, in three dimensions."""
+"""The same for particles on surfaces, in three dimensions."""
 PROOFS = 3
 """States at which the rate of change must vanish."""
 

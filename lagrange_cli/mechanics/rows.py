@@ -62,5 +62,5 @@ Matrix = tuple[Sequence[Node], ...]
 
 
 def mapped(row: Sequence[Node], function: Callable[[Sequence[Node]], Sequence[Node]]) -> Sequence[Node]:
-    """What ``function`` makes of a row; it leaves 0 as it is."""
+    """The result of ``function`` for a row, in which 0 stays 0."""
     return row.mapped(function) if isinstance(row, Row) else function(row)

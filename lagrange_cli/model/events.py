@@ -43,7 +43,7 @@ def changes_of(model: Model[E]) -> dict[str, dict[E, E]]:
 
 
 def between_events(breaks: Sequence[str]) -> str:
-    """What limits a conservation law that these events may break, as the end of a sentence."""
+    """The limits of a conservation law that these events may break, as the end of a sentence."""
     shown = ", ".join(f"'{name}'" for name in breaks[:MOST_NAMES])
     more = f" and {len(breaks) - MOST_NAMES} other events" if len(breaks) > MOST_NAMES else ""
     return f"only between events, as {shown}{more} may change it"

@@ -22,7 +22,7 @@ from lagrange_cli.spec.spec import Expression, Spec
 
 
 def multiplier_name(constraint: str) -> str:
-    """What the symbol of a multiplier is called; no name of a file is like it."""
+    """The name of the symbol of a multiplier, which differs from all names of a file."""
     return f"lambda {constraint}"
 
 

@@ -119,7 +119,7 @@ class Survey:
                 known[name] = found if isinstance(value, tuple) else found[0]
 
     def agree(self, expected: Quantity, found: Quantity, place: Place, message: str) -> Quantity:
-        """What two quantities have in common that should have one unit."""
+        """The common quantity of two that should have one unit."""
         try:
             return total((expected, found))
         except Contradiction as error:

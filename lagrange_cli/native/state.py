@@ -112,7 +112,7 @@ class StateLayout:
 
     @cached_property
     def rows(self) -> int:
-        """How many there are."""
+        """The number of rows."""
         return self.motion.stop + self.multipliers + self.quadratures + self.cyclic
 
     @cached_property
@@ -212,12 +212,12 @@ class GuardRows:
 
     @property
     def count(self) -> int:
-        """How many guards there are."""
+        """The number of guards."""
         return len(self.guards)
 
     @property
     def events(self) -> int:
-        """How many of them are for events."""
+        """The number of guards that are for events."""
         return sum(one.role in (Role.RECORD, Role.CHANGE, Role.ACTION) for one in self.guards)
 
     def settings(self, parts: int) -> int:

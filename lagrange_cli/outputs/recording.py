@@ -104,7 +104,7 @@ class EventGroup:
 
     @property
     def indices(self) -> tuple[str, ...]:
-        """What the indices of the members are called."""
+        """The names of the members' indices."""
         return tuple(INDICES[: len(self.shape)])
 
     @property

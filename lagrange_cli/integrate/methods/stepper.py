@@ -121,7 +121,7 @@ class Stepper:
         self._earlier: list[Array] = []
         """The memory at the last calls of compiled code."""
         self.singular: tuple[float, ...] = ()
-        """When the motion has passed singular configurations."""
+        """The times at which the motion passed singular configurations."""
 
     def swap(self) -> None:
         """Leave ``samples`` as they are until the next ``swap``: go on in other memory."""
@@ -129,7 +129,7 @@ class Stepper:
         self.samples, self._spare = spare, self.samples
 
     def snapshot(self, samples: int) -> Snapshot:
-        """Where the motion is, so many samples having been handed over."""
+        """The present place of the motion, after that many samples."""
         actions = self.singular if self._happenings is None else self._happenings.state()
         return Snapshot(self._memory.copy(), self.t, self.steps, samples, self.limited, actions)
 

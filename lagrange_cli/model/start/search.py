@@ -1,4 +1,4 @@
-"""What a search for a consistent start begins with: the constraints and masses of a system at any state."""
+"""The input of a search for a consistent start: the constraints and masses of a system at any state."""
 
 from __future__ import annotations
 

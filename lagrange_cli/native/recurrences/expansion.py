@@ -51,7 +51,7 @@ class Expansion(Generic[V]):
     """Functions of a coordinate before its remainder is added."""
     regular: Condition = None
     found: str = ""
-    """Where multipliers are that Newton's method has found."""
+    """The place of multipliers that Newton's method has found."""
 
     def __post_init__(self) -> None:
         self.table = [{} for _ in self.program.series]

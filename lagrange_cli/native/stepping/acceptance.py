@@ -75,7 +75,7 @@ class Allowance:
     place: Real
 
     def of(self, f: Function, lengths: Lengths, change: Real, speed: Real) -> Real:
-        """What the ``change`` of accelerations and a ``speed`` allow."""
+        """The step that the ``change`` of accelerations and a ``speed`` allow."""
         part, share = (lengths.wide(f, one) for one in (self.change, self.speed))
         return f.fused(change, part, speed * share)
 

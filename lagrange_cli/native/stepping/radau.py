@@ -123,7 +123,7 @@ class Places:
 
     @property
     def jet(self) -> int:
-        """What ``@jet`` works on."""
+        """The memory that ``@jet`` works on."""
         return self.chosen + LANES
 
 

@@ -72,7 +72,7 @@ class Values:
             self.doubles += LANES * count(batch)
         self.roots = 1 + tables.of_places([self.places[node] for node in nodes])
         self.end = first + self.parts * self.doubles
-        """Where the scratch behind them begins."""
+        """The beginning of the scratch behind them."""
         tables.scratch = max(tables.scratch, self.end)
 
     def batched(self, nodes: Sequence[Node]) -> list[list[Node]]:
