@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from textwrap import fill
 
 import click
 from manpages import value_of
 
-from lagrange_cli.cli.main import lagrange
+from lagrange_cli.cli.main import COMMANDS, lagrange
 
 WIDTH = 118
 """Characters in a line of a page."""
@@ -89,16 +90,28 @@ def section(name: str, command: click.Command) -> str:
     )
 
 
+def overview(sections: dict[str, str]) -> str:
+    """A table of the commands, with links to their sections."""
+    rows = ["| command | what it does |", "|---|---|"]
+    for name, text in sections.items():
+        heading = text.partition("\n")[0].removeprefix("## ")
+        anchor = re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+        rows.append(f"| [`lagrange {name}`](#{anchor}) | {COMMANDS[name]} |")
+    return "\n".join(rows)
+
+
 def page() -> str:
     """The whole page."""
     context = click.Context(lagrange)
     commands = {name: lagrange.get_command(context, name) for name in lagrange.list_commands(context)}
+    sections = {name: section(name, command) for name, command in commands.items() if command is not None}
     return "\n\n".join(
         [
             "# The command line",
-            "(This page is made by `python docs/make.py`.)",
             paragraphs(lagrange.help),
-            *(section(name, command) for name, command in commands.items() if command is not None),
-            EXIT_STATUS,
+            overview(sections),
+            *sections.values(),
+            EXIT_STATUS.rstrip(),
+            "This page is made by `python docs/make.py`.\n",
         ]
     )

@@ -141,7 +141,8 @@ class NotLinear(LagrangeError):
 
 
 class Spinning(LagrangeError):
-    """Nothing determines how the ``body``, a thin rod, turns about its axis, or it ``only`` does this."""
+    """The ``body``, a thin rod, has an undetermined rotation about its own axis, or ``only`` this
+    rotation."""
 
     exit_code = 3
 

@@ -12,7 +12,7 @@ Parameters = Mapping[str, Any]
 
 
 def constant(p: Parameters, q: Numbers, v: Numbers, t: Any) -> Numbers:
-    """At rest for ever."""
+    """At rest."""
     return q
 
 

@@ -82,8 +82,8 @@ class Known:
 
     def error(self, q: Array) -> tuple[float, float]:
         """The largest error of q (coordinates, n), relative to the size of each coordinate, and what one
-        rounding of the start explains of it; nan without samples. A motion that ended early is held against
-        the reference as far as both go."""
+        rounding of the start explains of it; nan without samples. A motion that ended early is compared
+        with the reference up to its end."""
         here = (self.which < q.shape[1]) & np.isfinite(self.q).all(axis=0)
         if not here.any():
             return nan, nan

@@ -6,7 +6,7 @@ double-double, with 31 digits: of the problem as it is written, and as it is run
 doubles. A sample is covered if its estimate is at least a tenth and at most a hundred times its error. Errors
 below the spacing of doubles at the largest value so far are replaced by this spacing; of a vector, the size
 of the whole counts. Chaotic motions continue until no digit is left. Of systems with constraints, multipliers
-and reactions are judged, too. The doubles of their starts fulfil the constraints to rounding only, so that
+and reactions are judged, too. The doubles of their starts satisfy the constraints to rounding only, so that
 most of them have no motion of 31 digits as run.
 """
 

@@ -1,6 +1,6 @@
 """Constraints and bodies: errors of the problems of the IVP test set, of closed forms, and in long motions.
 
-Errors are those at the end, against runs in double-double from starts that fulfil the constraints to 31
+Errors are those at the end, against runs in double-double from starts that satisfy the constraints to 31
 digits. The digits published are those of F. Mazzia and C. Magherini, Test Set for Initial Value Problem
 Solvers, release 2.4 (2008).
 """

@@ -133,7 +133,7 @@ def measure(motion: Motion, turns: int, *, compared: bool = True) -> tuple[Resul
 
 
 def reference(motion: Motion) -> Reference:
-    """The motion that errors are held against; it must be known to the end.
+    """The motion with which runs are compared; it must be known to the end.
 
     Raises ``RuntimeError`` where it is not.
     """

@@ -28,9 +28,9 @@ from benchmarks.truth.running import (
 TOLERANCE = {SOLVE: "1e-12", SWEEP: "1e-12", DOUBLE_DOUBLE: "1e-28"}
 """Relative to the size of the motion and what its numbers, changed by as much, make of it."""
 END = 1e-6
-"""How well the time must be known at which a motion ends; it is said with nine digits."""
+"""The tolerance on the time at which a motion ends, which is printed with nine digits."""
 NOTHING = 2.0**-1000
-"""So small an error is nothing: doubles have no smaller numbers that are known to all their digits."""
+"""Smaller errors count as zero: below this, doubles lose digits."""
 RIGHT, REFUSED, WRONG = VERDICTS = ("right", "refused", "wrong")
 
 
@@ -60,7 +60,7 @@ def judge(case: Case, modes: Sequence[str], folder: Path, *, shell: bool = False
 
 
 def verdict(case: Case, mode: str, ran: Ran, output: Path, known: Known) -> Verdict:
-    """What to think of a run."""
+    """The verdict on a run."""
     made = Verdict(case, mode, WRONG)
     if ran.status is None:
         return replace(made, because=f"not finished within {SECONDS:g} s")
@@ -102,7 +102,7 @@ def swept(case: Case, value: str) -> Case:
 
 
 def false_claims(case: Case, told: Mapping[str, Any]) -> Iterator[str]:
-    """What is said to be conserved and is not."""
+    """Quantities that are reported as conserved although they are not."""
     if told["h_drift"] is not None and not case.h:
         yield "h is said to be conserved"
     for name in told["p_drift"]:

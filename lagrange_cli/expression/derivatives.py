@@ -49,5 +49,5 @@ def powers(x: Any, n: Any) -> list[Any]:
     """
     falling = (1.0, n, n * (n - 1), n * (n - 1) * (n - 2))
     if x < 0 and n % 1:
-        raise ArithmeticError("a broken power of a negative number")
+        raise ArithmeticError("a fractional power of a negative number")
     return [c * x ** (n - k) if c else 0.0 for k, c in enumerate(falling)]

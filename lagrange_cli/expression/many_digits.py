@@ -15,7 +15,8 @@ LOST = 20
 
 
 class ManyDigits:
-    """Real arithmetic with so many digits; a number stands for its unrounded value (see ``written``)."""
+    """Real arithmetic with many digits; a double stands for the number that it was rounded from (see
+    ``written``)."""
 
     def __init__(self, digits: int) -> None:
         self.context = mpmath.mp.clone()

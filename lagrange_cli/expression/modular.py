@@ -8,7 +8,7 @@ from math import isqrt
 
 
 class Equations:
-    """Homogeneous linear equations in ``count`` unknowns, as far as they are independent."""
+    """Independent homogeneous linear equations in ``count`` unknowns."""
 
     def __init__(self, count: int, prime: int) -> None:
         self.count, self.prime = count, prime
@@ -19,7 +19,7 @@ class Equations:
         return len(self._rows)
 
     def add(self, row: Sequence[int]) -> bool:
-        """Add an equation; whether it is independent of those that are there."""
+        """Add an equation, and return whether it is independent of the previous ones."""
         p, rows = self.prime, self._rows
         rest = [*row]
         for j in range(self.count):
@@ -36,11 +36,11 @@ class Equations:
 
     @property
     def free(self) -> list[int]:
-        """The unknowns that may be chosen."""
+        """The free unknowns."""
         return [j for j in range(self.count) if j not in self._rows]
 
     def solutions(self) -> list[dict[int, int]]:
-        """One for each of the unknowns that may be chosen: it is 1 and the others of these are 0."""
+        """A basis of solutions: in each of them, one free unknown is 1 and the others are 0."""
         p, found = self.prime, []
         for chosen in self.free:
             vector = {chosen: 1}

@@ -44,6 +44,6 @@ def shown(name: str) -> str:
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """What was perhaps meant, and what there is."""
+    """The words that were perhaps meant, and all known words."""
     known = tuple(known)
     return " ".join(hint for hint in (near_hint(name, known), known_hint(known)) if hint)

@@ -179,8 +179,8 @@ class NormalForms(NodeTable):
         return self._squares[node]
 
     def _even_roots(self, node: Node, exponent: float) -> list[tuple[Node, int | float]]:
-        """A broken power of a product without its even powers, which are powers of absolute values; nothing
-        where it has none."""
+        """A fractional power of a product without its even powers, which are powers of absolute values;
+        nothing where it has none."""
         parts = list(zip(node.arguments, node.data))
         even = [(a, e) for a, e in parts if isinstance(e, int) and e % 2 == 0]
         if not even:
@@ -195,8 +195,8 @@ class NormalForms(NodeTable):
         broken: set[Node],
         pending: list[tuple[Node, int | float]],
     ) -> bool:
-        """Put a base whose broken exponents add up to a whole one from ``collected`` to ``pending``: a sum or
-        a product is taken apart then, as if it had been written so."""
+        """Put a base whose fractional exponents add up to an integer from ``collected`` to ``pending``: a sum
+        or a product is taken apart then, as if it had been written so."""
         for node in broken:
             exponent = collected.get(node, 0)
             if exponent and whole(exponent):
@@ -330,7 +330,7 @@ class NormalForms(NodeTable):
         return self._make(Kind.FUNCTION, name, arguments)
 
     def _is_root(self, node: Node) -> bool:
-        """Whether it has a factor with a broken power, whose base may become 0."""
+        """Whether it has a factor with a fractional power, whose base may become 0."""
         _, node = self.split_coefficient(node)
         parts = zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else ()
         return any(not whole(e) and signs(a, self._signs) is not Sign.POSITIVE for a, e in parts)

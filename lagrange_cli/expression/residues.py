@@ -3,8 +3,8 @@
 An identity of functions holds modulo a prime, too, and there nothing is rounded. What does not vanish
 identically vanishes at random arguments with a probability of about its degree divided by the prime (J. T.
 Schwartz, J. ACM 27, 701, 1980; R. Zippel, EUROSAM 1979). Powers with fractions as exponents are roots modulo
-the prime; of exp, sin and cos, random values are taken that obey exp(a + b) = exp(a) exp(b). Whatever else
-has branches is a variable of its own, as in ``expression.zero``: what vanishes then, vanishes on each branch.
+the prime; exp, sin and cos have random values that obey exp(a + b) = exp(a) exp(b). Every other function with
+branches is a variable of its own, as in ``expression.zero``: what vanishes then, vanishes on each branch.
 """
 
 from __future__ import annotations
@@ -23,21 +23,22 @@ SMALL, LARGE = 2**30 - 425, 2**521 - 5553
 """Primes p with p = 3 modulo 4 (square roots are powers) modulo which 2, 3 and 5 have square roots, and p - 1
 without the factors 3, 5, 7, 11 and 13 (each number has one root of such a degree)."""
 PARTS = 12
-"""Values of exp, sin and cos are powers of one with such a part of the argument."""
+"""Values of exp, sin and cos are powers of the value at this fraction of the argument."""
 MOST_PARTS = 60
 """Multiples of that part that are recognized."""
 ADDED = (1, 2, PARTS, 2 * PARTS)
-"""Of two arguments, those whose sums are."""
+"""Multiples of two arguments whose sums are recognized."""
 
 Element = tuple[int, ...]
 
 
 class NoValue(Exception):
-    """At these arguments there is none: a division by 0, or a root of what has no root modulo the prime."""
+    """There is no value at these arguments: a division by 0, or a root that does not exist modulo the
+    prime."""
 
 
 class Residues:
-    """The numbers modulo ``prime``, and random values of functions at one state."""
+    """The numbers modulo ``prime``, with random values of functions at one state."""
 
     def __init__(self, prime: int, source: random.Random) -> None:
         self.prime, self.source = prime, source
@@ -87,7 +88,7 @@ class Residues:
         return pow(self.root(base, part.denominator), part.numerator, self.prime)
 
     def logarithm(self, value: int) -> int:
-        """A random number, of which exp is ``value``."""
+        """A random number whose exponential is ``value``."""
         new = ("log", value % self.prime) not in self._known
         found = self._variable(("log", value % self.prime))
         if new:
@@ -121,7 +122,8 @@ class Residues:
         return self._variable((name, *(argument % p for argument in arguments)))
 
     def values(self, nodes: Iterable[Node], given: Mapping[str, int]) -> dict[Node, int]:
-        """Values of nodes that stand after their arguments, by those of their symbols; raises ``NoValue``."""
+        """The values of nodes, in an order with arguments first, from the values of symbols; raises
+        ``NoValue``."""
         p, value = self.prime, dict[Node, int]()
         for node in nodes:
             a = node.arguments
@@ -158,7 +160,7 @@ class Residues:
         combine: Callable[[Element, Element], Element],
         fresh: Element,
     ) -> Element:
-        """The element of a group for an argument: what known ones make it, or a power of a ``fresh`` one."""
+        """The element of a group for an argument: a product of known ones, or a power of a ``fresh`` one."""
         p, argument = self.prime, argument % self.prime
         for part, element in known:
             times = argument * pow(part, -1, p) % p

@@ -1,4 +1,4 @@
-"""What somebody wrote, where a double stands now."""
+"""The numbers that doubles were rounded from."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from fractions import Fraction
 from functools import lru_cache
 
 WRITTEN = 12
-"""Significant digits of a number that somebody wrote down."""
+"""Significant digits of a number as people write it."""
 LARGEST_DENOMINATOR = 10_000
 RARE = 1e-12
-"""Within so little of a number there is hardly ever a fraction with such a denominator by chance."""
+"""So close to a number there is hardly ever a fraction with such a denominator by chance."""
 ULPS = 4
 """Errors of the last place that constants collect where they are combined."""
 
@@ -20,7 +20,7 @@ def as_written(value: float | Fraction) -> tuple[Fraction, bool, int]:
     """(x, root, n) for the number x*pi^n, or sqrt(x)*pi^n, that a double (not negative) was rounded from.
 
     That is a short decimal, a simple fraction or one of these times pi or a root; where none is near enough,
-    the number itself. Coefficients of which 0.1 + 0.2 - 0.3 is one then vanish where they should. A fraction
+    the number itself. Coefficients such as 0.1 + 0.2 - 0.3 then vanish as they should. A fraction
     that is no double has not been rounded, unless it is made of doubles: it is no decimal by chance.
     """
     number = float(value)

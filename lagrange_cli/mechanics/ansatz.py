@@ -1,9 +1,9 @@
-"""What a conserved polynomial in the velocities may be made of.
+"""Terms of which a conserved polynomial in the velocities may consist.
 
 In flat space the terms of the highest degree are products of momenta and angular momenta, so that their
 coefficients are polynomials in the coordinates (Thompson, J. Math. Phys. 27, 2693, 1986). By the equations of
-motion, the coefficients of the terms two degrees lower are integrals of these times dU/dx. They are sought
-among terms of U times polynomials, those of the next terms among products of two terms of U, and so on.
+motion, the coefficients of the terms two degrees lower are integrals of these times dU/dx. Candidates for
+them are terms of U times polynomials; for the next terms, products of two terms of U, and so on.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, field
 
 INVERSE = frozenset({"asin", "acos", "atan", "atan2"})
-"""Functions of which some jump or have kinks, such as atan(tan(x))."""
+"""Functions that may jump or have kinks, such as atan(tan(x))."""
 
 Powers = tuple[int, ...]
 """Exponents of variables."""
@@ -43,9 +43,9 @@ class Variables:
 
 @dataclass(frozen=True)
 class Material:
-    """What L and the forces are made of: the functions of place that are no polynomials, with the degree of
-    the polynomials that they are multiplied with, and the ``degree`` of polynomials alone. Forces are ``odd``
-    where they are not the same after a reversal of all velocities."""
+    """The parts of L and of the forces: functions of place that are not polynomials, with the degree of their
+    polynomial factors, and the ``degree`` of the polynomials without such functions. Forces are ``odd`` if
+    they change when all velocities are reversed."""
 
     functions: Mapping[Node, int] = field(default_factory=dict)
     degree: int = 0
@@ -74,7 +74,7 @@ def own_variables(model: Model[Node]) -> Variables:
 
 
 def variables_in_space(model: Model[Node]) -> Variables | None:
-    """The components of the particles' positions; None where these are not all that moves freely."""
+    """The components of the particles' positions; None if something else moves freely, too."""
     if model.constraints or any(one.body for one in model.particles):
         return None
     moving = variables(model)
@@ -132,8 +132,8 @@ def is_smooth(node: Node, moving: int) -> bool:
 
 
 def split(term: Node, model: Model[Node], moving: int, own: bool) -> tuple[Node | None, int, int]:
-    """What moves of a product, but for polynomials in coordinates, whose degree is next, and for velocities,
-    whose number is last."""
+    """The moving factors of a product without polynomials in coordinates and velocities; the degree of these
+    polynomials; and the number of velocities."""
     graph = term.graph
     places, speeds, power, speed = {*model.q}, {*model.v}, 0, 0
     rest: list[tuple[Node, float]] = []
@@ -173,7 +173,7 @@ def degree_of(node: Node, places: set[Node], moving: int) -> int | None:
 
 
 def integrated(node: Node, power: int) -> list[tuple[Node, int]]:
-    """Functions whose slopes may be a force, ``node`` times a polynomial of the degree ``power``."""
+    """Functions whose derivative may be a force, ``node`` times a polynomial of the degree ``power``."""
     factors = [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []
     steep = [i for i, (_, exponent) in enumerate(factors) if exponent < -1]
     higher = [node.graph.product((a, e + (k == i)) for k, (a, e) in enumerate(factors)) for i in steep]
@@ -181,8 +181,8 @@ def integrated(node: Node, power: int) -> list[tuple[Node, int]]:
 
 
 def terms(given: Variables, material: Material, degree: int, most: int) -> list[Term]:
-    """Of polynomials of a degree in the velocities, whose leading coefficients have the degree ``most`` in
-    the coordinates; lower terms first. None of them is constant."""
+    """The terms of polynomials of a degree in the velocities, whose leading coefficients have the degree
+    ``most`` in the coordinates; lower terms first. None of them is constant."""
     n, found = len(given.places), dict[Term, None]()
     kinds: list[tuple[Node | None, int]] = [*material.functions.items()]
     if material.degree:
@@ -207,7 +207,7 @@ def order(term: Term) -> tuple[int, int, int]:
 def products(
     kinds: Sequence[tuple[Node | None, int]], level: int, fewer: bool
 ) -> Iterable[tuple[tuple[Node | None, int], ...]]:
-    """Products of as many as ``level`` says, or of ``fewer``."""
+    """Products of ``level`` factors, or of ``fewer``."""
     for count in range(0 if fewer else level, level + 1):
         yield from combinations_with_replacement(kinds, count)
 

@@ -14,9 +14,9 @@ from lagrange_cli.mechanics.residue_states import State, States
 from lagrange_cli.records import dataclass
 
 SPARE = 4
-"""More states than are needed."""
+"""States beyond those that are needed."""
 PRODUCTS = 4
-"""Products modulo a prime that are one step of work."""
+"""Products modulo a prime that count as one step of work."""
 
 Moving = tuple[int, int]
 """A value and its rate of change."""
@@ -32,7 +32,8 @@ class Columns:
 
     @cached_property
     def _rates(self) -> Mapping[Node, tuple[Node, Sequence[Node]]]:
-        """Of the variables and functions: a part without accelerations, and the factors of these."""
+        """The rates of the variables and functions: a part without accelerations, and the factors of
+        these."""
         functions = (one for term in self.ansatz for one in term.functions)
         h, zero = self.states.noether.energy, self.states.graph.zero
         found = {one: self.states.rate(one) for one in (*self.given.places, *self.given.speeds, *functions)}
@@ -45,7 +46,7 @@ class Columns:
 
     @cached_property
     def parameters(self) -> Sequence[Node]:
-        """Those that the terms and accelerations depend on."""
+        """The parameters that the terms and accelerations depend on."""
         model = self.states.model
         moving = {*model.q, *model.v, model.time}
         below = reachable([*self.nodes, *self.states.needed])

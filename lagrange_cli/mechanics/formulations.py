@@ -31,17 +31,18 @@ from lagrange_cli.series.program import SeriesProgram
 T = TypeVar("T")
 
 PATIENCE, LEAST_ATTEMPT = 2, 1_000_000
-"""A further formulation may take so many times the steps before it, and so many in any case."""
+"""A further formulation may take this multiple of all steps before it, plus this number."""
 MANY = 30
 """Coordinates from which on no formulation is derived that is known to be the same as another."""
 STEPS_A_NODE = 4
-"""What a new node takes at least: so a formulation that is left out leaves nodes for those that are not."""
+"""The least work for a new node, so that a formulation that is given up leaves nodes for the others."""
 
 
 def formulations(model: Model[Node], graph: Graph, conserved: Iterable[Conserved]) -> dict[str, Formulation]:
     """The candidates by name, each with all forces; of two that cost the same the earlier one is simpler.
 
-    The first one is always there. Another is left out where it takes far more work, as where sums multiply.
+    The first one is always there. Another is left out if it takes far more work, for example when products of
+    sums are multiplied out.
     """
     forms: dict[str, Formulation] = {}
     if model.lagrangian is not None:
@@ -95,7 +96,7 @@ def add_energetic(
 
 
 def if_affordable(graph: Graph, function: Callable[[], T]) -> T | None:
-    """What ``function`` returns, or None where it takes far more work than all that has been done so far."""
+    """The result of ``function``, or None if it takes far more work than everything before it."""
     room = STEPS_A_NODE * (MAX_NODES - len(graph.nodes))
     return graph.work.attempt(min(PATIENCE * graph.work.spent + LEAST_ATTEMPT, room), function)
 

@@ -1,10 +1,10 @@
 """Conserved polynomials in the velocities, of systems with few degrees of freedom.
 
-Unknown numbers stand before the terms of a sum (``ansatz``, ``separable``). Its rate of change vanishes at
-every state, a linear equation for them at each of many random ones (``columns``). All this is done modulo a
-prime, where nothing is rounded, with random values of the parameters: what is found holds for all of them,
-and its coefficients are functions of the parameters (``recognition``). What is claimed is proven again, at
-other random states modulo a prime of 521 bits (see ``expression.residues``).
+The candidate is a sum of terms with unknown coefficients (``ansatz``, ``separable``). Its rate of change
+vanishes at every state, which gives a linear equation for them at each of many random states (``columns``).
+All this is done modulo a prime, where nothing is rounded, with random values of the parameters: so the
+results hold for all values, and their coefficients are functions of the parameters (``recognition``). Each
+result is proven again, at other random states modulo a prime of 521 bits (see ``expression.residues``).
 """
 
 from __future__ import annotations
@@ -41,13 +41,14 @@ from lagrange_cli.records import dataclass
 
 MOST_PLACES = 5
 MOST_TERMS = 150
-"""Variables and terms of a sum that is tried."""
+"""The largest numbers of variables and of terms in a sum."""
 DEGREES = {1: 1, 2: 2, 3: 1, 4: 0}
-"""Degrees in the velocities that are tried, and the highest one of leading coefficients in the places."""
+"""Degrees in the velocities that are tried, and for each the highest degree of its leading coefficients in
+the coordinates."""
 HIGHEST = 4
 """Of these, the one in which the coefficients of two coordinates are tried to one degree more."""
 ODD = (1, 2)
-"""Those that are tried where forces change with the sign of velocities."""
+"""The degrees that are tried if forces change with the sign of velocities."""
 ON_A_SURFACE = (2, 2)
 """What is tried there, in three dimensions."""
 PROOFS = 3
@@ -64,7 +65,7 @@ class Integral:
 
 
 class PolynomialIntegrals:
-    """Those of a model, beside the ``known`` conserved functions."""
+    """The integrals of a model, in addition to the ``known`` conserved functions."""
 
     def __init__(self, model: Model[Node], noether: Noether, known: Sequence[Node]) -> None:
         self.model, self.noether, self.known = model, noether, [*known]
@@ -72,7 +73,7 @@ class PolynomialIntegrals:
         self.graph = self.states.graph
 
     def found(self) -> Iterator[Integral]:
-        """Those that do not follow from what is known."""
+        """The integrals that do not follow from the known ones."""
         freedoms = len(self.model.q) - len(self.model.constraints)
         if self.states.eliminated is None or not has_smooth_forces(self.model, self.noether):
             return
@@ -96,7 +97,7 @@ class PolynomialIntegrals:
         return has_constant_masses(self.model, self.states.matrix)
 
     def _uniform(self) -> list[Node]:
-        """t p_k - sum_l M_kl q_l, of coordinates that change uniformly: nobody has to be told."""
+        """t p_k - sum_l M_kl q_l of coordinates that change uniformly, which need not be reported."""
         if not self._steady:
             return []
         model, graph = self.model, self.graph
@@ -163,7 +164,8 @@ class PolynomialIntegrals:
                 yield found
 
     def _independent(self, given: Variables, ansatz: Sequence[Term]) -> list[Term]:
-        """Terms that are no sums of those before them, nor constant, at the states that constraints allow."""
+        """Terms that are neither sums of those before them nor constant at the states that constraints
+        allow."""
         constant = Term((0,) * len(given.speeds), (0,) * len(given.places))
         gone = {*Columns(self.states, given, [constant, *ansatz]).vanishing(SMALL)}
         return [term for i, term in enumerate(ansatz, 1) if i not in gone]

@@ -1,7 +1,7 @@
 """Coefficients in terms of parameters, recognized from their values modulo a prime.
 
 The values of the parameters are prime numbers. A coefficient is then a fraction of whole numbers, which are
-divided by the parameters and by sums of two of them as often as possible. What is left has to be small.
+divided by the parameters and by sums of two of them as often as possible. The quotients have to be small.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ PRIMES = (
 )  # fmt: skip
 """Values of parameters."""
 SMOOTH = 2**8 * 3**4 * 5**2 * 7 * 11 * 13 * 17 * 19 * 23
-"""What values of sums may have been divided by: a + b is even for odd a and b."""
+"""Possible divisors of sums: a + b is even for odd a and b."""
 NUMBERS = (1, 2, 3, 4, 8, 9, 16)
-"""Numbers before the terms of sums that are recognized."""
+"""Numerical coefficients in sums that are recognized."""
 SQUARES = (1, 2, 3, 5, 6)
 """Numbers whose roots are recognized."""
 LARGEST = 10**6
@@ -51,7 +51,7 @@ class Recognition:
 
     @cached_property
     def values(self) -> Mapping[str, int]:
-        """Those at which coefficients are recognized."""
+        """The values at which coefficients are recognized."""
         return {str(one.data): value for one, value in zip(self.parameters, PRIMES)}
 
     @cached_property
@@ -66,7 +66,8 @@ class Recognition:
         return found
 
     def coefficients(self, values: Sequence[int]) -> list[Node] | None:
-        """What has these values, times one factor that removes denominators; the last one is positive."""
+        """The expressions with these values, times one factor that removes denominators; the last one is
+        positive."""
         found = [self._factored(value) for value in values]
         if any(one is None for one in found):
             return None

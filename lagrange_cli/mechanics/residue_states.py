@@ -1,4 +1,4 @@
-"""Random states of a system modulo a prime, with their accelerations: there nothing is rounded."""
+"""Random states of a system modulo a prime, with their accelerations, without rounding."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
 TRIES = 40
-"""Random states that are tried for each that has values: of two numbers, one has a square root."""
+"""Random states that are tried for each one with values: half of all numbers have a square root."""
 
 BITS = 100
 """Of a prime that make a value take one step of work more."""
@@ -51,7 +51,7 @@ class States:
 
     @cached_property
     def _forces(self) -> Sequence[Node]:
-        """What the mass matrix times the accelerations is, but for forces of constraint."""
+        """The mass matrix times the accelerations, without forces of constraint."""
         energetics = self.noether.energetics
         return [
             energetics.lagrangian_rate(q) + force - self.noether.rate(p)
@@ -60,12 +60,12 @@ class States:
 
     @cached_property
     def _turning(self) -> Sequence[Node]:
-        """What constraints have as their second derivative without accelerations."""
+        """The second derivatives of the constraints, without accelerations."""
         return [self.noether.rate(speed) for speed in self.noether.constraints.speeds]
 
     @cached_property
     def eliminated(self) -> Mapping[Node, Node] | None:
-        """Coordinates and velocities by others; None where constraints are not solved so."""
+        """Coordinates and velocities in terms of others; None if constraints cannot be solved in this way."""
         graph, model, known = self.graph, self.model, dict[Node, Node]()
         constraints = self.noether.constraints
         for one, slopes, speed in zip(model.constraints, constraints.slopes, constraints.speeds):

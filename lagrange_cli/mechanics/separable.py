@@ -1,4 +1,4 @@
-"""What the integrals of separable systems are sums of.
+"""Terms of the integrals of separable systems.
 
 Where the Hamilton-Jacobi equation separates, each coordinate k has an equation p_k^2 = sum_j c_j f_j(q_k),
 with constants c_j: h, momenta of cyclic coordinates, and others. So there are integrals that are sums of

@@ -1,9 +1,9 @@
-"""Conserved quantities that belong to no cyclic coordinate: found by Noether's theorem, and proven.
+"""Conserved quantities that do not belong to a cyclic coordinate: found by Noether's theorem, and proven.
 
 The candidates are displacements of all particles (translations, rotations, Galilean boosts), and combinations
 of changes of coordinates by constants, by t, or linear ones, in time or along nonholonomic constraints.
 Combinations are guessed from values at random states (``relations``). All results are proven (``noether``).
-Polynomials of a higher degree in the velocities come from no such change (``hidden``, ``tops``,
+Polynomials of a higher degree in the velocities do not come from such a change (``hidden``, ``tops``,
 ``polynomial_integrals``).
 """
 
@@ -36,7 +36,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
 MOST_LINEAR, MOST_COMBINED, MOST_IN_POLYNOMIALS = 6, 40, 5
-"""Coordinates of the largest systems of which linear changes, combinations and polynomials are tried."""
+"""The largest numbers of coordinates for which linear changes, combinations and polynomials are tried."""
 MOST_NAMES = 3
 """Coordinates that are named in one sentence."""
 LONGEST_INTEGRAL = 600
@@ -44,7 +44,7 @@ LONGEST_INTEGRAL = 600
 WORTH = 2_500_000
 """Steps of work that each stage of the search may take."""
 WORTH_OF_POLYNOMIALS = 800_000
-"""And the search for conserved polynomials, which many systems have none of: half a second."""
+"""The same for conserved polynomials, which many systems do not have: half a second."""
 
 
 @dataclass(frozen=True)

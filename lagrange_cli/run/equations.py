@@ -91,7 +91,8 @@ def derive(
 
 
 def _refuse(spec: Spec) -> None:
-    """Raise what ``check`` and ``solve`` raise, and the derivation of what is printed does not find."""
+    """Raise the errors that ``check`` and ``solve`` find and the derivation of the printed equations does
+    not."""
     jumping = re.search(r"\b(where|sign|abs|min|max|sqrt|norm)\b", spec.text)
     if not (jumping or spec.events or spec.bodies):
         return

@@ -1,4 +1,4 @@
-"""What declares parameters and coordinates: their keys, a row each, and their sections."""
+"""Declarations of parameters and coordinates: their keys, a row each, and their sections."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def read_parameters(node: Node, where: str, problems: Problems) -> tuple[Declare
 
 
 def _initial_of(node: Node) -> str:
-    """What stands where ``{initial: ...}`` should, if it is an initial value, or an example of one."""
+    """An initial value written in place of ``{initial: ...}``, or an example of one."""
     text = node.text if isinstance(node, Scalar) else ""
     value, mistakes = read_expression(text)
     return "0.1" if mistakes or isinstance(value, Vector) or len(text) > _SHORT else text

@@ -1,7 +1,7 @@
 """The keys of the system file, a row each: what each means, how it is read, and what it may depend on.
 
-A new key is a new row. What its value does is said where it is used: a force in ``model.forces``. Where a
-section has keys of its own, their table is beside its reader.
+A new key is a new row. The effect of its value is described where it is used: a force in ``model.forces``.
+Where a section has keys of its own, their table is beside its reader.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ class Role(IntEnum):
 class Order:
     """The role and rank of every symbol, and the order of expressions; ``known`` and ``keys`` are caches.
 
-    With ``decimals`` 7/10 is written as 0.7, as who writes decimals in a file would."""
+    With ``decimals`` 7/10 is written as 0.7, as in files with decimals."""
 
     ranks: dict[sympy.Symbol, tuple[Role, int]]
     decimals: bool = True
@@ -131,8 +131,8 @@ class Order:
         return terms
 
     def is_reversed(self, expression: sympy.Expr) -> bool:
-        """Whether it is like r - R in (R - r)**2, with R first in the file: parameters of which the first one
-        has a minus sign."""
+        """Whether it is like r - R for (R - r)**2, with R first in the file: parameters of which the first
+        one has a minus sign."""
         if self.role(expression) is not Role.PARAMETER:
             return False
         return is_negative(min(sympy.Add.make_args(expression), key=self.term_key))

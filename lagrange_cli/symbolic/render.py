@@ -296,8 +296,8 @@ def negated(expression: sympy.Expr) -> sympy.Expr:
 
 
 def reads_as_fraction(value: Fraction, decimals: bool) -> bool:
-    """Whether a textbook writes a fraction (1/2, 3/4, 1/3, 1/5) rather than a decimal number (9.81, 0.3),
-    which it only does beside other ``decimals``."""
+    """Whether to write a fraction (1/2, 3/4, 1/3, 1/5), as textbooks do, rather than a decimal number (9.81,
+    0.3), which is used only beside other ``decimals``."""
     if not decimals and max(value.numerator, value.denominator) < 1000:
         return True
     rest = value.denominator

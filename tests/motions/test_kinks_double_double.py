@@ -169,7 +169,7 @@ def test_a_contact_force_that_has_no_series_where_it_begins(tmp_path, power):
 
 @pytest.mark.parametrize("power", ["1.25", "pi/2"])
 def test_the_energy_of_a_spring_that_is_not_touched_is_known(tmp_path, power):
-    """A broken power of 0 is 0."""
+    """A fractional power of 0 is 0."""
     system = f"""
         coordinates: {{x: {{initial: 0, velocity: 1.2}}}}
         lagrangian: x_dot**2/2 - 7*(-min(0, 0.7 - x))**({power})

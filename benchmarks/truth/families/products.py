@@ -1,4 +1,4 @@
-"""Two motions side by side that know nothing of one another, each of another family."""
+"""Two uncoupled motions side by side, each of another family."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def friction_and_pulse(d: Draw) -> Case:
 
 
 def friction_twice(d: Draw) -> Case:
-    """Two blocks that know nothing of one another."""
+    """Two uncoupled blocks."""
     return side_by_side(d, friction.KINDS, friction.KINDS)
 
 

@@ -194,7 +194,7 @@ def ledgers_of_friction(d: Draw) -> Case:
 
 
 def power_of_a_distance(d: Draw) -> Case:
-    """A broken power of the distance from a time, or from a place, which has no series there."""
+    """A fractional power of the distance from a time, or from a place, which has no series there."""
     A, P, T = d.uniform("A", 0.5, 3), d.uniform("P", 0.05, 1.9), d.uniform("T", 0.5, 3)
     d.uniform("x0", -1, 0)
     d.uniform("v0", 0.8, 2)

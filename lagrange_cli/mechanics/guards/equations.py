@@ -1,4 +1,5 @@
-"""Equations and integrands with modes in place of what changes in switches: smooth until a guard changes."""
+"""Equations and integrands with modes in place of the changing parts of switches: smooth until a guard
+changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Guards: what equations have in place of switches, so that they are smooth for a time.
+"""Guards, which replace the switches in equations, so that these are smooth for a time.
 
 A switch is ``above`` where its argument u(q, q_dot, t) > 0 and ``below`` where u < 0 (see ``Kind.SWITCH``).
 Its mode is a constant, +1 or -1, until u changes its sign. Then it is the other one, and the motion goes on
@@ -32,7 +32,7 @@ class Guard:
     cut: bool = False
     limit: Node | None = None
     broken: Cut | None = None
-    """What jumps where the argument is 0, so that the motion ends there."""
+    """The quantity that jumps where the argument is 0, so that the motion ends there."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,6 @@ class Guarded:
     events: tuple[Node, ...] = ()
     rests: tuple[Rest, ...] = ()
     limits: tuple[Node, ...] = ()
-    """Of each guard with a limit the sum of limit and force, and the difference."""
+    """Limit plus force and limit minus force, for each guard with a limit."""
     breaks: tuple[Node, ...] = ()
     """Of each guard where something jumps x, which is negative there, and the squares of a ``Cut``."""

@@ -102,8 +102,8 @@ class Modes:
         return three_ways(graph, guard.mode, above, below, held)
 
     def _resting(self, argument: Node, above: Node, below: Node) -> tuple[Node, Node] | None:
-        """What both branches are where a velocity is 0, if they have a root of it: this has no series there,
-        and may bring to rest in a finite time."""
+        """The common value of both branches where a velocity is 0, if they contain a root of it: it has no
+        series there, and the motion may come to rest in a finite time."""
         if argument not in self.residual.model.v:
             return None
         rooted = any(
@@ -133,5 +133,5 @@ class Modes:
 
 
 def three_ways(graph: Graph, mode: Node, above: Node, below: Node, held: Node) -> Node:
-    """One or the other by a mode: +1, -1, or 0."""
+    """One or the other, depending on a mode: +1, -1, or 0."""
     return graph.switch(mode, above, graph.switch(-mode, below, held, -1), -1)

@@ -85,7 +85,7 @@ def consistent(
 def changes(
     names: Sequence[str], before: Sequence[Any], after: Sequence[Any], free: Collection[int]
 ) -> list[Change]:
-    """What is not as it was."""
+    """The values that have changed."""
     return [
         Change(name, None if k in free else float(old), float(new), float(new - old))
         for k, (name, old, new) in enumerate(zip(names, before, after))

@@ -1,4 +1,5 @@
-"""What constraints do in general, at consistent states nearby: which are independent, and do others agree."""
+"""The constraints at consistent states nearby: which of them are independent, and whether the others
+agree."""
 
 from __future__ import annotations
 
@@ -17,8 +18,7 @@ EXACTLY = 1e-12
 
 
 def refuse_constants(search: Search) -> None:
-    """Refuse what has no slopes wherever one looks, and constraints on velocities whose slopes depend on
-    these."""
+    """Refuse constraints whose gradient vanishes everywhere, and nonlinear constraints on velocities."""
     q, v = search.given.q, search.given.v
     scale = search.metric(q)[0]
     rows = search.rates(q, v).rows
@@ -61,7 +61,7 @@ def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Gene
 def nearby(
     search: Search, q: Sequence[Any], scale: Sequence[float], kept: Sequence[int], number: int, t: Any = None
 ) -> list[Any] | None:
-    """A consistent place nearby, as far as the constraints ``kept`` go."""
+    """A place nearby that satisfies the constraints ``kept``."""
     place = search.away(q, scale, number)
     for _ in range(ROUNDS):
         try:
@@ -77,7 +77,7 @@ def nearby(
 
 
 def refuse_restricting(search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int]) -> None:
-    """Refuse constraints that depend on others, and contradict them nearby or later."""
+    """Refuse constraints that depend on others and contradict them nearby or later."""
     rest = [i for i in range(len(search.names)) if i not in best]
     times = search.given.t, search.given.t + NEARBY
     moving = any(float(one) for t in times for one in search.rates(q, search.given.v, t).drifts)

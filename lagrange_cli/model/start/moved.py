@@ -1,4 +1,4 @@
-"""Given values moved to the nearest ones that satisfy the constraints, as far as that is allowed."""
+"""Given values are moved to the nearest ones that satisfy the constraints, if these are near enough."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def moved(
 
 
 def tried(nearest: Callable[[Sequence[Any]], list[Any] | None], x: Sequence[Any]) -> list[Any] | None:
-    """What ``nearest`` finds; None where it comes to a place where something has no value."""
+    """The result of ``nearest``; None if it reaches a place where something has no value."""
     try:
         return nearest(x)
     except ArithmeticError:

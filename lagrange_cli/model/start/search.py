@@ -19,7 +19,7 @@ from lagrange_cli.spec.spec import Spec
 SLIGHTLY = 1e-6
 """Given values are moved by this part of their scale."""
 NEARBY = 0.03
-"""How far away states are, as a part of the scale, that tell what is true in general."""
+"""The distance, as a part of the scale, of the nearby states at which constraints are examined."""
 TRIES = 3
 
 

@@ -47,7 +47,7 @@ def speeds(
 
 
 def off_by(values: Values, size: Sequence[float], rates: Rates) -> float:
-    """How far from 0 the worst rate of a constraint is, relative to its terms."""
+    """The largest rate of a constraint, relative to its terms."""
     found = 0.0
     for value, steep, drift in zip(values[0], steepness(values[1], size), rates.drifts):
         whole = max(steep, abs(float(drift)))

@@ -1,7 +1,8 @@
 """A JSON Schema of system files, made of the tables by which they are read.
 
-Editors complete and check keys with it. It knows the structure of a file, not what its expressions mean: what
-it refuses is refused by ``check``, which finds more. It is of draft 7, which editors know best.
+Editors complete and check keys with it. It knows the structure of a file, not the meaning of its expressions:
+``check`` refuses everything that the schema refuses, and finds more mistakes. It uses draft 7, which editors
+know best.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def of_row(row: Row) -> dict[str, Any]:
 
 
 def enriched(row: Row, found: Schema) -> Schema:
-    """What is known of a value beyond its form: the methods and the outputs that there are."""
+    """Further knowledge of a value: the names of methods and of outputs."""
     if row.key == "method":
         methods = [AUTO, *METHODS]
         named = "|".join(map(any_case, methods))

@@ -134,7 +134,7 @@ def times(keys: Schema) -> Schema:
 
 
 def settings(keys: Schema) -> Schema:
-    """The section ``solve``: samples are counted, or apart by a step."""
+    """The section ``solve``: it has a number of samples or a step."""
     return any_of({**keys, "not": {"required": ["samples", "step"]}}, NOTHING)
 
 
@@ -184,4 +184,4 @@ READERS: Mapping[Callable[..., Any], Schema] = {
     read_when: SCALAR,
     read_words: WORDS_LISTED,
 }
-"""What each of the others takes; a test sees that none is missing."""
+"""The schemas of the other readers; a test checks that none is missing."""

@@ -17,7 +17,7 @@ LOOSEST_TOLERANCE = 0.1
 
 
 def abilities(spec: Spec) -> Iterator[tuple[str, Callable[[MethodRow], bool]]]:
-    """What in a system not every method can follow, and whether one can."""
+    """Features of a system that not every method supports, and whether a method supports them."""
     if spec.all_constraints:
         yield "a system with constraints", lambda row: row.constrains
     if spec.events:
@@ -25,12 +25,12 @@ def abilities(spec: Spec) -> Iterator[tuple[str, Callable[[MethodRow], bool]]]:
 
 
 def resolve_method(name: str | None) -> str:
-    """The method's proper name, whatever case it was written in; ``AUTO`` where there is none."""
+    """The method's proper name, from upper or lower case; ``AUTO`` if none is given."""
     return proper_name(AUTO if name is None else name, (AUTO, *METHODS))
 
 
 def proper_name(name: str, methods: Sequence[str]) -> str:
-    """The one of these methods that is meant, whatever case it is written in."""
+    """The one of these methods that is meant, in upper or lower case."""
     for method in methods:
         if method.lower() == name.lower():
             return method

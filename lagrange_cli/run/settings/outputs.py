@@ -1,4 +1,4 @@
-"""What a run writes: the outputs that are asked for, or those that a system has by default."""
+"""The outputs of a run: those that are asked for, or the default ones of the system."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ALL = "all"
 
 
 def default_outputs(spec: Spec) -> tuple[str, ...]:
-    """What is written where nobody says otherwise; it depends on the sections that the file has."""
+    """The default outputs, which depend on the sections of the file."""
     rows = (row for row in OUTPUTS.values() if row.default)
     return tuple(row.name for row in rows if not row.section or getattr(spec, row.section))
 

@@ -1,4 +1,4 @@
-"""When a motion is sampled: how many samples there are, and how far apart."""
+"""The samples of a motion: their number and their spacing."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
 
 
 def check_count(count: float) -> None:
-    """Refuse what no disk holds."""
+    """Refuse more samples than a disk holds."""
     if count > MOST_SAMPLES:
         raise UsageError(
             f"{count:.3g} samples are more than the {MOST_SAMPLES:.0e} that can be written: "

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 FEWEST, MOST = 1001, 20001
 """Samples of a motion in the page."""
 SAMPLES_A_STEP = 4
-"""Of the motion as the file has it: enough to draw its path."""
+"""Samples of the motion of the file itself: enough to draw its path."""
 NUMBERS = 2_000_000
 """Numbers in all samples of a page's motion."""
 READING = 8_000_000
-"""Steps of work for equations that are to be read: some 8 s."""
+"""Steps of work for the printed equations: some 8 s."""
 UNREADABLE = "The equations are too large to be shown here."
 DRAWN = 4_000
 """Nodes of all that is drawn: a thousand rods, whose code takes some 10 s."""
@@ -59,7 +59,7 @@ def drawn(motion: Motion, followed: Followed) -> Drawing | None:
 
 
 def described(motion: Motion, drawing: Drawing | None, followed: Followed) -> dict[str, Any]:
-    """What a page says of a system and shows of its motion, in terms of JSON."""
+    """The contents of a page on a system and its motion, as JSON."""
     spec, values, settings = motion.spec, motion.values, motion.settings
     units = units_of(spec)
     numbers = 4 * len(spec.coordinates) + 4 + (0 if drawing is None else len(drawing.nodes))

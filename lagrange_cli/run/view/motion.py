@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 OUTPUTS = frozenset({"q", "v", "p", "h"})
 SPAN = 10.0
-"""How long a motion is whose file does not say it."""
+"""The duration of a motion whose file gives none."""
 PATIENCE = 5.0
 """Seconds that the motion may take before the page is written without its end."""
 

@@ -1,4 +1,4 @@
-"""``view``: a page that shows a system, and computes its motion where it is read."""
+"""``view``: a page that shows a system, and computes its motion in the browser."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ UNDRAWN = "The drawing of this system is too large for a page."
 
 @dataclass(frozen=True)
 class Page:
-    """A page: its ``text``, whether it computes (``live``), and why not, where it does not."""
+    """A page: its ``text``, whether it computes (``live``), and if not, why."""
 
     text: str
     live: bool
@@ -43,7 +43,7 @@ class Page:
 
 
 def view(motion: Motion, stage: Stage = untimed, members: Sequence[Mapping[str, Any]] = ()) -> Page:
-    """The page of a system: it computes, unless something in the system is not for that.
+    """The page of a system: it computes, unless the system has something that pages cannot compute.
 
     It can have ``members``, which are other values to begin with: ``{"label": ..., "values": {name: x}}``.
 
@@ -157,7 +157,7 @@ def obstacle(motion: Motion, residual: Residual) -> str:
 
 
 def too_large(program: str) -> str:
-    """Why a program is not for a page, as a sentence; empty where it is."""
+    """Why a page cannot run a program, as a sentence; empty if it can."""
     lines = program.count("\n")
     if lines <= LARGEST:
         return ""

@@ -60,7 +60,7 @@ BODY = Table(
 )
 EXAMPLE = "{mass: m, inertia: [I1, I2, I3], position: [0, 0, 0], orientation: {euler: [phi, theta, psi]}}"
 NEEDED = {"mass": "m", "position": "[x, y, z]", "orientation": "{euler: [phi, theta, psi]}"}
-"""What each body has besides its inertia, and how it is written."""
+"""The data of a body besides its inertia, and how they are written."""
 
 
 def read_bodies(node: Node, where: str, problems: Problems) -> tuple[WrittenBody, ...]:

@@ -1,4 +1,4 @@
-"""What the section ``draw`` says of things by name, members of families one by one: colours, sliders."""
+"""Entries by name of the section ``draw``, members of families one by one: colours, sliders."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.spec import Expression, Range
 
 NUMBERS = "numbers of draw"
-"""Where their rule is among those of the sections."""
+"""The key of their rule among those of the sections."""
 RULE = Rule(CONSTANT, "ranges and angles may use numbers and parameters")
 
 

@@ -87,7 +87,7 @@ def read_events(node: Node, where: str, problems: Problems) -> tuple[WrittenEven
 
 
 def _fields(node: nodes.Mapping, label: str, problems: Problems) -> dict[str, Any]:
-    """The fields of an event; what belongs into another one is said."""
+    """The fields of an event; a message names the right field for entries of another one."""
     kept = []
     set_apart: tuple[Entry, ...] = ()
     for key, value in node.entries:

@@ -1,4 +1,4 @@
-"""What the keys of an event say: where it happens, and what is done then. What names mean is judged later."""
+"""The keys of an event: where it happens, and what is done then. Names are checked later."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def arrange(residual: Residual, program: SeriesProgram, order: int) -> Blocks:
 def with_copies(
     program: SeriesProgram, listed: Sequence[Batch], graph: Graph
 ) -> tuple[SeriesProgram, Sequence[Batch]]:
-    """The same with a batch of copies for each operand of a product that does not stand beside it."""
+    """The same with a batch of copies for each operand of a product that is not stored beside it."""
     series, found = list(program.series), list[Batch]()
     where = places_of(listed)
     made: dict[tuple[int, tuple[int, ...]], tuple[int, ...]] = {}
@@ -85,8 +85,8 @@ def aligned(where: Mapping[int, tuple[int, int]], row: Sequence[int]) -> bool:
 def grouped(blocks: Blocks) -> list[list[int]]:
     """Batches that one loop may compute, in the order of the loops.
 
-    They have as many members, and what one takes from another one is that of the same member: eight of them
-    are finished, one batch after the other, while their coefficients are in the cache.
+    They have the same number of members, and each member takes from other batches only its own values: eight
+    of them are finished, one batch after the other, while their coefficients are in the cache.
     """
     where, series = places_of(blocks.batches), blocks.program.series
     groups: list[list[int]] = []

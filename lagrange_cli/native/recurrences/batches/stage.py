@@ -1,4 +1,4 @@
-"""One stage of eight members of a batch: what stands elsewhere in memory is gathered by tables of places.
+"""One stage of eight members of a batch: values elsewhere in memory are gathered by tables of places.
 
 The recurrences are those of ``Stage``; sums of many terms are loops over rows of tables.
 """
