@@ -191,7 +191,8 @@ class ChainBuilder(FamilyBuilder):
             assert isinstance(made, Chain)
             self._begun[key] = made
         other = self.slots.symbol(slot.domain, self._begun[key], slot.table)
-        return part - common + scale * (other - symbol)
+        found: Node = part - common + scale * (other - symbol)
+        return found
 
     def is_common(self, node: Node) -> bool:
         """Whether it is the same for all members, and moves."""
@@ -283,7 +284,7 @@ def addends(node: Node) -> list[Node]:
         return [node]
     constant, coefficients = node.data
     terms: list[Node] = [float(a) * one for one, a in zip(node.arguments, coefficients)]
-    return [*terms, node.graph.constant(constant)]
+    return [*terms, node.graph.lift(constant)]
 
 
 def bounds_of(tree: Sum, indices: Mapping[str, Whole]) -> tuple[Whole, Whole]:

@@ -108,12 +108,11 @@ def drawn(chance: random.Random, count: int = 0) -> str:
     at = place.strip('"') if place.startswith('"') else place.replace('"', "")
     coordinates, masses, potentials = [], ['"bob[i in range(N)]": "1 + i/7"'], []
     places = [f'"bob[i in range(N)]": {place}']
-    if "s" in sx:
-        if sx == "s":
-            coordinates.append("s: {initial: 0.2}")
-            masses.append("cart: 2.5")
-            places.append('cart: ["s", "0.5"]')
-            potentials.append("s**2")
+    if sx == "s":
+        coordinates.append("s: {initial: 0.2}")
+        masses.append("cart: 2.5")
+        places.append('cart: ["s", "0.5"]')
+        potentials.append("s**2")
     if "r[" in x:
         coordinates.append('"r[i in range(N)]": {initial: "0.1*cos(i)"}')
         potentials.append("sum(4*r[i]**2 for i in range(N))")
