@@ -17,6 +17,7 @@ import numpy as np
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, bits
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
@@ -128,6 +129,14 @@ class Slots:
     def moving(self, node: Node, moves: set[Array]) -> bool:
         """Whether an expression contains a slot of one of these arrays."""
         return any(slot.array in moves for _, slot in self.inside(node))
+
+
+def placed(slots: Slots, node: Node, domain: Domain, members: Places) -> Node:
+    """An expression of some members of its domain, as one of the members of another."""
+    others = {
+        symbol: slots.symbol(domain, slot.array, slot.table[members]) for symbol, slot in slots.inside(node)
+    }
+    return substituted(slots.graph, [node], others)[0] if others else node
 
 
 def digest(table: Places) -> int:

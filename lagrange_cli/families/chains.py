@@ -14,9 +14,21 @@ from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import Differ, Places, Whole, integers
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.syntax import Binary, Negative, Sum, Tree, Vector, names, plain_names, sums
-from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slot, Slots, Source, Term, tree_of
+from lagrange_cli.families.arrays import (
+    NONE,
+    Array,
+    Chain,
+    Domain,
+    Slot,
+    Slots,
+    Source,
+    Term,
+    Total,
+    placed,
+    tree_of,
+)
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import Group
 from lagrange_cli.mechanics.substitution import substituted
@@ -39,6 +51,8 @@ class ChainBuilder(FamilyBuilder):
         self._growing: list[Growing] = []
         self._chains: dict[Group, tuple[Chain, ...] | None] = {}
         self._running: dict[int, tuple[Sum, tuple[Chain, ...]]] = {}
+        self._summed: dict[tuple[Group, int], tuple[Node, ...] | None] = {}
+        self._begun: dict[tuple[Chain, Node], Chain] = {}
         super().__init__(spec)
 
     # members from their parents
@@ -113,9 +127,79 @@ class ChainBuilder(FamilyBuilder):
     def written(self, group: Group, which: Places, domain: Domain) -> Value:
         tree, members = group.members(which, self.sizes, domain)
         inside = [one for one, _ in sums(tree)]
-        if inside and all(self.runs(one, members) for one in inside):
+        if not inside or not all(self.runs(one, members) for one in inside):
+            return super().written(group, which, domain)
+        label = int(group.labels[which[0]])
+        own = np.flatnonzero(group.labels == label)
+        key = group, label
+        if key not in self._summed:
+            try:
+                whole = Domain(len(own))
+                value = self.value(*group.members(own, self.sizes, whole))
+                parts = value if isinstance(value, tuple) else (value,)
+                self._summed[key] = tuple(self.begun(part) for part in parts)
+            except Differ:
+                self._summed[key] = None
+        known = self._summed[key]
+        if known is None:
             return self.value(tree, members)
-        return super().written(group, which, domain)
+        places = np.searchsorted(own, which)
+        return together(placed(self.slots, part, domain, places) for part in known)
+
+    def begun(self, part: Node) -> Node:
+        """What is added to a chain, and is the same for all of its members, as what the chain begins with."""
+        graph = self.graph
+        chains = [(s, slot) for s, slot in self.slots.inside(part) if isinstance(slot.array, Chain)]
+        if len(chains) != 1:
+            return part
+        symbol, slot = chains[0]
+        scale = graph.diff(part, symbol)
+        if scale.symbols & symbol.symbols or any(True for _ in self.slots.inside(scale)):
+            return part
+        common = graph.sum([(one, 1.0) for one in addends(part - scale * symbol) if self.is_common(one)])
+        if not common.symbols:
+            return part
+        assert isinstance(slot.array, Chain)
+        start = common / scale
+        (start,) = substituted(
+            graph,
+            [start],
+            {
+                s: self.slots.symbol(self.root, one.array, one.table[:1])
+                for s, one in self.slots.inside(start)
+            },
+        )
+        key = slot.array, start
+        if key not in self._begun:
+            tree = slot.array.tree
+            assert tree is not None
+            roots = np.flatnonzero(tree.parents == NONE)
+            terms = []
+            for term in slot.array.terms:
+                first = np.isin(term.targets, roots)
+                for which, more in ((~first, False), (first, True)):
+                    if np.any(which):
+                        members = np.flatnonzero(which)
+                        domain = Domain(len(members))
+                        node = placed(self.slots, term.node, domain, members)
+                        if more:
+                            node = node + placed(
+                                self.slots, start, domain, np.zeros(len(members), dtype=np.int64)
+                            )
+                        terms.append(Term(domain, node, term.targets[members]))
+            made = self.added(slot.array.count, terms, tree)
+            assert isinstance(made, Chain)
+            self._begun[key] = made
+        other = self.slots.symbol(slot.domain, self._begun[key], slot.table)
+        found: Node = part - common + scale * (other - symbol)
+        return found
+
+    def is_common(self, node: Node) -> bool:
+        """Whether it is the same for all members, and moves."""
+        inside = [slot for _, slot in self.slots.inside(node)]
+        if any(isinstance(slot.array, Total) or np.any(slot.table != slot.table[0]) for slot in inside):
+            return False
+        return bool(node.symbols & self.time.symbols) or any(slot.array is self.q for slot in inside)
 
     def runs(self, tree: Sum, members: Members) -> bool:
         """Whether a sum has the members of a loop up to one, or from one on, that is different for each."""
@@ -192,6 +276,15 @@ def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
         (node,) = substituted(graph, [shape], others)
         made.append(Term(domain, node, targets[order]))
     return made
+
+
+def addends(node: Node) -> list[Node]:
+    """The terms of a sum."""
+    if node.kind is not Kind.SUM:
+        return [node]
+    constant, coefficients = node.data
+    terms: list[Node] = [float(a) * one for one, a in zip(node.arguments, coefficients)]
+    return [*terms, node.graph.lift(constant)]
 
 
 def bounds_of(tree: Sum, indices: Mapping[str, Whole]) -> tuple[Whole, Whole]:

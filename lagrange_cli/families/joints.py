@@ -7,7 +7,7 @@ motion couple a joint to its parent and its children only (see ``native.families
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,11 +26,11 @@ from lagrange_cli.families.arrays import (
     Term,
     Total,
     equal,
+    placed,
     total_of,
 )
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, group_of, particle_families
-from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec, grouped
 
@@ -341,10 +341,12 @@ class _Assembly:
         weights: list[Weight] = []
         for part, members, _ in parts:
             if self.is_step(part) and part.component is not None:
-                moves[part.component] = self.placed(part.node, domain, members)
+                moves[part.component] = placed(self.builder.slots, part.node, domain, members)
         for part, members, own in parts:
             if part.mass is not None:
-                move, mass = (self.placed(one, domain, members) for one in (part.node, part.mass))
+                move, mass = (
+                    placed(self.builder.slots, one, domain, members) for one in (part.node, part.mass)
+                )
                 if own and part.component is not None:
                     move = moves[part.component] + move
                 weights.append(Weight(part.component, move, mass))
@@ -363,15 +365,6 @@ class _Assembly:
             nodes if has_node else None,
             tuple(moves) if has_node else (), tuple(weights),
         )  # fmt: skip
-
-    def placed(self, node: Node, domain: Domain, members: Places) -> Node:
-        """An expression of some members of its domain, in the order of another one."""
-        slots = self.builder.slots
-        others: Mapping[Node, Node] = {
-            symbol: slots.symbol(domain, slot.array, slot.table[members])
-            for symbol, slot in slots.inside(node)
-        }
-        return substituted(self.builder.graph, [node], others)[0] if others else node
 
 
 def momenta(builder: FamilyBuilder, found: Articulation) -> Total:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import insort
 from collections.abc import Iterable, Sequence
 from typing import cast
 
@@ -12,6 +11,7 @@ from lagrange_cli.records import dataclass, field
 from lagrange_cli.series.factoring import associate, reciprocals
 from lagrange_cli.series.offsets import set_levels, set_levels_beside, sort
 from lagrange_cli.series.program import FREE, SHORT, UNBOUNDED, Op, Series, SeriesProgram
+from lagrange_cli.series.sums import Sums
 
 
 def lower(
@@ -78,10 +78,6 @@ def lower_functions(
     return sort(builder.series, known, [], unknown, roots, [], 0, needed)
 
 
-Terms = frozenset[tuple[int, Node]]
-"""The terms of a sum: series and their coefficients."""
-
-
 @dataclass
 class _Builder:
     graph: Graph
@@ -97,10 +93,8 @@ class _Builder:
     inverted: set[Node] = field(default_factory=set)
     """The nodes whose negative integer powers are made from their reciprocal."""
     pending: list[Node] = field(default_factory=list)
-    sums: dict[Terms, int] = field(default_factory=dict)
-    """Series of sums without a constant, by their terms."""
-    parts: dict[tuple[int, Node], list[tuple[int, int, Terms]]] = field(default_factory=dict)
-    """The same by the one of their terms that is first, from short to long, of one length the oldest last."""
+    sums: Sums = field(default_factory=Sums)
+    """Series of sums without a constant."""
     unfinished: list[tuple[int, tuple[int, ...], Node]] = field(default_factory=list)
     """Rates of functions whose partial derivatives are not lowered yet: (rate, arguments' rates,
     function)."""
@@ -246,11 +240,12 @@ class _Builder:
         if constant.is_zero and len(terms) == 1 and terms[0][1] is self.graph.one:
             return terms[0][0]
         whole = frozenset(terms)
-        if constant.is_zero and whole in self.sums:
-            return self.sums[whole]
-        shared = self.longest_part(whole)
+        if constant.is_zero and whole in self.sums.known:
+            return self.sums.known[whole]
+        shared = self.sums.longest_part(whole)
         if shared is not None:
-            terms = [(self.sums[shared], self.graph.one), *(term for term in terms if term not in shared)]
+            rest = (term for term in terms if term not in shared)
+            terms = [(self.sums.known[shared], self.graph.one), *rest]
         arguments = tuple(index for index, _ in terms)
         degree = max((self.series[i].degree for i in arguments), default=0)
         made = self.add(
@@ -263,22 +258,8 @@ class _Builder:
             )
         )
         if constant.is_zero and len(whole) > 1:
-            parts = self.parts.setdefault(min(whole, key=lambda term: term[0]), [])
-            insort(parts, (len(whole), -len(self.sums), whole))
-            self.sums[whole] = made
+            self.sums.enter(whole, made)
         return made
-
-    def longest_part(self, whole: Terms) -> Terms | None:
-        """The longest of the sums so far all of whose terms, but not all terms, are in ``whole``."""
-        found: tuple[int, int, Terms] | None = None
-        for term in whole:
-            for one in reversed(self.parts.get(term, ())):
-                if found is not None and one[:2] < found[:2]:
-                    break
-                if one[2] < whole:
-                    found = one
-                    break
-        return found[2] if found is not None else None
 
     def derivative(self, index: int) -> int:
         """The derivative of a series; that of a sum or a function in terms of what they are made of."""

@@ -17,7 +17,7 @@ from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.symmetries import symmetries
-from lagrange_cli.native.families import program
+from lagrange_cli.native.families import jets
 from lagrange_cli.run.check import classify
 from lagrange_cli.run.classification import as_text
 from lagrange_cli.run.derive import derive_system
@@ -141,7 +141,7 @@ def test_check_of_many_bodies_says_what_it_says_of_few(monkeypatch: pytest.Monke
 
 
 def test_check_refuses_series_that_are_too_large_as_solve_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(program, "MOST_NUMBERS", 10_000)
+    monkeypatch.setattr(jets, "MOST_NUMBERS", 10_000)
     spec = read_spec((SYSTEMS / "lattice.yaml").read_text(), "lattice.yaml", {"N": "20", "M": "20"})
     with pytest.raises(SpecError, match="Taylor series of this system are"):
         classify(spec)

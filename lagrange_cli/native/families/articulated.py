@@ -87,9 +87,10 @@ class JointWriter(SeriesWriter):
         if self.correcting:
             stage.correct()
             return []
-        found = stage.values()
+        stage.advance()
         if isinstance(self.k, int) and self.k < 0:
             return []
+        found = stage.terms()
         first = isinstance(self.k, int) and self.k == 0
         return found if first else found[: len(local.terms) - local.slopes]
 

@@ -51,7 +51,8 @@ class LoopSeries:
     @cached_property
     def stored(self) -> Mapping[int, int]:
         """The series whose coefficients are needed again, with their places in a block."""
-        series, found = self.program.series, set[int]()
+        series = self.program.series
+        found = {index for index in self.program.residual if series[index].level > 0}
         for index, one in enumerate(series):
             if one.op is Op.POWER:
                 found.add(index)
@@ -217,6 +218,11 @@ class MemberStage(VectorStage):
 
     def values(self) -> list[Value]:
         """Coefficients k of the terms; all others are computed on the way."""
+        self.advance()
+        return self.terms()
+
+    def advance(self) -> None:
+        """The newest coefficients of all series."""
         program = self.series.program
         for index, one in enumerate(program.series):
             if one.level == FREE or (isinstance(self.k, int) and self.k + one.level < 0):
@@ -234,4 +240,12 @@ class MemberStage(VectorStage):
                     slope, inverse = self.expansion.sensitivities[index]
                     self.put(index, slope, SLOPE)
                     self.put(index, inverse, INVERSE)
-        return [self.newest.get(index) for index in program.residual]
+
+    def terms(self) -> list[Value]:
+        """Coefficients k of the terms."""
+        return [self.of_order(index) for index in self.series.program.residual]
+
+    def of_order(self, index: int) -> Value:
+        """Coefficient k of a term."""
+        ahead = self.series.program.series[index].level > 0
+        return self.load(index, self.k) if ahead else self.newest.get(index)

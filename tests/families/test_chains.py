@@ -1,0 +1,166 @@
+"""Chains and trees whose families stay families, beside the same systems written out member by member."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.support.motion import run
+
+OUTPUTS = frozenset(["q", "v", "p", "h", "energy", "positions", "observables"])
+SIZES = 1, 2, 3, 8, 9, 17
+SUPPORTS = {
+    "none": ("0", "0"),
+    "a cart": ("s", "0"),
+    "driven": ("0.1*sin(3*t)", "0.05*cos(2*t)"),
+    "both": ("s", "0.1*t**2"),
+}
+SHAPES = {
+    "components": (
+        '"x[0]": "{sx} + {x0}", "y[0]": "{sy} + {y0}"',
+        '"x[i in range(1, N)]": "x[{up}] + {x}", "y[i in range(1, N)]": "y[{up}] + {y}"',
+        '["x[i]", "y[i]"]',
+    ),
+    "vectors": (
+        '"r0[i in range(N)]": ["{x}", "{y}"], "w[0]": "[{sx}, {sy}] + r0[0]"',
+        '"w[i in range(1, N)]": "w[{up}] + r0[i]"',
+        '"w[i]"',
+    ),
+    "sums": (
+        '"x[i in range(N)]": "{sx} + sum({xj} for j in range(i + 1))", '
+        '"y[i in range(N)]": "{sy} + sum({yj} for j in range(i + 1))"',
+        "",
+        '["x[i]", "y[i]"]',
+    ),
+    "sums of vectors": ("", "", '"[{sx}, {sy}] + sum([{xj}, {yj}] for j in range(i + 1))"'),
+    "sums from the end": (
+        '"x[i in range(N)]": "{sx} + sum({xj} for j in range(i, N))", '
+        '"y[i in range(N)]": "{sy} - sum(-({yj}) for j in range(i, N))"',
+        "",
+        '["x[i]", "y[i]"]',
+    ),
+}
+PARENTS = "i - 1", "(i - 1)//2", "(i - 1)//3", "where(i % 2 == 0, i - 2, i - 1)", "0"
+STEPS = {
+    "rods": ("l*sin(th[{i}])", "-l*cos(th[{i}])"),
+    "rods of their own": ("(l + {i}/9)*sin(th[{i}])", "-(l + {i}/9)*cos(th[{i}])"),
+    "springs": ("(l + r[{i}])*sin(th[{i}])", "-(l + r[{i}])*cos(th[{i}])"),
+    "bent rods": ("l*sin(th[{i}]) + 0.2*cos(2*th[{i}])", "-l*cos(th[{i}]) + 0.1*th[{i}]"),
+    "pulsing rods": ("(l + 0.1*sin(t))*sin(th[{i}])", "-(l + 0.1*sin(t))*cos(th[{i}])"),
+}
+POTENTIALS = {
+    "weights": "sum(g*(1 + i/7)*bob[i].y for i in range(N))",
+    "twists": "sum(k*(th[i] - th[i - 1])**2/2 for i in range(1, N))",
+    "cords": "sum(k*(norm(bob[i] - bob[i - 1]) - 1.5*l)**2/2 for i in range(2, N))",
+    "a field": "sum(k*sin(bob[i].x + {b}*t) for i in range(N))",
+    "pairs": "-sum(k/sqrt(3 + (bob[i].x - bob[j].x)**2 + (bob[i].y - bob[j].y)**2) for i in range(N) for j in range(i))",
+}
+FORCES = {
+    "none": "",
+    "friction": 'generalized_forces: {{"th[i in range(N)]": "-0.1*th_dot[i]"}}',
+    "drive": 'generalized_forces: {{"th[0]": "cos({b}*t)"}}',
+    "wind": 'forces: {{"bob[i in range(N)]": ["0.3 - 0.1*bob[i].vx", "-0.1*bob[i].vy"]}}',
+    "damping": "dissipation: sum((th_dot[i] - th_dot[i - 1])**2/10 for i in range(1, N)) + bob[N - 1].vx**2/9",
+}
+SYSTEM = """
+sizes: {{N: {count}}}
+parameters: {{l: 1.0, g: 2.0, k: {k}}}
+coordinates:
+  th[i in range(N)]: {{initial: "0.5*sin({seed} + i)", velocity: "0.1*cos({seed}*i)"}}
+  {coordinates}
+definitions: {{{definitions}}}
+masses: {{{masses}}}
+embedding: {{{embedding}}}
+potential: "{potential}"
+{forces}
+observables:
+  lean[j in range(2)]: sum(th[i]*sin(pi*(i + 1)*(j + 1)/(N + 1)) for i in range(N))
+  tip: bob[N - 1].vx
+solve: {{stop: 0.5, step: 0.1}}
+"""
+
+
+def drawn(chance: random.Random, count: int = 0) -> str:
+    """The text of a random system."""
+    count = count or chance.choice(SIZES)
+    shape, support = chance.choice([*SHAPES]), chance.choice([*SUPPORTS])
+    step, up = chance.choice([*STEPS]), chance.choice(PARENTS)
+    if count < 3 and up.startswith("where"):
+        up = "i - 1"
+    (sx, sy), (x, y) = SUPPORTS[support], STEPS[step]
+    known = {
+        "sx": sx, "sy": sy, "up": up, "x": x.format(i="i"), "y": y.format(i="i"), "x0": x.format(i="0"),
+        "y0": y.format(i="0"), "xj": x.format(i="j"), "yj": y.format(i="j"),
+    }  # fmt: skip
+    first, more, place = (one.format(**known) for one in SHAPES[shape])
+    definitions = ", ".join(one for one in (first, more if count > 1 else "") if one)
+    at = place.strip('"') if place.startswith('"') else place.replace('"', "")
+    coordinates, masses, potentials = [], ['"bob[i in range(N)]": "1 + i/7"'], []
+    places = [f'"bob[i in range(N)]": {place}']
+    if sx == "s":
+        coordinates.append("s: {initial: 0.2}")
+        masses.append("cart: 2.5")
+        places.append('cart: ["s", "0.5"]')
+        potentials.append("s**2")
+    if "r[" in x:
+        coordinates.append('"r[i in range(N)]": {initial: "0.1*cos(i)"}')
+        potentials.append("sum(4*r[i]**2 for i in range(N))")
+    if chance.random() < 0.3:  # a rod's middle, behind its parent or before its own end
+        masses.append('"middle[i in range(N)]": 0.5')
+        places.append(f'"middle[i in range(N)]": "{at} - [l/2*sin(th[i]), -l/2*cos(th[i])]"')
+    if chance.random() < 0.3:  # pendulums that hang from every bob
+        coordinates.append('"ps[i in range(N)]": {initial: "0.3*cos(i)"}')
+        masses.append('"lamp[i in range(N)]": "0.3 + i/5"')
+        places.append(f'"lamp[i in range(N)]": "{at} + [0.5*sin(ps[i]), -0.5*cos(ps[i])]"')
+        potentials.append("sum(g*lamp[i].y for i in range(N))")
+    if chance.random() < 0.2:  # others that hang nowhere, with two coordinates
+        coordinates.append('"u[i in range(2)]": {initial: "0.4 + i"}')
+        masses.append("free: 1.5")
+        places.append('free: ["u[0]*cos(u[1])", "u[0]*sin(u[1])"]')
+        potentials.append("(u[0] - bob[0].x)**2")
+    potentials += [POTENTIALS[name] for name in chance.sample([*POTENTIALS], chance.randint(1, 3))]
+    given = {
+        "count": count, "k": chance.choice([0.7, 1.5]), "seed": chance.randint(1, 9),
+        "definitions": definitions, "coordinates": "\n  ".join(coordinates),
+        "masses": ", ".join(masses), "embedding": ", ".join(places),
+        "potential": " + ".join(potentials).format(b=chance.choice([0, 0, 1])),
+        "forces": FORCES[chance.choice([*FORCES])].format(b=chance.choice([0.5, 2])),
+    }  # fmt: skip
+    return SYSTEM.format(**given)
+
+
+def followed(text: str, method: str) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
+    """A short motion of a system, and what it was followed by."""
+    spec = read_spec(text, "system.yaml")
+    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, OUTPUTS))
+    return ready, run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
+
+
+@pytest.mark.exhaustive(keep=2, most=12)
+@pytest.mark.parametrize("case", range(60))
+def test_chains_move_as_their_members_do(
+    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chance = random.Random(f"{pytestconfig.option.seed} {case}")
+    text, method = drawn(chance), chance.choice(["taylor", "ias15"])
+    monkeypatch.setattr(systems, "FEWEST", 0)
+    assert systems.family_system(read_spec(text, "system.yaml")) is not None, text
+    together, found = followed(text, method)
+    monkeypatch.setattr(systems, "FEWEST", 10**9)
+    apart, expected = followed(text, method)
+    assert together.recording.datasets == apart.recording.datasets
+    assert set(together.recording.conserved) <= set(apart.recording.conserved)
+    for path, values in expected.items():
+        size = np.max(np.abs(values), initial=1.0)
+        assert np.max(np.abs(found[path] - values)) <= 2.0**-40 * size, (path, text)
