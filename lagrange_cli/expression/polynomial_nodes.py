@@ -39,7 +39,7 @@ class PolynomialNodes:
         self.graph = graph
         self.numbers: dict[tuple[int, Node], int] = {}
         self.below: dict[int, Polynomial] = {}
-        """What denominators are."""
+        """The polynomials of denominators."""
         below = reachable([node])
         exact = any(isinstance(x, Fraction) for one in below for x in _numbers(one))
         self.ring = Arithmetic(exact, graph.work)
@@ -47,7 +47,7 @@ class PolynomialNodes:
         self.made: dict[Node, Polynomial] = {}
 
     def _units(self, nodes: Sequence[Node]) -> dict[tuple[int, Node], Any]:
-        """Of every part of an argument of sines, or exponentials, what its coefficients are multiples of."""
+        """A unit of which the coefficients of each part of arguments are multiples, by kind and part."""
         given: dict[tuple[int, Node], list[Any]] = {}
         for one in nodes:
             kind = _kind(one)
