@@ -86,6 +86,8 @@ class _Writer:
         force, mass = (self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, masses))
         self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
         self.masses = masses
+        one = self.graph.number(1) / mass
+        self.inverses = self.arranged(total_of(self.degrees, [Term(system.everyone, one, everyone)], self.graph))
         self.lasting: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
         self.size = 0
@@ -269,9 +271,9 @@ class _Writer:
         totals = needed([self.forces], self.slots, self.fixed)
         planes: dict[Array, tuple[int, int]] = {self.system.q: (0, width), self.system.v: (degrees, width)}
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
-        for total in totals:
-            planes[total] = work, room(total.count)
-            work += (order - 1) * room(total.count)
+        for total in totals:  # of these, coefficients of one order are needed at a time
+            planes[total] = work, 0
+            work += room(total.count)
         moving = self.system.time.symbols
         for symbol, slot in self.slots.of.items():
             moving |= symbol.symbols if slot.array in planes else 0
@@ -303,17 +305,22 @@ class _Writer:
             for series, place in made:
                 SeriesWriter(evaluation, series, k, place).write()
             emitter.repeated = degrees // LANES + 1
-            number = emitter.everywhere("@numbers", str(k) if isinstance(k, int) else k.name, 1)
-            after = emitter.everywhere("@numbers", str(k) if isinstance(k, int) else k.name, 2)
-            force, mass = at(self.forces, k), places[self.masses]
+            at_k = str(k) if isinstance(k, int) else k.name
+            number, after = (
+                [Real(f, emitter.everywhere(f"@{name}", at_k, m), LANES) for name in ("reciprocals", "rests")]
+                for m in (1, 2)
+            )
+            force, mass, inverse = at(self.forces, k), places[self.masses], places[self.inverses]
             following, beyond = (k + 1) * width, (k + 2) * width
-            # a whole vector goes beyond the last row: what is there is written afterwards
-            with f.loop(0, degrees, LANES, tested=False) as i:
-                rate = f.load_row(force, i, LANES) / f.load_row(mass, i, LANES) / Real(f, number, LANES)
+            # from the last ones on: a whole vector of velocities goes beyond them, where the next
+            # coefficients of the first coordinates are
+            last = LANES * ((degrees - 1) // LANES)
+            with f.loop(0, degrees, LANES, tested=False) as j:
+                i = f.count(last) - j
+                given = (f.load_row(one, i, LANES) for one in (force, mass, inverse))
+                rate = divided(f, quotient(f, *given), *number)
                 f.store_row(rate, "%work", i + degrees + following)
-            with f.loop(0, degrees, LANES, tested=False) as i:
-                rate = f.load_row("%work", i + degrees + following, LANES)
-                f.store_row(rate / Real(f, after, LANES), "%work", i + beyond)
+                f.store_row(divided(f, rate, *after), "%work", i + beyond)
             return emitter.operations - before
 
         with f.loop(0, 2 * degrees, tested=False) as i:
@@ -411,3 +418,14 @@ class _Writer:
         f.call(None, "arrays", f.pointer("%constants"))
         f.give()
         return inner.text() + f.text()
+
+
+def quotient(f: Function, a: Real, b: Real, inverse: Real) -> Real:
+    """a / b, given 1/b as it is rounded: correctly rounded but in rare cases."""
+    rough = a * inverse
+    return f.fused(f.fused(-rough, b, a), inverse, rough)
+
+
+def divided(f: Function, a: Real, inverse: Real, rest: Real) -> Real:
+    """a / b, given 1/b in two parts."""
+    return f.fused(a, inverse, a * rest)
