@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.motions.motion import Array, shipped
 
-Long = NDArray[np.longdouble]
+Long = NDArray[Any]
+"""Of extended precision."""
 ORDER, STEP = 28, 0.25
 """Of the series that give the true motion: their last term is below the rounding of extended precision."""
 SPEED = 0.3
@@ -61,7 +63,7 @@ class Lattice:
 
 def summed(series: list[Long]) -> Long:
     """The sum of a series after ``STEP``."""
-    total = series[-1].copy()
+    total: Long = series[-1].copy()
     for one in reversed(series[:-1]):
         total *= np.longdouble(STEP)
         total += one
@@ -81,7 +83,8 @@ class Chain:
 
     def stretches(self, q: Long) -> Long:
         """Those of all springs."""
-        return np.diff(q, prepend=0, append=0)
+        found: Long = np.diff(q, prepend=0, append=0)
+        return found
 
     def potential(self, q: Long) -> np.longdouble:
         s = self.stretches(q)

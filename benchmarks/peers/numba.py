@@ -23,6 +23,8 @@ PIECE = 2048
 STAGES, EVERY = tableau.N_STAGES, tableau.N_STAGES + 1
 A = np.ascontiguousarray(tableau.A[:EVERY, :EVERY])
 E3, E5 = np.ascontiguousarray(tableau.E3), np.ascontiguousarray(tableau.E5)
+FINEST = 1e-13
+"""The tolerance of the first step."""
 SAFETY, LEAST, MOST = 0.9, 0.2, 10.0
 
 
@@ -60,7 +62,7 @@ def compiled(rates: Callable[[float, Array], Array], tolerance: float) -> Follow
     """The same steps, but for the first one, in numba."""
 
     def follow(state: Array, stop: float) -> Course:
-        first = DOP853(rates, 0.0, state, stop, rtol=tolerance, atol=tolerance).h_abs
+        first = DOP853(rates, 0.0, state, stop, rtol=FINEST, atol=FINEST).h_abs
         end, steps = steps_of(rates, state, stop, tolerance, min(first, stop))
         return Course(end[:, None], steps)
 
@@ -105,7 +107,7 @@ def error_of(y: Array, end: Array, k: Array, h: float, tolerance: float) -> floa
 
 
 @numba.njit
-def steps_of(rates, state, stop, tolerance, h):  # type: ignore[no-untyped-def]
+def steps_of(rates, state, stop, tolerance, h):
     """The state at ``stop``, and the number of steps that are accepted."""
     k, stage, y = np.empty((STAGES + 1, len(state))), np.empty_like(state), state.copy()
     t, steps, refused = 0.0, 0, False
@@ -136,7 +138,7 @@ def chain(shape: tuple[int, ...]) -> Callable[[float, Array], Array]:
     """Beads between two walls."""
 
     @numba.njit(fastmath=True, boundscheck=False)
-    def rates(t, state):  # type: ignore[no-untyped-def]
+    def rates(t, state):
         n = len(state) // 2
         found = np.empty_like(state)
         found[:n] = state[n:]
@@ -157,7 +159,7 @@ def pendulums(shape: tuple[int, ...]) -> Callable[[float, Array], Array]:
     rows, columns = shape
 
     @numba.njit(fastmath=True, boundscheck=False)
-    def rates(t, state):  # type: ignore[no-untyped-def]
+    def rates(t, state):
         n = rows * columns
         u, found = state[:n].reshape(rows, columns), np.empty_like(state)
         found[:n] = state[n:]

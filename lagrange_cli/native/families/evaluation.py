@@ -183,7 +183,12 @@ class Writer:
         added.end(length)
 
     def eight(
-        self, bases: Sequence[Integer], length: Integer, j: Integer, fixed: Mapping[Node, str], added: Additions
+        self,
+        bases: Sequence[Integer],
+        length: Integer,
+        j: Integer,
+        fixed: Mapping[Node, str],
+        added: Additions,
     ) -> None:
         """Eight members, from the ``j``-th one of the row on."""
         f, evaluation, strides = self.f, self.evaluation, self.rows.strides

@@ -18,7 +18,8 @@ from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.native.families.evaluation import Evaluation, loops, needed, room
-from lagrange_cli.native.families.series import LoopSeries, SeriesWriter
+from lagrange_cli.native.families.floors import FLOORS, write_floors
+from lagrange_cli.native.families.series import LoopSeries, SeriesWriter, begin_sums
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.native.llvm.function import Function
@@ -28,7 +29,7 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.recurrences.convolution_batches import dot_products
+from lagrange_cli.native.recurrences.convolution_batches import AHEAD, dot_products
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.layout_batches import Tables
 from lagrange_cli.native.recurrences.vector_stage import rests
@@ -43,6 +44,9 @@ from lagrange_cli.series.program import SeriesProgram
 
 MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
+BEGUN, MANY = 7, 2**18
+"""From this stage on, dot products are begun for several orders together, where coefficients are so many that
+they do not fit a processor's own memory. (The code is twice as long.)"""
 Observed = Mapping[str, tuple[Total, int]]
 """Quantities by name: where each of them is."""
 
@@ -87,7 +91,9 @@ class _Writer:
         self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
         self.masses = masses
         one = self.graph.number(1) / mass
-        self.inverses = self.arranged(total_of(self.degrees, [Term(system.everyone, one, everyone)], self.graph))
+        self.inverses = self.arranged(
+            total_of(self.degrees, [Term(system.everyone, one, everyone)], self.graph)
+        )
         self.lasting: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
         self.size = 0
@@ -180,12 +186,17 @@ class _Writer:
         if self.collocated:
             interface = replace(interface, carried=carried(interface.inner))
         jet, work, operations = self.series_jet() if self.order > RATES else self.jet()
-        parts = [jet]
+        parts, floor = [jet], 0
         lanes, width = min(self.layout.width, LANES), self.layout.width
-        lengths = Lengths(self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width)
-        given = Given(
-            interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady
+        if self.order > RATES and not self.collocated:
+            floor, work = work, work + room(width)
+        lengths = Lengths(
+            self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width, floor=floor
         )
+        given = Given(
+            interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady,
+            floors=self.floors() if floor or self.collocated else "",
+        )  # fmt: skip
         if self.collocated:
             from lagrange_cli.native.stepping.radau import on_rates
 
@@ -252,6 +263,16 @@ class _Writer:
         self.give_regular(f, evaluation.where(self.masses))
         return f.text(), work, evaluation.emitter.operations
 
+    def floors(self) -> str:
+        """``@floors``: the least that velocities are measured by."""
+        f = Function(FLOORS)
+        base = self.scratch(f)
+        masses, inverses = (
+            f.place(base, self.lasting[one], "double") for one in (self.masses, self.inverses)
+        )
+        write_floors(f, self.system.spec, masses, inverses)
+        return f.text()
+
     def give_regular(self, f: Function, masses: Pointer) -> None:
         """Return whether the masses are regular."""
         regular, positive = f.variable(Bit(f, "true", 1)), self.system.spec.lagrangian is None
@@ -296,14 +317,14 @@ class _Writer:
             first, step = planes[array]
             return f.place("%work", k * step + first, "double")
 
-        def stage(k: int | Integer) -> int:
+        def stage(k: int | Integer, phase: int | None = None) -> int:
             before = emitter.operations
             evaluation = Evaluation(
                 f, self.slots, lambda array: at(array, k), self.tables, {self.system.time: time}, emitter
             )
             evaluation.clear(totals)
             for series, place in made:
-                SeriesWriter(evaluation, series, k, place).write()
+                SeriesWriter(evaluation, series, k, place, phase).write()
             emitter.repeated = degrees // LANES + 1
             at_k = str(k) if isinstance(k, int) else k.name
             number, after = (
@@ -330,9 +351,17 @@ class _Writer:
         last, rolled, operations = order - 2, min(3, order - 1), 0
         for k in range(rolled):
             operations += stage(k)
-        if rolled <= last:
-            with f.loop(rolled, last + 1, tested=False) as counter:
-                operations += (last + 1 - rolled) * stage(counter)
+        ahead = max(0, last + 1 - BEGUN) if sum(one.doubles for one, _ in made) >= MANY else 0
+        begun = last + 1 - ahead // AHEAD * AHEAD
+        if rolled < begun:
+            with f.loop(rolled, begun, tested=False) as counter:
+                operations += (begun - rolled) * stage(counter)
+        if begun <= last:
+            with f.loop(begun, last + 1, AHEAD, tested=False) as counter:
+                for series, place in made:
+                    begin_sums(f, series, counter, place)
+                for phase in range(AHEAD):
+                    operations += (last + 1 - begun) // AHEAD * stage(counter + phase, phase)
         with f.loop(0, degrees, tested=False) as i:
             f.store(f.constant(0.0), "%work", i + degrees + order * width)
         self.give_regular(f, places[self.masses])

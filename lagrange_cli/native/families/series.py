@@ -17,17 +17,20 @@ from lagrange_cli.families.arrays import Slots
 from lagrange_cli.native.families.evaluation import Evaluation, Loop, Writer
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import VECTOR
 from lagrange_cli.native.recurrences.batched import Everywhere
+from lagrange_cli.native.recurrences.convolution_batches import AHEAD
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout_batches import BEFORE, INVERSE, SLOPE
+from lagrange_cli.native.recurrences.stage import Factors
 from lagrange_cli.native.recurrences.vector_stage import VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
-from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
+from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs, reciprocal
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +63,40 @@ class LoopSeries:
                     found.add(operand)
         return {index: place for place, index in enumerate(sorted(found))}
 
+    @cached_property
+    def begun(self) -> Mapping[int, int]:
+        """The series whose dot products can be begun for several orders together, with their places."""
+        found = [
+            index
+            for index, one in enumerate(self.program.series)
+            if one.level != FREE
+            and (one.op is Op.MULTIPLY or (one.op is Op.POWER and reciprocal(one.data)))
+            and all(self.program.series[part].level != FREE for part in one.arguments)
+        ]
+        return {index: LANES * AHEAD * place for place, index in enumerate(found)}
+
+    def factors(self, index: int) -> tuple[int, int]:
+        """The series whose dot product such a series takes."""
+        one = self.program.series[index]
+        return (index, one.arguments[0]) if one.op is Op.POWER else (one.arguments[0], one.arguments[-1])
+
+    def known(self, index: int) -> tuple[int, int]:
+        """Of a dot product begun before stage k, for the stages from there on: the first term that all of
+        them have in common, and the last one, but for k."""
+        a, b = (self.program.series[part].level for part in self.factors(index))
+        ahead = self.program.series[index].level
+        return max(0, AHEAD - 1 + ahead - b) + 1, min(a, ahead) - 1
+
+    @property
+    def size(self) -> int:
+        """Doubles of the coefficients of eight members, and of their sums."""
+        return LANES * (self.span * len(self.stored) + AHEAD * len(self.begun))
+
+    @property
+    def sums(self) -> int:
+        """Where the sums are in a block, from coefficient 0 of the first series on."""
+        return LANES * (self.span * len(self.stored) - BEFORE)
+
     @property
     def span(self) -> int:
         """Vectors of a series."""
@@ -74,7 +111,7 @@ class LoopSeries:
     @property
     def doubles(self) -> int:
         """What all coefficients take."""
-        return LANES * self.span * len(self.stored) * int(self.blocks[-1])
+        return self.size * int(self.blocks[-1])
 
     @property
     def convolutions(self) -> int:
@@ -82,12 +119,31 @@ class LoopSeries:
         return self.program.convolutions * self.loop.domain.count
 
 
-class SeriesWriter(Writer):
-    """The code of one loop in stage ``k``, with coefficients from ``%work[at]`` on."""
+def begin_sums(f: Function, series: LoopSeries, k: Integer, at: int) -> None:
+    """Begin the dot products of the stages from ``k`` on, ``AHEAD`` of them, with what is known before."""
+    if not series.begun:
+        return
+    with f.loop(0, int(series.blocks[-1]), tested=False) as i:
+        block = f.place("%work", i * series.size + (at + LANES * BEFORE), "double")
+        for index, place in series.begun.items():
+            first, last = series.known(index)
+            a, b = (
+                f.place(block, LANES * series.span * series.stored[part], "double")
+                for part in series.factors(index)
+            )
+            ahead, out = series.program.series[index].level, f.place(block, series.sums + place, "double")
+            f.call(None, "dots", a, b, f.count(first), k + last, k + ahead, out)
 
-    def __init__(self, evaluation: Evaluation, series: LoopSeries, k: int | Integer, at: int) -> None:
+
+class SeriesWriter(Writer):
+    """The code of one loop in stage ``k``, with coefficients from ``%work[at]`` on; ``phase``: how many
+    stages there were since sums were begun, if they were."""
+
+    def __init__(
+        self, evaluation: Evaluation, series: LoopSeries, k: int | Integer, at: int, phase: int | None = None
+    ) -> None:
         super().__init__(evaluation, series.loop)
-        self.series, self.k, self.at = series, k, at
+        self.series, self.k, self.at, self.phase = series, k, at, phase
         self.block: Integer | None = None
 
     def enter(self, r: Integer) -> None:
@@ -96,11 +152,9 @@ class SeriesWriter(Writer):
 
     def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
         assert self.block is not None
-        size = LANES * self.series.span * len(self.series.stored)
-        place = (self.block + j.operation("lshr", 3)) * size + (self.at + LANES * BEFORE)
-        stage = MemberStage(
-            self.evaluation, self.series, self.k, self.f.place("%work", place, "double"), known
-        )
+        place = (self.block + j.operation("lshr", 3)) * self.series.size + (self.at + LANES * BEFORE)
+        block = self.f.place("%work", place, "double")
+        stage = MemberStage(self.evaluation, self.series, self.k, block, known, self.phase)
         return stage.values()
 
 
@@ -154,6 +208,7 @@ class MemberStage(VectorStage):
         k: int | Integer,
         block: Pointer,
         known: Mapping[Node, Value],
+        phase: int | None = None,
     ) -> None:
         emitter, constants = evaluation.emitter, Everywhere(evaluation.tables.constants.slots)
         expansion = MemberExpansion(
@@ -164,10 +219,11 @@ class MemberStage(VectorStage):
         expansion.stage = self
         expansion.table = [_First(self, i) for i in range(len(series.program.series))]
         expansion.sensitivities = _Slopes(self)
-        self.series, self.k, self.block, self.known = series, k, block, known
+        self.series, self.k, self.block, self.known, self.phase = series, k, block, known, phase
         self.f, self.emitter, self._dots = evaluation.f, emitter, {}
         self.newest: dict[int, Value] = {}
         self._loaded: dict[tuple[int, object], Operand] = {}
+        self._behind: dict[tuple[int, int], Operand] = {}
         self._constants: dict[Node, Value] = {}
 
     def pointer(self, index: int) -> Pointer:
@@ -186,6 +242,19 @@ class MemberStage(VectorStage):
         """The same, stored."""
         place = self.f.place(self.pointer(index), m * LANES, "double")
         self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place.name}, align 8")
+
+    def dot(
+        self, index: int, a: int, b: int, ahead: int, weighted: bool = False
+    ) -> tuple[Value, Factors[str]]:
+        if self.phase is None or index not in self.series.begun:
+            return super().dot(index, a, b, ahead, weighted)
+        first, last = self.series.known(index)
+        at = self.series.sums + self.series.begun[index] + LANES * self.phase
+        place = self.f.place(self.block, at, "double")
+        total = self.emitter.define(f"load {VECTOR}, ptr {place.name}, align 8")
+        terms: Factors[str] = [(self.load(a, m), self.at(b, ahead - m)) for m in range(1, first)]
+        terms += [(self.at(a, ahead - m), self.load(b, m)) for m in range(1, self.phase + ahead - last)]
+        return total, terms
 
     def constant(self, node: Node) -> Value:
         """What does not change during a motion, of each member."""
@@ -206,7 +275,9 @@ class MemberStage(VectorStage):
             return None
         if ahead == self.series.program.series[index].level:
             return self.newest[index]
-        return self.load(index, self.k + ahead)
+        if (index, ahead) not in self._behind:
+            self._behind[index, ahead] = self.load(index, self.k + ahead)
+        return self._behind[index, ahead]
 
     def values(self) -> list[Value]:
         """Coefficients k of the terms; all others are computed on the way."""
