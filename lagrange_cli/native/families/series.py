@@ -30,7 +30,7 @@ from lagrange_cli.native.recurrences.stage import Factors
 from lagrange_cli.native.recurrences.vector_stage import VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
-from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs, reciprocal
+from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,21 +69,16 @@ class LoopSeries:
         found = [
             index
             for index, one in enumerate(self.program.series)
-            if one.level != FREE
-            and (one.op is Op.MULTIPLY or (one.op is Op.POWER and reciprocal(one.data)))
+            if one.op is Op.MULTIPLY
+            and one.level != FREE
             and all(self.program.series[part].level != FREE for part in one.arguments)
         ]
         return {index: LANES * AHEAD * place for place, index in enumerate(found)}
 
-    def factors(self, index: int) -> tuple[int, int]:
-        """The series whose dot product such a series takes."""
-        one = self.program.series[index]
-        return (index, one.arguments[0]) if one.op is Op.POWER else (one.arguments[0], one.arguments[-1])
-
     def known(self, index: int) -> tuple[int, int]:
         """Of a dot product begun before stage k, for the stages from there on: the first term that all of
         them have in common, and the last one, but for k."""
-        a, b = (self.program.series[part].level for part in self.factors(index))
+        a, b = (self.program.series[part].level for part in self.program.series[index].arguments)
         ahead = self.program.series[index].level
         return max(0, AHEAD - 1 + ahead - b) + 1, min(a, ahead) - 1
 
@@ -129,7 +124,7 @@ def begin_sums(f: Function, series: LoopSeries, k: Integer, at: int) -> None:
             first, last = series.known(index)
             a, b = (
                 f.place(block, LANES * series.span * series.stored[part], "double")
-                for part in series.factors(index)
+                for part in series.program.series[index].arguments
             )
             ahead, out = series.program.series[index].level, f.place(block, series.sums + place, "double")
             f.call(None, "dots", a, b, f.count(first), k + last, k + ahead, out)
