@@ -26,6 +26,7 @@ class Lengths:
 
     Steps are chosen by the velocities, or by the rows that are ``followed`` instead: the first of them, and
     how many they are. If they are ``apart``, nothing that other rows hold has a say, nor what is no number.
+    If ``floor`` is not 0, no velocity is measured by less than what is at its row from there on in ``%work``.
     """
 
     degrees: int
@@ -40,6 +41,7 @@ class Lengths:
     first: int = 0
     followed: tuple[int, int] = (0, 0)
     apart: bool = False
+    floor: int = 0
 
     @property
     def leading(self) -> tuple[int, int]:
@@ -120,6 +122,12 @@ class Row:
         return Series(
             lengths, self.f, self.f.place(work, at + lengths.first if lengths.first else at, "double")
         )
+
+    def floored(self, speed: Real) -> Real:
+        """Their speeds, or the least that they are measured by."""
+        if not self.lengths.floor:
+            return speed
+        return self.f.larger(speed, self.at("%work", self.lengths.floor))
 
     def among(self, first: int, count: int) -> Bit:
         """Which are among ``count`` rows from ``first`` on."""
