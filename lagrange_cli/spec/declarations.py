@@ -1,4 +1,4 @@
-"""What declares parameters and coordinates: their keys, a row each, and their sections."""
+"""The sections ``parameters`` and ``coordinates``: their keys, a row each, and how they are read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The readers of sections whose values are expressions: to entries by name.
+"""The readers of sections that have an expression for each name.
 
 Only the form is judged: what names mean, and whether they exist, is ``spec.check``'s business.
 """

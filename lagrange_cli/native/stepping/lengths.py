@@ -71,6 +71,11 @@ class Lengths:
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
 
+    def place(self, f: Function, row: Integer, work: Pointer | str = "%work") -> Pointer:
+        """Where coefficient 0 of a row is, the first one of its vector."""
+        at = row if self.row == 1 else row * self.row
+        return f.place(work, at + self.first if self.first else at, "double")
+
     def single(self, f: Function, i: Integer) -> Pointer:
         """Where coefficient 0 of one row is."""
         if self.row == 1:
@@ -115,11 +120,7 @@ class Row:
 
     def series(self, work: Pointer | str = "%work") -> Series:
         """Their series."""
-        lengths = self.lengths
-        at = self.i if lengths.row == 1 else self.i * lengths.row
-        return Series(
-            lengths, self.f, self.f.place(work, at + lengths.first if lengths.first else at, "double")
-        )
+        return Series(self.lengths, self.f, self.lengths.place(self.f, self.i, work))
 
     def among(self, first: int, count: int) -> Bit:
         """Which are among ``count`` rows from ``first`` on."""
