@@ -121,9 +121,7 @@ class DoubleSteps(Steps):
         t, low = two_sum(now.t, now.low + h)
         f.store(t, "%state", self.state.at(Clock.TIME))
         f.store(low, "%state", self.state.at(Clock.TIME_LOW))
-        nothing = None
-        if self.proof:
-            nothing = f.constant(self.bounds.nothing_much) / (h * f.larger(h, f.constant(1.0)))
+        nothing = self.bounds.nothing(f, h) if self.proof else None
         return moved(f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing)
 
 

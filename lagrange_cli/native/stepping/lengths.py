@@ -73,6 +73,11 @@ class Lengths:
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
 
+    def place(self, f: Function, row: Integer, work: Pointer | str = "%work") -> Pointer:
+        """Where coefficient 0 of a row is, the first one of its vector."""
+        at = row if self.row == 1 else row * self.row
+        return f.place(work, at + self.first if self.first else at, "double")
+
     def single(self, f: Function, i: Integer) -> Pointer:
         """Where coefficient 0 of one row is."""
         if self.row == 1:
@@ -117,11 +122,7 @@ class Row:
 
     def series(self, work: Pointer | str = "%work") -> Series:
         """Their series."""
-        lengths = self.lengths
-        at = self.i if lengths.row == 1 else self.i * lengths.row
-        return Series(
-            lengths, self.f, self.f.place(work, at + lengths.first if lengths.first else at, "double")
-        )
+        return Series(self.lengths, self.f, self.lengths.place(self.f, self.i, work))
 
     def floored(self, speed: Real) -> Real:
         """Their speeds, or the least that they are measured by."""
