@@ -69,7 +69,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class LagrangeWarning(UserWarning):
-    """What the command prints on standard error as a warning."""
+    """The text of the warning on standard error."""
 
 
 class FileError(LagrangeError):

@@ -44,12 +44,12 @@ _BEGAN = time.monotonic()
 
 
 def limit(name: str) -> float:
-    """That limit, as the environment has it; raises ``UsageError`` where that makes no sense."""
+    """A limit, as the environment sets it; raises ``UsageError`` if that makes no sense."""
     return chosen().get(name, DEFAULTS[name])
 
 
 def whole(name: str) -> int:
-    """That limit, which is a whole number."""
+    """A limit that is a whole number."""
     return int(limit(name))
 
 
@@ -74,7 +74,7 @@ class Work:
             raise TooLarge(f"{what} takes {most}", "write a smaller system, " + way_out("work"))
 
     def attempt(self, steps: int, function: Callable[[], T]) -> T | None:
-        """What ``function`` returns, or None where it would take more than so many steps."""
+        """The result of ``function``, or None if it would take more than so many steps."""
         before = self.most
         self.most = min(before, self.spent + steps)
         try:
@@ -86,12 +86,12 @@ class Work:
 
 
 def way_out(name: str) -> str:
-    """How the limit is moved, for a hint."""
+    """How to change the limit, for a hint."""
     return f"or raise the limit: {VARIABLE}={name}=..."
 
 
 def chosen() -> dict[str, float]:
-    """What the environment says."""
+    """The limits that the environment sets."""
     found = {}
     for item in filter(None, os.environ.get(VARIABLE, "").split(",")):
         name, _, text = (part.strip() for part in item.partition("="))

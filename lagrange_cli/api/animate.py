@@ -49,7 +49,7 @@ class Film:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts."""
+        """The duration of the film."""
         return self._reel.count / self._reel.fps
 
     @property

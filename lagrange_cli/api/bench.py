@@ -42,7 +42,7 @@ class Bench:
 
     @property
     def results(self) -> tuple[Result, ...]:
-        """What was measured, method by method."""
+        """The measurements, method by method."""
         return self._ranking.results
 
     @property
@@ -56,7 +56,7 @@ class Bench:
         return self._choice.because
 
     def as_data(self) -> dict[str, Any]:
-        """What ``lagrange bench --json`` prints."""
+        """The object that ``lagrange bench --json`` prints."""
         return as_object(self._ranking)
 
     def __str__(self) -> str:

@@ -79,7 +79,7 @@ class Checked:
 
     @property
     def skipped(self) -> tuple[str, ...]:
-        """What a run does not compute."""
+        """Quantities that a run does not compute."""
         return self._found.skipped
 
     @property
@@ -93,7 +93,7 @@ class Checked:
         return self._found.warnings
 
     def as_data(self) -> dict[str, Any]:
-        """What ``lagrange check --json`` prints."""
+        """The object that ``lagrange check --json`` prints."""
         return as_object(self._found)
 
     def __str__(self) -> str:

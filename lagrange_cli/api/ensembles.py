@@ -36,7 +36,7 @@ def watching(told: list[str]) -> Monitor:
 
 
 def noted(told: Sequence[str], ensemble: Ensemble, outcome: EnsembleOutcome) -> tuple[str, ...]:
-    """What the command says besides its summary."""
+    """The messages of the command besides its summary."""
     warning = doubt_of_all(outcome, ensemble.settings)
     doubt = [] if warning is None else [f"{ensemble.spec.name}: {WARNING}{warning}"]
     return (*told, *doubt)

@@ -151,7 +151,7 @@ class Equations:
             return as_written(self._derived, format, form, self._parameters)
 
     def as_data(self, form: str = "lagrange") -> dict[str, Any]:
-        """What ``lagrange equations --json`` prints."""
+        """The object that ``lagrange equations --json`` prints."""
         with WORKING:
             return as_data(self._derived, form, self._parameters)
 

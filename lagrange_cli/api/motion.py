@@ -69,7 +69,7 @@ class Motion(Pictured):
 
     @property
     def status(self) -> str:
-        """How it ended, in a word."""
+        """The status of its end, in a word."""
         status: str = self._followed.outcome.ending.status
         return status
 

@@ -17,7 +17,7 @@ class Pictured:
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Its file name."""
         raise NotImplementedError
 
     def _output(self, held: ExitStack) -> Path:

@@ -28,7 +28,7 @@ class Drawable(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Its file name."""
 
     def _output(self, held: ExitStack) -> Path:
         """The output file, which is there until ``held`` is closed."""

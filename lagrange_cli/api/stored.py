@@ -71,7 +71,7 @@ class Stored(Pictured):
 
     @property
     def status(self) -> str:
-        """How it ended, in a word."""
+        """The status of its end, in a word."""
         return str(self._arrays.attributes["status"])
 
     @property

@@ -52,7 +52,7 @@ class Sweep(Stored):
 
     @property
     def members(self) -> int:
-        """How many there are."""
+        """The number of members."""
         return self._ensemble.values.members
 
     @property

@@ -16,7 +16,7 @@ System: TypeAlias = "str | os.PathLike[str] | Mapping[str, Any]"
 as a mapping, as ``yaml.safe_load`` makes it."""
 
 TEXT, MAPPING = "<text>", "<mapping>"
-"""What messages call a system without a file."""
+"""The name in messages of a system without a file."""
 
 
 def content_of(system: System) -> tuple[bytes, str]:

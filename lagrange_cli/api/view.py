@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.run.view import page as pages
 
 HEIGHT = 640
-"""Of a page in a notebook, in pixels."""
+"""The height of a page in a notebook, in pixels."""
 
 
 class Page:

@@ -127,7 +127,7 @@ def cut(text: str, width: int) -> str:
 
 
 class Rate:
-    """How fast something advances since it was first asked; what was there before does not count."""
+    """The speed of something since it was first asked for; earlier progress does not count."""
 
     def __init__(self) -> None:
         self._first: tuple[float, float] | None = None

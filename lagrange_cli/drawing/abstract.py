@@ -24,7 +24,7 @@ PLACES = (("x", "y", "z"), ("x", "y"), ("X", "Y", "Z"), ("X", "Y"))
 LINES = 24
 """Lines of a net in each direction, at most."""
 WIDE = 8.0
-"""How wide a string is, in units of its elongation."""
+"""The width of a string, in units of its elongation."""
 BESIDE = 2.6
 """The distance of dials."""
 

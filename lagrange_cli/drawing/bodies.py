@@ -41,7 +41,7 @@ def rolls(scene: Scene, name: str) -> bool:
 
 
 def shape_of(scene: Scene, name: str, body: Body) -> Shape:
-    """What a rigid body is drawn as."""
+    """How a rigid body is drawn."""
     axes = scene.scope.turning(name).axes
     given = [scene.scope.scalar(one) for one in body.inertia.entries]
     if body.inertia.solid:

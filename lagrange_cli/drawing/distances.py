@@ -38,7 +38,7 @@ def near(scene: Scene, node: Node, owners: Owners) -> list[str]:
 
 
 def candidates(scene: Scene, node: Node, owners: Owners) -> list[str]:
-    """Those whose places depend on no other coordinates than ``node`` does."""
+    """Particles whose places depend only on coordinates that ``node`` depends on, too."""
     others = scene.moving & ~node.symbols
     found = [name for name in near(scene, node, owners) if not scene.symbols(scene.positions[name]) & others]
     return found[:MOST]

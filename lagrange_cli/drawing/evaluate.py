@@ -33,7 +33,7 @@ class Extent:
     q_greatest: Array
 
     def joined(self, other: Extent) -> Extent:
-        """That of both."""
+        """The extent of both together."""
         return Extent(
             np.fmin(self.least, other.least),
             np.fmax(self.greatest, other.greatest),

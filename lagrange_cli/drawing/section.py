@@ -118,7 +118,7 @@ class Section:
         return low, high
 
     def ordered(self, ends: Range, where: str) -> tuple[float, float]:
-        """Both ends of a range, the least first."""
+        """Both ends of a range, the smaller one first."""
         before = len(self.problems.found)
         low, high = self.ends(ends, where)
         if not low < high and len(self.problems.found) == before:

@@ -130,7 +130,7 @@ class ColumnAlgebra(NumberAlgebra):
     def both(
         self, chosen: Column, above: Callable[[], Value], below: Callable[[], Value]
     ) -> tuple[Value, Value]:
-        """Both branches; a member has failed where the one that counts has."""
+        """Both branches; a member has failed if its valid branch has."""
         before, failed = self.failed.copy(), []
         values = []
         for branch in (above, below):

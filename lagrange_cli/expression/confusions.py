@@ -181,7 +181,7 @@ COMPONENTS: dict[str, str] = {
 }
 """Components of a particle's velocity."""
 VELOCITIES = frozenset({"v", "V", "vel", "velocity", "speed", "dot", "rdot", "r_dot"})
-"""All components."""
+"""Words for all components of a velocity."""
 
 MULTIPLIERS = frozenset({"lambda", "lam", "multiplier", "multipliers"})
 FORCES = MULTIPLIERS | {"mu", "tension", "reaction", "force", "F", "N", "T"}

@@ -140,7 +140,7 @@ def flat(places: Sequence[Whole], shape: Sequence[int], count: int) -> Places:
 
 
 def one_if_equal(values: Places) -> Whole:
-    """One number for all where they are equal."""
+    """One number for all if they are equal."""
     return int(values[0]) if len(values) and np.all(values == values[0]) else values
 
 

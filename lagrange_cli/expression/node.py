@@ -32,7 +32,7 @@ class Kind(Enum):
 
 
 class Table(Protocol):
-    """What a node asks of the graph that made it."""
+    """The interface of a graph that its nodes use."""
 
     nodes: list[Node]
     vanishing: dict[Node, bool]

@@ -173,7 +173,7 @@ class PolynomialNodes:
         return graph.sum(total)
 
     def _argument(self, exponents: Sequence[int], names: Sequence[tuple[int, Node]]) -> Node:
-        """That of a function."""
+        """The argument of a function."""
         return self.graph.sum([(key[1], e * self.units[key]) for e, key in zip(exponents, names) if e])
 
 

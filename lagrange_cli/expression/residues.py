@@ -55,7 +55,7 @@ class Residues:
         return residue(value, self.prime)
 
     def root(self, value: int, degree: int) -> int:
-        """One of them; the same for the same value."""
+        """A root of ``value``, always the same for the same value."""
         p, key = self.prime, ("root", value % self.prime, degree)
         if key not in self._known:
             left = value % p
@@ -218,7 +218,7 @@ def residue(value: float | Fraction, p: int) -> int:
 
 
 def quotient(above: int, below: int, p: int) -> int:
-    """Of two numbers modulo p."""
+    """The quotient of two numbers modulo p."""
     if below % p == 0:
         raise NoValue
     return above * pow(below, -1, p) % p

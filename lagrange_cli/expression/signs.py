@@ -11,7 +11,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 
 
 class Sign(IntEnum):
-    """What is known of a real value, where it has one."""
+    """The known properties of a real value, if it has one."""
 
     ANY = 0
     NEVER_NEGATIVE = 1
@@ -49,7 +49,7 @@ def _sign(node: Node, known: Mapping[Node, Sign]) -> Sign:
 
 
 def of_number(number: Any) -> Sign:
-    """That of a number; of nan, nothing is known."""
+    """The sign of a number; that of nan is unknown."""
     return Sign.POSITIVE if number > 0 else Sign.NEVER_NEGATIVE if number == 0 else Sign.ANY
 
 

@@ -70,7 +70,7 @@ class Sloped:
         return composed(FUNCTIONS["exp"](m, exponent.value), exponent)
 
     def _scaled(self, value: Any, factor: Any) -> Sloped:
-        """Of that ``value``, with all slopes times a factor."""
+        """This ``value``, with all slopes times a factor."""
         return Sloped(
             value,
             self.work,

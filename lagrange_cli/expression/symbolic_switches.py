@@ -20,7 +20,7 @@ def decided(u: sympy.Expr) -> bool:
 
 
 def sign_of(u: sympy.Expr) -> int | None:
-    """That of a constant; None where none is found, as for cos(1)**2 + sin(1)**2 - 1."""
+    """The sign of a constant; None if it is not found, as for cos(1)**2 + sin(1)**2 - 1."""
     if not decided(u):
         return None
     return 1 if u.is_positive else -1 if u.is_negative else 0 if u.is_zero else None
@@ -54,7 +54,7 @@ class Sign(sympy.Function):  # type: ignore[misc]
 
     @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
     def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
-        """That of a number, and of a factor, comes out of it."""
+        """Take the signs of a number and of factors out of it."""
         number, rest = u.as_coeff_Mul()
         if rest is sympy.S.One and (sign := sign_of(number)) is not None:
             return sympy.Integer(sign)

@@ -41,12 +41,12 @@ RESERVED = frozenset(CALLABLE) | FAMILY_WORDS | CONSTANTS | {TIME}
 COMPONENTS = ("x", "y", "z")
 VELOCITY_COMPONENTS = ("vx", "vy", "vz")
 AXES_COMPONENTS = tuple(f"R{i}{j}" for i in "123" for j in "123")
-"""Of a rigid body: ``R12`` is the component in space, along x, of its second axis."""
+"""Components of a rigid body's axes: ``R12`` is the x component of its second axis."""
 AXES_RATES = tuple(f"v{name}" for name in AXES_COMPONENTS)
 SPACE_SPIN, BODY_SPIN = ("wx", "wy", "wz"), ("w1", "w2", "w3")
 """Its angular velocity along the axes of space, and along its own."""
 MOVING_COMPONENTS = (*VELOCITY_COMPONENTS, *AXES_RATES, *SPACE_SPIN, *BODY_SPIN)
-"""Those that depend on velocities."""
+"""The components that depend on velocities."""
 BODY_COMPONENTS = (*AXES_COMPONENTS, *AXES_RATES, *SPACE_SPIN, *BODY_SPIN)
 """The components of a body that a particle does not have."""
 MULTIPLIER = "multiplier"

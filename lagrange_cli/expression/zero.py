@@ -156,7 +156,7 @@ def zeros(nodes: Sequence[Node]) -> set[Node]:
 
 
 def vanishing(nodes: Sequence[Node]) -> list[Node]:
-    """Those that vanish identically, of expressions that are not 0 by their normal form."""
+    """The expressions that vanish identically, although their normal form is not 0."""
     source = random.Random(len(nodes))
     at_a_point = at_random(nodes, source, Doubles())
     nodes = [node for node in nodes if at_a_point[node] is not False]

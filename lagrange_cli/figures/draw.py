@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, HEIGHT = 5.2, 3.1
-"""Of a panel, in inches."""
+"""The size of a panel, in inches."""
 FADED = 0.25
-"""How opaque a curve is where its values are not trusted."""
+"""The opacity of a curve where its values are not trusted."""
 MOST_LABELS = 8
 VECTORS = 20_000
 """A curve of more points is a picture within the file, so that this stays small."""

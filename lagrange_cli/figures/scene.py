@@ -21,7 +21,7 @@ HEIGHT = 600
 LEAST, MOST = 5.0, 13.0
 """Radii of particles, in points."""
 TURNS = 9
-"""Of a spring."""
+"""The windings of a spring."""
 GREY = "#8a8f98"
 DARK = "#4a4f57"
 FAINT = "#d5d8dd"

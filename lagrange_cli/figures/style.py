@@ -35,7 +35,7 @@ STYLE: Any = {
 }
 DPI = 150
 COMMANDS = re.compile(r"\\([A-Za-z]+)")
-"""Those of formulas."""
+"""Commands in formulas."""
 
 
 @contextmanager

@@ -83,7 +83,7 @@ class EventSink:
     it."""
 
     names: tuple[str, ...] = ()
-    """Of the events, by number."""
+    """The names of the events, by number."""
     before = 0
     """Crossings in an earlier run, which this one continues."""
 

@@ -44,7 +44,7 @@ def first_unknown(samples: Array) -> int | None:
 
 
 def samples_of(prepared: Prepared) -> type[Samples]:
-    """What makes datasets of numbers of that many parts."""
+    """The class that makes datasets of numbers with that many parts."""
     return Samples if prepared.machine.program.parts == 1 else DoubleDoubleSamples
 
 

@@ -41,7 +41,7 @@ class Columns:
 
     @cached_property
     def nodes(self) -> Sequence[Node]:
-        """What is evaluated at each state."""
+        """The nodes that are evaluated at each state."""
         return [*self._rates, *(one for rest, slopes in self._rates.values() for one in (rest, *slopes))]
 
     @cached_property

@@ -28,7 +28,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
 ROUNDED = 2.0**-48
-"""What is left of numbers that cancel but for rounding is at most so large a part of them."""
+"""Numbers that cancel up to rounding leave at most this part of them."""
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
 
 
 def _direction(model: Model[Node], graph: Graph, event: Event[Node]) -> list[Node] | None:
-    """That of slow impacts; None where it is no impact, or one that takes no speed away."""
+    """The direction of slow impacts; None if it is not an impact, or one that does not reduce the speed."""
     velocities = {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
     g = event.argument
     if not event.changes or not event.changes.keys() <= velocities.keys():

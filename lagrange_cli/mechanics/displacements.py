@@ -32,7 +32,7 @@ class Trial:
 
 
 def displacements(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
-    """Those that a change of the coordinates makes."""
+    """Translations, rotations and Galilean boosts of all particles, by changes of the coordinates."""
     found = _Displacements(model, embedding)
     return (*found.translations(), *found.rotations(), *found.boosts())
 

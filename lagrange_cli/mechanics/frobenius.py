@@ -45,7 +45,7 @@ class Integrability:
 
 
 def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integrability:
-    """What Frobenius' theorem says of the nonholonomic constraints of a model with these parameters."""
+    """The result of Frobenius' theorem for the nonholonomic constraints of a model with these parameters."""
     constraints, graph = Constraints(model), graph_of(model)
     forms: list[Form] = [
         {**slopes, len(model.q): drift} for slopes, drift in zip(constraints.slopes, constraints.drifts)

@@ -73,7 +73,7 @@ class Noether:
 
     @cached_property
     def constraints(self) -> Constraints:
-        """Those of the model."""
+        """The constraints of the model."""
         return Constraints(self.model)
 
     @cached_property

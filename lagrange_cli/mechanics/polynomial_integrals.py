@@ -46,11 +46,11 @@ DEGREES = {1: 1, 2: 2, 3: 1, 4: 0}
 """Degrees in the velocities that are tried, and for each the highest degree of its leading coefficients in
 the coordinates."""
 HIGHEST = 4
-"""Of these, the one in which the coefficients of two coordinates are tried to one degree more."""
+"""For two coordinates, the coefficients of this degree in the velocities may have one degree more."""
 ODD = (1, 2)
 """The degrees that are tried if forces change with the sign of velocities."""
 ON_A_SURFACE = (2, 2)
-"""What is tried there, in three dimensions."""
+"""The same for particles on surfaces, in three dimensions."""
 PROOFS = 3
 """States at which the rate of change must vanish."""
 

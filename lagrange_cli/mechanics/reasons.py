@@ -1,4 +1,4 @@
-"""What conserved quantities are, and why they are conserved, in words and formulas for the user."""
+"""Conserved quantities, and the reasons why they are conserved, in words and formulas for the user."""
 
 from __future__ import annotations
 

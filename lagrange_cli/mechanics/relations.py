@@ -22,7 +22,7 @@ LARGEST = 12
 DECIMAL = 1000
 """Nor are those of coefficients that come from numbers in the file, such as 1.37."""
 ROUNDING = 1e-12
-"""What a value may be by rounding alone, relative to the terms that it is a sum of."""
+"""A value that is smaller, relative to the terms of its sum, may be rounding alone."""
 SPARE, TRIES = 3, 4
 """More equations than unknowns, and random arguments that are tried for each that has values."""
 SCALE = 1.7

@@ -99,7 +99,7 @@ class Residual:
 
     @cached_property
     def multipliers(self) -> tuple[Node, ...]:
-        """Those of the model's constraints."""
+        """The multipliers of the model's constraints."""
         return tuple(one.multiplier for one in self.model.constraints)
 
     @cached_property
@@ -135,7 +135,7 @@ class Residual:
 
     @cached_property
     def entries(self) -> tuple[Mapping[int, Node], ...]:
-        """Those of the mass matrix that are not 0, row by row."""
+        """The entries of the mass matrix that are not 0, row by row."""
         zero = self.graph.zero
         return tuple({k: row[k] for k in nonzero(row, zero, j)} for j, row in enumerate(self.mass_matrix))
 

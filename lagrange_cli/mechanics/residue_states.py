@@ -21,7 +21,7 @@ TRIES = 40
 """Random states that are tried for each one with values: half of all numbers have a square root."""
 
 BITS = 100
-"""Of a prime that make a value take one step of work more."""
+"""A value takes one step of work for each such number of bits of the prime."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class States:
 
     @property
     def graph(self) -> Graph:
-        """That of the model."""
+        """The graph of the model."""
         return graph_of(self.model)
 
     @cached_property
@@ -89,7 +89,7 @@ class States:
 
     @cached_property
     def needed(self) -> Sequence[Node]:
-        """What accelerations are made of."""
+        """The nodes from which accelerations are computed."""
         slopes = [slope for row in self.noether.constraints.slopes for slope in row.values()]
         return [*chain.from_iterable(self.matrix), *self._forces, *self._turning, *slopes]
 
@@ -137,7 +137,7 @@ class States:
 
 
 def with_values(graph: Graph, known: Mapping[Node, Node], values: Mapping[Node, Node]) -> dict[Node, Node]:
-    """What is known, in terms of ``values``."""
+    """The known nodes in terms of ``values``."""
     return dict(zip(known, substituted(graph, known.values(), values)))
 
 

@@ -22,7 +22,7 @@ class Row(Sequence[Node]):
 
     @property
     def places(self) -> list[int]:
-        """Those of what is not 0, in order."""
+        """The columns of the entries that are not 0, in order."""
         return [*self._entries]
 
     def mapped(self, function: Callable[[Sequence[Node]], Sequence[Node]]) -> Row:
@@ -62,5 +62,5 @@ Matrix = tuple[Sequence[Node], ...]
 
 
 def mapped(row: Sequence[Node], function: Callable[[Sequence[Node]], Sequence[Node]]) -> Sequence[Node]:
-    """What ``function`` makes of a row; it leaves 0 as it is."""
+    """The result of ``function`` for a row, in which 0 stays 0."""
     return row.mapped(function) if isinstance(row, Row) else function(row)

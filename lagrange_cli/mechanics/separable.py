@@ -21,7 +21,7 @@ from lagrange_cli.model.model import Model
 
 
 def functions_of(model: Model[Node], matrix: Sequence[Sequence[Node]]) -> list[Node]:
-    """Those functions; ``matrix`` is the mass matrix."""
+    """Functions of one coordinate in L, and their reciprocals; ``matrix`` is the mass matrix."""
     graph = graph_of(model)
     lagrangian = -model.potential if model.lagrangian is None else model.lagrangian
     (still,) = substituted(graph, [lagrangian], dict.fromkeys(model.v, graph.zero))
@@ -32,7 +32,7 @@ def functions_of(model: Model[Node], matrix: Sequence[Sequence[Node]]) -> list[N
 def separable(
     model: Model[Node], noether: Noether, functions: Sequence[Node]
 ) -> tuple[Variables, list[Term]]:
-    """The momenta, and the terms of those sums."""
+    """The momenta, and the terms of such sums."""
     h, n = noether.energy, len(model.q)
     none = (0,) * n
     found = [Term(none, (), (one,)) for one in functions]

@@ -91,7 +91,7 @@ class _Search:
         breaks = {each.quantity: each.breaks for each in known}
         self.kept = [node for name, node in nodes.items() if name in self.names]
         self.lasting = [node for name, node in nodes.items() if breaks.get(name) == ()]
-        """Those that no event changes."""
+        """The quantities that no event changes."""
         self.trials: list[Change] = []
         """Displacements of all particles that conserve nothing by themselves."""
         self.relations = Relations(self.graph, (model.time, *model.q, *model.v))

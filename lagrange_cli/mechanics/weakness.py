@@ -58,7 +58,7 @@ def energies(model: Model[Node], state: Mapping[str, float]) -> Iterator[Node]:
 
 
 def terms_of(node: Node) -> Iterator[Node]:
-    """Those of a sum, with their coefficients."""
+    """The terms of a sum, with their coefficients."""
     if node.kind is Kind.SUM:
         yield from (one * scale for one, scale in zip(node.arguments, node.data[1]))
     else:

@@ -106,7 +106,7 @@ class Walk:
         return COUNT  # // and %
 
     def _where(self, tree: Call) -> Value:
-        """What both branches have in common."""
+        """The quantity that both branches have in common."""
         condition, *branches = tree.arguments
         self._compared(condition)
         one, other = map(self.value, branches)

@@ -17,7 +17,7 @@ DIRECTIONS = {0: "either", 1: "rising", -1: "falling"}
 
 
 HOW = {0: "in either direction", 1: "rising", -1: "falling"}
-"""The same in a sentence."""
+"""The direction of a crossing, as in a sentence."""
 
 
 def action_of(stops: bool, changes: Mapping[str, object]) -> str:
@@ -43,7 +43,7 @@ def changes_of(model: Model[E]) -> dict[str, dict[E, E]]:
 
 
 def between_events(breaks: Sequence[str]) -> str:
-    """What limits a conservation law that these events may break, as the end of a sentence."""
+    """The limits of a conservation law that these events may break, as the end of a sentence."""
     shown = ", ".join(f"'{name}'" for name in breaks[:MOST_NAMES])
     more = f" and {len(breaks) - MOST_NAMES} other events" if len(breaks) > MOST_NAMES else ""
     return f"only between events, as {shown}{more} may change it"

@@ -114,12 +114,12 @@ def product(
 
 
 def compared(*terms: Quantity) -> Quantity:
-    """What quantities that are compared have in common; a number in it varies."""
+    """The common quantity of compared terms; a number in it varies."""
     return varying(total(terms, "compared"))
 
 
 def alternative(*terms: Quantity) -> Quantity:
-    """What the branches of ``where`` have in common."""
+    """The common quantity of the branches of ``where``."""
     return varying(total(terms, "branches of one 'where'"))
 
 

@@ -22,7 +22,7 @@ from lagrange_cli.spec.spec import Expression, Spec
 
 
 def multiplier_name(constraint: str) -> str:
-    """What the symbol of a multiplier is called; no name of a file is like it."""
+    """The name of the symbol of a multiplier, which differs from all names of a file."""
     return f"lambda {constraint}"
 
 
@@ -42,7 +42,7 @@ class Scope(Generic[E]):
         self.rates = dict(zip(self.q, self.v, strict=True))
         self.velocities: dict[str, tuple[E, ...]] = {}
         self.multipliers: list[E] = []
-        """Those that are used."""
+        """The multipliers that are used."""
         self._turning: dict[str, Turning[E]] = {}
         self.builder = Builder(self, algebra, spec.sizes)
         self.replaced = {name: self.scalar(written) for name, written in spec.replaced.items()}

@@ -78,16 +78,16 @@ class Survey:
 
     @property
     def velocities(self) -> dict[str, Quantity]:
-        """Those of the generalized velocities, by coordinate."""
+        """The units of the generalized velocities, by coordinate."""
         return {name: rate(quantity, self.time) for name, quantity in self.coordinates.items()}
 
     def momenta(self, energy: Quantity) -> dict[str, Quantity]:
-        """Those of the generalized momenta, by coordinate, where ``energy`` is that of L."""
+        """The units of the generalized momenta, by coordinate, if ``energy`` is that of L."""
         return {name: energy * self.time / quantity for name, quantity in self.coordinates.items()}
 
     @property
     def multipliers(self) -> dict[str, Quantity]:
-        """Those of the constraints' multipliers: lambda f is an energy, and so is lambda g times a time."""
+        """The units of multipliers: lambda f is an energy, and so is lambda g times a time."""
         found = {name: self.energy / quantity for name, quantity in self.constraints.items()}
         velocities = self.velocity_constraints.items()
         return found | {name: self.energy / (quantity * self.time) for name, quantity in velocities}
@@ -119,7 +119,7 @@ class Survey:
                 known[name] = found if isinstance(value, tuple) else found[0]
 
     def agree(self, expected: Quantity, found: Quantity, place: Place, message: str) -> Quantity:
-        """What two quantities have in common that should have one unit."""
+        """The common quantity of two that should have one unit."""
         try:
             return total((expected, found))
         except Contradiction as error:

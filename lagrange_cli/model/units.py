@@ -15,7 +15,7 @@ from lagrange_cli.model.unit_tables import BASE, COHERENT, OTHER, PREFIXES, UDUN
 from lagrange_cli.model.unit_text import read_known, read_unit
 
 CLOSE = 1e-9
-"""Of two scales' logarithms."""
+"""The difference of the logarithms of two equal scales is smaller."""
 
 
 def is_pure(unit: Unit) -> bool:

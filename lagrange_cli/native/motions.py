@@ -47,7 +47,7 @@ class Equations:
     multipliers: int
     """So many integrals, behind those of guards' arguments, show the multipliers' series to proofs."""
     integrands: Sequence[Node]
-    """Those of quadratures that are followed, if any of them has to be proven."""
+    """The integrands of quadratures, if any of them has to be proven."""
     arguments: Sequence[Node]
     """The arguments of guards, likewise."""
     emitter: Callable[[], Emitter]
@@ -78,7 +78,7 @@ class Motion:
     operations: int
     series_at: tuple[int, int, int]
     tables: Tables | None = None
-    """Those of batches, if it is written for these."""
+    """The tables of batches, if it is written for these."""
 
 
 def motion_of(equations: Equations, parts: int) -> Motion:
@@ -104,7 +104,7 @@ def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Def
 
 
 def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Constants] | None]:
-    """Of the equations, of integrands, and of what guards watch."""
+    """The proofs of the equations, of integrands, and of the arguments of guards."""
     integrands, arguments = equations.integrands, equations.arguments
     return proving_of(equations), proof_of(equations, integrands), proof_of(equations, arguments)
 

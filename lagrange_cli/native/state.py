@@ -92,7 +92,7 @@ class StateLayout:
 
     @property
     def lagrange_multipliers(self) -> slice[int, int, None]:
-        """Those of constraints."""
+        """The multipliers of constraints."""
         return slice(self.motion.stop, self.motion.stop + self.multipliers)
 
     @cached_property
@@ -102,7 +102,7 @@ class StateLayout:
 
     @cached_property
     def cyclic_momenta(self) -> slice[int, int, None]:
-        """Those that stand for the velocities of cyclic coordinates."""
+        """The momenta that stand for the velocities of cyclic coordinates."""
         return slice(self.rows - self.cyclic, self.rows)
 
     @property
@@ -112,7 +112,7 @@ class StateLayout:
 
     @cached_property
     def rows(self) -> int:
-        """How many there are."""
+        """The number of rows."""
         return self.motion.stop + self.multipliers + self.quadratures + self.cyclic
 
     @cached_property
@@ -212,12 +212,12 @@ class GuardRows:
 
     @property
     def count(self) -> int:
-        """How many guards there are."""
+        """The number of guards."""
         return len(self.guards)
 
     @property
     def events(self) -> int:
-        """How many of them are for events."""
+        """The number of guards that are for events."""
         return sum(one.role in (Role.RECORD, Role.CHANGE, Role.ACTION) for one in self.guards)
 
     def settings(self, parts: int) -> int:

@@ -104,12 +104,12 @@ class EventGroup:
 
     @property
     def indices(self) -> tuple[str, ...]:
-        """What the indices of the members are called."""
+        """The names of the members' indices."""
         return tuple(INDICES[: len(self.shape)])
 
     @property
     def path(self) -> str:
-        """That of the group."""
+        """The path of the group."""
         return f"events/{self.name}"
 
 
@@ -150,7 +150,7 @@ class Recording:
         return found
 
     def state_series(self, states: Array) -> dict[str, Array]:
-        """Those of q and v."""
+        """The series of q and v."""
         return self._parts_of(states, self.states)
 
     def crossing_series(self, states: Array) -> dict[str, Array]:

@@ -83,7 +83,7 @@ def attributes(
 
 
 def events_told(outcome: Outcome) -> dict[str, Any]:
-    """What happened at each event, in terms of JSON."""
+    """What happened at each event, as JSON."""
     return {
         name: {
             "count": one.count,

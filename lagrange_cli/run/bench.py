@@ -36,7 +36,7 @@ MOST_WITH_JACOBIAN = 32
 """Coordinates up to which implicit methods run unasked: a larger dense Jacobian takes long to compile."""
 
 BETTER = 100
-"""How much more accurate the reference must be than the wanted error."""
+"""The reference must be more accurate than the wanted error by this factor."""
 PATIENCE = 5
 """Budgets that each of the reference's runs may take: its steps are several times as short."""
 
@@ -46,7 +46,7 @@ def ignore(done: int, count: int, what: object) -> None:
 
 
 def never() -> bool:
-    """Nothing interrupts."""
+    """Never interrupts."""
     return False
 
 
@@ -88,7 +88,7 @@ def full_precision_of(method: str) -> tuple[float, ...]:
 
 
 def count(entries: Mapping[str, Sequence[float]]) -> int:
-    """How many contenders there are."""
+    """The number of contenders."""
     return sum(len(set(tolerances)) for tolerances in entries.values())
 
 

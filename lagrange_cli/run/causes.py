@@ -174,7 +174,7 @@ def borders(tree: Tree, indices: Indices) -> Iterator[tuple[Border, Indices]]:
 
 
 ENDS = {"sqrt": (0.0,), "log": (0.0,), "asin": (1.0, -1.0), "acos": (1.0, -1.0), "tan": ()}
-"""Where the arguments of functions end."""
+"""The ends of the domains of functions."""
 
 
 def nearest_pole(u: float) -> float:

@@ -96,7 +96,7 @@ def make_ensemble(spec: Spec, members: Members, request: Request) -> Ensemble:
 
 
 def families_of(spec: Spec) -> tuple[Family, ...]:
-    """Those of the coordinates."""
+    """The families of the coordinates."""
     from lagrange_cli.spec.spec import grouped
 
     names = [coordinate.name for coordinate in spec.coordinates]

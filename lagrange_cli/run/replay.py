@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 MOST = 1000
 """Members on a page."""
 DIGITS = 6
-"""Of the values in a member's label."""
+"""Digits of the values in a member's label."""
 
 
 def view_output(path: Path, stage: Stage = untimed, member: int | None = None) -> tuple[str, Page]:

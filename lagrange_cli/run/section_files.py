@@ -221,7 +221,7 @@ def series_at(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...
 
 
 class Crossings:
-    """Those of one motion, as the samples of ``series``."""
+    """The crossings of one motion, as the samples of ``series``."""
 
     def __init__(self, series: tuple[Series, ...]) -> None:
         import numpy as np

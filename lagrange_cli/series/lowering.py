@@ -99,7 +99,7 @@ class _Builder:
     """Rates of functions whose partial derivatives are not lowered yet: (rate, arguments' rates,
     function)."""
     rates: set[int] = field(default_factory=set)
-    """Those of all functions."""
+    """The rates of all functions."""
 
     def add(self, series: Series) -> int:
         self.series.append(series)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 DIFFERENT = "its constraints depend on each other differently from those of the other members"
 
 Number: TypeAlias = "float | Array"
-"""What all members have in common, or one number for each, of shape (members,)."""
+"""The value of all members, or one number for each, of shape (members,)."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class EnsembleValues:
 
 
 def number_of(given: Number, member: int) -> float:
-    """That of a member."""
+    """The number of a member."""
     return float(given[member]) if isinstance(given, np.ndarray) else given
 
 

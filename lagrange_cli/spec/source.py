@@ -42,7 +42,7 @@ class Source:
         self.lines = tuple(_LINE_BREAK.split(text))
 
     def line(self, number: int) -> str:
-        """That line, counted from 0; nothing beyond the last."""
+        """A line of the file, counted from 0; empty beyond the last."""
         return self.lines[number] if number < len(self.lines) else ""
 
     def problem(self, place: Place, message: str, hint: str = "") -> Problem:
@@ -51,7 +51,7 @@ class Source:
         return Problem(place.line, place.column, message, place.length, hint, excerpt)
 
     def error(self, place: Place, message: str, hint: str = "") -> SpecError:
-        """That one problem as an error."""
+        """One problem as an error."""
         return SpecError(self.filename, [self.problem(place, message, hint)])
 
 

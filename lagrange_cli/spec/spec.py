@@ -192,7 +192,7 @@ class SolveDefaults:
 
     @property
     def pending(self) -> frozenset[str]:
-        """Those of ``times`` that have no value yet."""
+        """The ``times`` that have no value yet."""
         return frozenset(name for name in self.times if getattr(self, name) is None)
 
 

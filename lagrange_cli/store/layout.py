@@ -109,7 +109,7 @@ class Layout:
 
     @property
     def all_series(self) -> tuple[Series, ...]:
-        """Those of the samples and those of the events."""
+        """The series of the samples and those of the events."""
         return (*self.series, *(one for event in self.events for one in event.series))
 
     @property

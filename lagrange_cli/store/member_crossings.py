@@ -30,7 +30,7 @@ class MemberCrossings:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """The number of crossings."""
         return sum(len(chunk[self._member]) for chunk in self._chunks)
 
     def in_order(self) -> dict[str, np.ndarray]:

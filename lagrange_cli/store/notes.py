@@ -72,7 +72,7 @@ class Origin:
 
 
 def notes() -> Cache | None:
-    """Where notes are kept."""
+    """The folder of the notes."""
     cache = find_cache()
     return None if cache is None else replace(cache, largest=LARGEST, suffix=SUFFIX)
 

@@ -22,7 +22,7 @@ from lagrange_cli.store.result import Result, foreign
 
 Array = NDArray[np.float64]
 MAKER = "lagrange"
-"""What the attribute ``generator`` begins with."""
+"""The beginning of the attribute ``generator``."""
 
 
 @dataclass(frozen=True)

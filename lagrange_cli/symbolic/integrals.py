@@ -21,7 +21,7 @@ from lagrange_cli.spec.spec import Spec
 MOST_PAIRS = 6
 """Products of two coefficients by which a form is divided."""
 MOST_OPERATIONS = 60
-"""Of a constraint whose integral is looked for."""
+"""The largest number of operations in a constraint whose integral is looked for."""
 
 
 def integral_of(spec: Spec, name: str) -> str | None:

@@ -111,7 +111,7 @@ def determinant_of(rows: Matrix) -> Terms:
     known: dict[tuple[int, ...], Terms] = {(): {ONE: Fraction(1)}}
 
     def minor(columns: tuple[int, ...]) -> Terms:
-        """Of the last rows, as many as there are ``columns``."""
+        """A minor of the last rows, as many as there are ``columns``."""
         if columns not in known:
             total: Terms = {}
             for place, column in enumerate(columns):

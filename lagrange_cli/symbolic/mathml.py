@@ -27,7 +27,7 @@ def operator(sign: str) -> str:
 
 
 def row(*parts: str) -> str:
-    """What belongs together."""
+    """Parts that belong together."""
     return f"<mrow>{''.join(parts)}</mrow>"
 
 

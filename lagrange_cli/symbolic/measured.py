@@ -130,7 +130,7 @@ def solve_measured(
 
 
 def pseudoinverse(matrix: Any) -> Any:
-    """That of Moore and Penrose, of a symmetric matrix."""
+    """The pseudoinverse of Moore and Penrose of a symmetric matrix."""
     sizes, vectors = mpmath.eigsy(matrix)
     largest = max(map(abs, sizes))
     kept = [1 / x if abs(x) > DEPENDENT * largest else mpmath.mpf(0) for x in sizes]

@@ -121,7 +121,7 @@ class Identifiers(Text):
 
 
 class Sympy(Identifiers):
-    """What sympy reads back."""
+    """The notation of sympy."""
 
     def joined(self, conditions: Sequence[str], word: str) -> str:
         return f"{word.capitalize()}({', '.join(conditions)})" if word else conditions[0]

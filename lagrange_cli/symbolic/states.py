@@ -86,7 +86,7 @@ def borders(model: Model[Node]) -> list[Node]:
 
 
 def symbols(node: Node) -> list[Node]:
-    """Those in an expression."""
+    """The symbols in an expression."""
     return [one for one in reachable([node]) if one.kind is Kind.SYMBOL]
 
 

@@ -77,7 +77,7 @@ def describe_cache() -> dict[str, Any]:
 
 
 def as_text(found: dict[str, Any]) -> str:
-    """The same for people."""
+    """The same as text."""
     lines = [f"folder: {found['folder']}"]
     if not found["used"]:
         lines.append(f"not used: {found['reason']}")

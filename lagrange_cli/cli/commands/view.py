@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 STANDARD_OUTPUT = "-"
 ENDING = ".html"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-"""What an HDF5 file begins with."""
+"""The first bytes of an HDF5 file."""
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ class Members:
 
     @property
     def steps(self) -> int:
-        """Those that the only motion has taken."""
+        """The steps of the only motion."""
         return int(self._numbers()[self._places["steps"]])
 
     @property

@@ -90,7 +90,7 @@ class Section:
     patience: int = 0
 
     def only(self, members: Index | slice) -> Section:
-        """That of some members (b,)."""
+        """The section with some members (b,) only."""
         return self if self.periods is None else replace(self, periods=self.periods[members])
 
 

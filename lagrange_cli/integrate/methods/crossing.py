@@ -41,7 +41,7 @@ times a negligible error may be rounding."""
 LATER = [2.0**k for k in range(0, -28, -4)]
 """Fractions of the time after which a force is looked for where none acts yet."""
 NODES, POWER = 16, 6
-"""Of Gauss's rule, and of s in the time."""
+"""The nodes of Gauss's rule, and the power of s in the time."""
 QUADRATURE = 2.0**-46
 """The error of the rule for powers from t^0.1 on."""
 

@@ -42,7 +42,7 @@ NO_TIME, AGAIN = 2.0**-50, 1000
 
 @dataclass(frozen=True)
 class Finished:
-    """That a motion ends at an event."""
+    """The end of a motion at an event."""
 
     ending: Ending
     detail: str

@@ -80,7 +80,7 @@ class Modes:
         return found
 
     def coefficients_of(self, *rows: int) -> list[Array]:
-        """Those of rows where the motion is now."""
+        """The coefficients of rows at the present place of the motion."""
         self._series()
         return [self._coefficients(row) for row in rows]
 

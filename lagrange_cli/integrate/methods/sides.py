@@ -50,7 +50,7 @@ class Sides:
         return self.settling.coefficients_of(self.guards.guards[event + self.first].row)[0]
 
     def all_coefficients(self) -> list[Array]:
-        """Those of every event's argument."""
+        """The coefficients of every event's argument."""
         first = self.first
         guards = self.guards.guards[first : first + len(self.program.events)]
         return self.settling.coefficients_of(*(guard.row for guard in guards))
@@ -61,7 +61,7 @@ class Sides:
         return np.concatenate([memory[start + self.outer] for start in starts])
 
     def parameters(self) -> Array:
-        """Those of the run, of all parts: actions may have changed them."""
+        """The parameters of the run, of all parts: actions may have changed them."""
         return parameters_in(self.program, self.memory)
 
     def flip(self, event: int) -> None:
@@ -77,7 +77,7 @@ class Sides:
         return rows[:, :count], rows[0, count : count + 2 * events].reshape(events, 2)
 
     def masses(self) -> Array:
-        """Those that actions change, as they are now."""
+        """The present values of the masses that actions change."""
         rows = self._acted(self.state(self.memory))
         return rows[0, rows.shape[1] - len(self.program.masses) :]
 

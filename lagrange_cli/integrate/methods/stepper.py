@@ -35,7 +35,7 @@ FIRST_STEPS = 0.5, 0.8
 FIRST = 256
 """Steps that are taken before the first."""
 KEPT = 4
-"""Of so many calls of compiled code it is kept where they began."""
+"""The beginnings of this many calls of compiled code are kept."""
 MOST_STEPS = 1 << 40
 """More than are ever taken at once."""
 
@@ -83,7 +83,7 @@ class Stepper:
         self._settling: Settling | None = None
         self._happenings: Happenings | None = None
         self.finished: Finished | None = None
-        """That an event has ended the motion, if one has."""
+        """Set when an event has ended the motion."""
         self._info = np.zeros(INFO, dtype=np.int64)
         if not program.guarded:
             machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
@@ -121,7 +121,7 @@ class Stepper:
         self._earlier: list[Array] = []
         """The memory at the last calls of compiled code."""
         self.singular: tuple[float, ...] = ()
-        """When the motion has passed singular configurations."""
+        """The times at which the motion passed singular configurations."""
 
     def swap(self) -> None:
         """Leave ``samples`` as they are until the next ``swap``: go on in other memory."""
@@ -129,7 +129,7 @@ class Stepper:
         self.samples, self._spare = spare, self.samples
 
     def snapshot(self, samples: int) -> Snapshot:
-        """Where the motion is, so many samples having been handed over."""
+        """The present place of the motion, after that many samples."""
         actions = self.singular if self._happenings is None else self._happenings.state()
         return Snapshot(self._memory.copy(), self.t, self.steps, samples, self.limited, actions)
 
@@ -185,7 +185,7 @@ class Stepper:
         return bool(np.all(np.isfinite(self._rates()[self._layout.q])))
 
     def accelerations(self) -> Array:
-        """Those of the coordinates at the state reached."""
+        """The accelerations of the coordinates at the state reached."""
         return self._rates()[: self._machine.program.degrees]
 
     def _rates(self) -> Array:

@@ -27,7 +27,7 @@ ENDINGS = {
     Stop.CRAWL: Ending.CRAWLING,
 }
 GREAT = 1e280
-"""Where coordinates or velocities are as large as this, coefficients of their series overflow."""
+"""If coordinates or velocities are as large as this, coefficients of their series overflow."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class TaylorMethod:
 
 
 def stopped(end: End, accelerations: Array) -> End:
-    """How a motion ended that could not go on."""
+    """The end of a motion that could not go on."""
     if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER) and np.max(np.abs(end.state)) > GREAT:
         return replace(end, ending=Ending.OVERFLOW)
     return replace(end, accelerations=accelerations)

@@ -1,4 +1,4 @@
-"""What a key of the system file for forces must provide: how its entries act, and their unit."""
+"""The interface of a key of the system file for forces: how its entries act, and their unit."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Law(Protocol):
     """A module of this package: one key of the system file."""
 
     def act(self, scope: Scope[E], given: Mapping[str, Expression]) -> Action[E]:
-        """What the entries ``given``, by name, do."""
+        """The action of the entries ``given``, by name."""
 
     def unit(self, name: str, known: Quantities) -> Quantity:
-        """What the entry of that name, or those of a family, must be a quantity of."""
+        """The quantity that the entry of that name, or those of a family, must be."""

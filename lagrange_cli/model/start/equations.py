@@ -20,7 +20,7 @@ from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
 
 Row = Mapping[int, Any]
-"""What a constraint's rate has in front of each velocity, by coordinate."""
+"""The coefficients of the velocities in the rate of a constraint, by coordinate."""
 KEPT = 4
 """States at which values are remembered."""
 BENT = 1e-9

@@ -49,7 +49,7 @@ def scales(masses: Masses, values: Sequence[Any], extent: float = 0.0) -> list[f
 
 
 def steepness(rows: Sequence[Row], scale: Sequence[float]) -> list[float]:
-    """How fast each constraint changes with x_k/``scale[k]``."""
+    """The rate of change of each constraint with x_k/``scale[k]``."""
     return [math.hypot(*(float(a) * scale[k] for k, a in row.items())) for row in rows]
 
 

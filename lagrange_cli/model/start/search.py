@@ -1,4 +1,4 @@
-"""What a search for a consistent start begins with: the constraints and masses of a system at any state."""
+"""The input of a search for a consistent start: the constraints and masses of a system at any state."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Search:
 
     @cached_property
     def count(self) -> int:
-        """Of the holonomic constraints, which come first."""
+        """The number of holonomic constraints, which come first."""
         found = self.rates(self.given.q, self.given.v)
         return len(found.values) - len(self.spec.nonholonomic)
 

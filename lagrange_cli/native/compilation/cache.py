@@ -58,7 +58,7 @@ class Cache:
     suffix: str = SUFFIX
 
     def load(self, key: str) -> bytes | None:
-        """What was stored under ``key``, if it is there and undamaged."""
+        """The object code stored under ``key``, if it is there and undamaged."""
         name = name_of(key, self.suffix)
         with suppress(OSError), self._opened() as place, place.open(name, os.O_RDONLY) as descriptor:
             check_private(os.fstat(descriptor), stat.S_ISREG)

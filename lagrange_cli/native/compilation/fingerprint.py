@@ -38,7 +38,7 @@ def fingerprint() -> dict[str, object]:
 
 
 def machine() -> list[object]:
-    """What the last bits of a result depend on besides the version, as JSON data."""
+    """Everything besides the version on which the last bits of a result depend, as JSON data."""
     import llvmlite
 
     return [llvmlite.__version__, *processor()]

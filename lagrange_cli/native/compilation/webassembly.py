@@ -167,7 +167,7 @@ define hidden void @__multi3(ptr %product, i64 %a, i64 %a.high, i64 %b, i64 %b.h
   ret void
 }
 """
-"""What LLVM calls for products of 128 bits, which angles beyond 2^20 are reduced with."""
+"""LLVM's function for products of 128 bits, with which angles beyond 2^20 are reduced."""
 
 
 # The format

@@ -49,7 +49,7 @@ TWO_THIRDS = (0.6666666666666666, 3.700743415417188e-17)
 LARGEST_EXPONENT = 708.0
 LEAST_NORMAL = 2.0**-1022
 EXPONENT, BIAS = 52, 1023
-"""Where the exponent's bits begin, and what is added to it."""
+"""The first bit of the exponent, and its bias."""
 SQRT_HALF = 0x3FE6A09E667F3BCD
 """The bits of sqrt(1/2)."""
 RAISED = 0x4330000000000000

@@ -71,7 +71,7 @@ class Factorization(Generic[V]):
 
 
 def all_unrolled(kind: NumberKind[V]) -> Factorization[V]:
-    """Of blocks of any size, without memory."""
+    """A factorization in blocks of any size, without memory."""
     return Factorization(kind, 0, {}, dict.fromkeys(UNROLLED, ANY_SIZE))
 
 

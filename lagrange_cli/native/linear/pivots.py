@@ -1,4 +1,4 @@
-"""When a pivot is only a rounding error."""
+"""Pivots that are only rounding errors."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ INTRINSICS = "sin", "cos", "exp", "log", "pow", "sqrt", "fabs", "floor"
 LIBRARY = {
     "tan": 1, "asin": 1, "acos": 1, "atan": 1, "sinh": 1, "cosh": 1, "tanh": 1, "atan2": 2,
 }  # fmt: skip
-"""Those that the C library has, and how many arguments they take."""
+"""Functions of the C library, and the numbers of their arguments."""
 
 ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
 

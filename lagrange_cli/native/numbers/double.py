@@ -30,7 +30,7 @@ class Emitter:
     one, zero, true = ONE, ZERO, "true"
     parts, unit, fused, products = 1, 2.0**-53, True, 16
     COST = 1
-    """How much longer than others its instructions take to compile."""
+    """The relative time that its instructions take to compile."""
 
     def __init__(self, prefix: str = "%v") -> None:
         self._prefix = prefix
@@ -38,13 +38,13 @@ class Emitter:
         self.operations = 0
         """Floating-point operations, each as often as it is executed."""
         self.repeated = 1
-        """How often what is being written is executed."""
+        """The number of times that the present code is executed."""
         self._count = 0
         self._depth: dict[str, int] = {}
 
     @property
     def body(self) -> Emitter:
-        """Itself: it is what it writes into."""
+        """Itself: it is its own emitter."""
         return self
 
     def fresh(self) -> str:
@@ -74,7 +74,7 @@ class Emitter:
         return name
 
     def depth(self, value: Value) -> int:
-        """How many operations follow one another until ``value`` is known."""
+        """The number of operations in a row until ``value`` is known."""
         return self._depth.get(value, 0) if value else 0
 
     def set_depth(self, value: Operand, depth: int) -> None:

@@ -51,7 +51,7 @@ class Expansion(Generic[V]):
     """Functions of a coordinate before its remainder is added."""
     regular: Condition = None
     found: str = ""
-    """Where multipliers are that Newton's method has found."""
+    """The place of multipliers that Newton's method has found."""
 
     def __post_init__(self) -> None:
         self.table = [{} for _ in self.program.series]
@@ -118,7 +118,7 @@ class Expansion(Generic[V]):
         return None if one.node is None else self._start_function(one, one.node)
 
     def multiplier(self, i: int) -> V | None:
-        """That of constraint i where the step begins, if the equations are not linear in it."""
+        """The multiplier of constraint i at the start of the step, if the equations are not linear in it."""
         kind, count = cast("Written[V]", self.kind), len(self.program.multipliers)
         if not self.found:
             place = kind.body.define(f"alloca double, i64 {kind.parts * (count + 1)}, align 8")

@@ -73,7 +73,7 @@ class InMemory(Stage[Pair]):
         return self._memory.rows.row(row) + self._offset + ahead
 
     def rate(self, ahead: int) -> Value:
-        """What derivation multiplies coefficient k + ahead with."""
+        """The factor of coefficient k + ahead in a derivative."""
         return self._body.mul(self.real(ahead), self._memory.inverse)
 
     def is_index(self, ahead: int, index: int) -> bool:

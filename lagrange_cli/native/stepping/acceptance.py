@@ -79,13 +79,13 @@ class Allowance:
     place: Real
 
     def of(self, f: Function, lengths: Lengths, change: Real, speed: Real) -> Real:
-        """What the ``change`` of accelerations and a ``speed`` allow."""
+        """The step that the ``change`` of accelerations and a ``speed`` allow."""
         part, share = (lengths.wide(f, one) for one in (self.change, self.speed))
         return f.fused(change, part, speed * share)
 
 
 def allowance(f: Function, bounds: Bounds, t: Real, usual: Real, h: Real) -> Allowance:
-    """That of a step of ``h`` which ends at about ``t``, where steps are ``usual`` long."""
+    """The allowance of a step of ``h`` that ends at about ``t``, where steps are ``usual`` long."""
     inverse = f.constant(1.0) / usual
     slow = inverse * bounds.rounding
     fast = f.constant(bounds.resolution) / h

@@ -14,7 +14,7 @@ from lagrange_cli.records import dataclass
 
 HUGE = 1.7976931348623157e308
 DONE, LEFT = 1, 0
-"""What ``@change`` gives: that it is done, or left to the caller of ``@advance``."""
+"""The results of ``@change``: it is done, or left to the caller of ``@advance``."""
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ of its digits doubling. Both are parts of the step."""
 ITERATIONS = 100
 """Improvements of a root at most."""
 LONGEST = 1024.0
-"""Where no step is too long, it takes so many times the time before it."""
+"""If nothing limits a step, it takes this multiple of the time before it."""
 OVER = 2.0**60
 """A motion whose time is beyond this ends: no root has a digit left."""
 LOW = 3

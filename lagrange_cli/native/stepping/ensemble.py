@@ -63,7 +63,7 @@ class Follower:
         return "".join(f.text() for f in made)
 
     def sampling(self) -> list[Function]:
-        """Those that find out when samples are due."""
+        """The functions that find out when samples are due."""
         return [self.ahead()]
 
     def column(self, f: Function, lane: Integer) -> Pointer:

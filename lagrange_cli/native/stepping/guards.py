@@ -25,7 +25,7 @@ from lagrange_cli.records import dataclass
 
 SMALLEST = 2.0**-1022
 AWAY, CHANGED, NOTED = range(3)
-"""What ``@flip`` gives: the caller of ``@advance`` decides; other equations hold; the same ones do."""
+"""The results of ``@flip``: the caller of ``@advance`` decides; other equations hold; the same ones do."""
 NEAR, MARGIN = 2.0**-60, 2.0**-40
 """Where numbers are more precise than doubles, in which roots are found, a step ends this part of it before
 the root, and so do the next ones, until the root is so near."""
@@ -76,7 +76,7 @@ class GuardCode:
 
     @property
     def actions(self) -> ActionCode:
-        """What simple actions need."""
+        """The code for simple actions."""
         return ActionCode(self.rows, self.layout, self.records)
 
     @property

@@ -177,5 +177,5 @@ class Series:
         self.f.store_row(value, self.place, m * self.lengths.term)
 
     def terms(self, first: int, last: int) -> list[Real]:
-        """Those from ``first`` to ``last``."""
+        """The terms from ``first`` to ``last``."""
         return [self[m] for m in range(first, last + 1)]

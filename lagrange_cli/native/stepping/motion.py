@@ -180,7 +180,7 @@ class Steps(ABC):
         return [one * inverse for one in times]
 
     def time(self, f: Function) -> Pair:
-        """That of the state."""
+        """The time of the state."""
         t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         return t, low
 

@@ -35,7 +35,7 @@ class Returns(Follower):
             f.call(None, "retire", f.pointer("%state"), lane, f.count(Stop.SAMPLES), *places)
 
     def complete_lanes(self, f: Function, count: Integer) -> Bit:
-        """Those that have all their samples."""
+        """The lanes that have all their samples."""
         return self.get(f, "reached").bits() >= f.splat(count, LANES)
 
 

@@ -202,13 +202,13 @@ def in_double_doubles(residual: Residual, layout: StateLayout, constants: Consta
 
 
 def places_of(layout: StateLayout) -> Places:
-    """Those of a motion."""
+    """The places of a motion."""
     times = layout.time, layout.at(Clock.TIME_LOW), layout.at(Clock.PROJECTIONS)
     return Places(0, layout.degrees, layout.width, *times)
 
 
 def doubles(emitter: Emitter) -> Numbers[str, Sum]:
-    """Those of an emitter of doubles, with low parts."""
+    """The numbers of an emitter of doubles, with low parts."""
 
     def rounded(value: Sum | None) -> Value:
         return None if value is None else emitter.add(*value)

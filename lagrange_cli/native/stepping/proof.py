@@ -35,7 +35,7 @@ from lagrange_cli.native.stepping.steps import Now
 from lagrange_cli.records import dataclass
 
 RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
-"""How many times as large as the step the disks of time are."""
+"""The radii of the disks of time, as multiples of the step."""
 SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 """A step that is not proven is tried again so many times as long, or as the step before; down to this part of
 what the series suggests, below which there is none."""
@@ -70,7 +70,7 @@ class Proof:
     multipliers: tuple[int, int] = (0, 0)
     """The first row and the number of the integrals of constraints' multipliers."""
     name: str = "proven"
-    """What the function is called."""
+    """The name of the function."""
 
     def function(self) -> Function:
         """``@proven(constants, t, state, work, h, unit, beyond)``, in the ``unit`` of time that the series
@@ -157,7 +157,7 @@ class Proof:
                 f.store(size(i + first_multiplier) * self.small, "%scales", i + rates)
 
     def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
-        """What the terms are made of, as far as they contain it."""
+        """The disks of the symbols that the terms contain."""
         model, n, emitter, lengths = self.residual.model, self.lengths.degrees, disks.centres, self.lengths
         symbols = 0
         for row in self.defect.terms:

@@ -18,7 +18,7 @@ from lagrange_cli.records import replace
 ENOUGH = 4.0
 """A step is divided if the last terms of a series exceed so many times the tolerance."""
 ROUNDS = 16
-"""How often a step is computed at most until sizes are measured over about its length."""
+"""Computations of a step at most, until sizes are measured over about its length."""
 
 
 def followed(state: StateLayout, before: int) -> tuple[int, int]:

@@ -98,7 +98,7 @@ class Places:
 
     @property
     def rates(self) -> int:
-        """Those at a node, where they have to be copied."""
+        """The rates at a node, if they have to be copied."""
         return self.begin + self.span
 
     @property

@@ -49,7 +49,7 @@ class Roots:
 
     @property
     def degree(self) -> int:
-        """That of the argument's polynomial."""
+        """The degree of the argument's polynomial."""
         return self.order - 2
 
     @property

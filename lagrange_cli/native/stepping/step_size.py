@@ -82,7 +82,7 @@ class StepSize:
         return f.larger(row.floored(f.magnitude(row.at("%state"))), size)
 
     def heard(self, row: Row) -> Bit:
-        """Which rows it is that steps are chosen by; what is no number has no say any more."""
+        """Whether steps are chosen by a row; rows that are no longer numbers are ignored."""
         state = row.at("%state")
         return (
             row.moving(state.equals(state)) if self.lengths.followed[1] else row.among(*self.lengths.leading)

@@ -1,4 +1,4 @@
-"""How far constraints are from 0."""
+"""The values of the constraints, which should be 0."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the file declares under ``observables``."""
+"""The expressions that the file declares under ``observables``."""
 
 from __future__ import annotations
 

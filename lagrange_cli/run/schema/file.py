@@ -22,7 +22,7 @@ from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.table import Rare, Row, Table
 
 UNKNOWN: Schema = {}
-"""Of a reader of which nothing is said here."""
+"""The schema for a reader without one here."""
 
 
 def schema() -> dict[str, Any]:

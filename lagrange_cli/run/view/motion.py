@@ -56,7 +56,7 @@ def watched(motion: Motion) -> Motion:
 
 
 def shown_settings(settings: Settings) -> Settings:
-    """Those of a motion in doubles, by the Taylor method."""
+    """The settings of a motion in doubles, by the Taylor method."""
     from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
     from lagrange_cli.integrate.precision import DOUBLE
 

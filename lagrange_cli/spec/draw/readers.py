@@ -21,7 +21,7 @@ from lagrange_cli.spec.table import Table, read_table
 
 NONE, ALL = "none", "all"
 AXES = ("y", "z", "-y", "-z")
-"""Those that can point upward."""
+"""The axes that can point upward."""
 EXAMPLES = {
     "rods": "[[0, bob]]",
     "springs": "[[(0, 0), block]]",

@@ -135,7 +135,7 @@ class _Checker:
         self.names.check_indices(name, meaning)
 
     def _unknown(self, name: str) -> tuple[str, str]:
-        """What is wrong with a name that does not exist, and a hint."""
+        """The message for a name that does not exist, and a hint."""
         known = {one: meaning for one, meaning in self.names.table.items() if meaning.what in SETTABLE}
         coordinate, order = rate_of(
             name, [one for one, meaning in known.items() if meaning.what is Kind.COORDINATE]

@@ -36,7 +36,7 @@ def relation(left: Whole, operator: str, right: Whole) -> Relation:
 
 
 def condition_of(tree: Tree, names: Mapping[str, Whole]) -> Condition:
-    """What a condition on indices is."""
+    """The condition that a tree stands for."""
     if isinstance(tree, Logic):
         return Joined(tree.operator, tuple(condition_of(one, names) for one in tree.operands))
     if isinstance(tree, Comparison):

@@ -158,7 +158,7 @@ def hidden(expression: sympy.Expr, count: Iterator[int]) -> sympy.Expr:
 
 
 HIDDEN = "@"
-"""What the name of an index begins with that no other index is called like."""
+"""The beginning of the names of indices, which no other name has."""
 
 
 def opened(expression: sympy.Expr) -> tuple[sympy.Expr, dict[sympy.Symbol, Summed]]:

@@ -195,7 +195,7 @@ def reduced(whole: Whole, spans: Spans) -> Whole:
 
 
 def whole_of(tree: Tree, names: Mapping[str, Whole]) -> Whole:
-    """What a tree of whole numbers is. Raises ``Unsuited``."""
+    """The whole number that a tree stands for. Raises ``Unsuited``."""
     if isinstance(tree, Number) and tree.text.isdecimal():
         return number(int(tree.text))
     if isinstance(tree, Name) and not tree.indices and tree.identifier in names:

@@ -73,5 +73,5 @@ class Blocks:
 
 
 def count(members: Sequence[object]) -> int:
-    """How many blocks they take."""
+    """The number of blocks that they take."""
     return -(-len(members) // LANES)

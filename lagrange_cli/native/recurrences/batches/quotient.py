@@ -169,7 +169,7 @@ class _Maker:
         return self.seen[key]
 
     def column(self, nodes: Sequence[Node]) -> Node:
-        """What stands for the factors ``nodes`` of all members."""
+        """A column for the factors ``nodes`` of all members."""
         if all(node is nodes[0] for node in nodes):
             return nodes[0]
         found = self.table(nodes)

@@ -62,7 +62,7 @@ class SaddleTables:
             self.ends.append(len(self.listed))
         self.position = {i: place for place, i in enumerate(self.listed) if i is not None}
         self.begin = self.ends[elimination.first - 1]
-        """Where the constraints begin."""
+        """The first row of the constraints."""
         self.pairs: list[tuple[int, int] | None] = []
         """The places (i, p) of L, of each round in whole blocks."""
         self.pair_ends: list[int] = []

@@ -30,7 +30,7 @@ from lagrange_cli.series.program import Op, Series
 
 @dataclass
 class Jet:
-    """What all stages of the jet have in common while it is written."""
+    """Data that all stages of the jet share while it is written."""
 
     residual: Residual
     quotient: Quotient
@@ -72,7 +72,7 @@ class _First(dict[int, "Value"]):
 
 
 class _Remainders(_Loaded):
-    """What q and q_dot, and copies of these, are more than their numbers."""
+    """The low parts of q and q_dot, and of copies of these."""
 
     def __contains__(self, index: object) -> bool:
         return self.stage.jet.quotient.views[index].moving if isinstance(index, int) else False
@@ -82,7 +82,7 @@ class _Remainders(_Loaded):
 
 
 class _Changes(_Loaded):
-    """What a correction has added to the newest coefficients of series."""
+    """Corrections of the newest coefficients of series."""
 
     def get(self, index: int, default: Value = None) -> Value:  # type: ignore[override]
         return self[index] if self.stage.expansion.program.series[index].corrected else default
@@ -225,7 +225,7 @@ class BatchStage(VectorStage):
             self.put(self._remainder(one), LOW)
 
     def _remainder(self, one: Series) -> Value:
-        """That of a coordinate, a velocity, or what the batch is a copy of."""
+        """The remainder of a coordinate or velocity, or of the series that the batch copies."""
         if one.op is Op.LINEAR:
             return self.vector(one.arguments[0], LOW)
         base = self.f.place(
@@ -289,7 +289,7 @@ class BatchStage(VectorStage):
         return self.emitter.neg(self.emitter.mul(self.vector(one.root, 0, relative=True), scale))
 
     def unknown(self, rows: tuple[int, ...]) -> Value:
-        """What the solution has for each member."""
+        """The solution for each member."""
         assert self.jet.saddle is not None
         places = self.places(self.jet.saddle.table(rows))
         return self.emitter.neg(gathered(self.emitter, "%work", places))

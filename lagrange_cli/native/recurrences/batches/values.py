@@ -72,7 +72,7 @@ class Values:
             self.doubles += LANES * count(batch)
         self.roots = 1 + tables.of_places([self.places[node] for node in nodes])
         self.end = first + self.parts * self.doubles
-        """Where the scratch behind them begins."""
+        """The beginning of the scratch behind them."""
         tables.scratch = max(tables.scratch, self.end)
 
     def batched(self, nodes: Sequence[Node]) -> list[list[Node]]:
@@ -95,7 +95,7 @@ class Values:
         return sorted(found, key=lambda batch: rank[batch[0]])
 
     def kind(self, node: Node) -> int:
-        """That of an argument; what does not move is of one kind."""
+        """The kind of an argument; all that do not move are of one kind."""
         return self.kinds.get(node, FIXED)
 
     def arranged(self, node: Node) -> Sequence[int]:
