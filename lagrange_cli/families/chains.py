@@ -1,11 +1,12 @@
-"""What follows from member to member: x[i] = x[i - 1] + .., and sums over all members up to one, or from one on.
+"""What follows from member to member: x[i] = x[i - 1] + .., and sums over all members up to one, or from one
+on.
 
 Both are ``Chain`` totals: their terms are built once, and each member knows its parent.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -164,7 +165,10 @@ class ChainBuilder(FamilyBuilder):
         (start,) = substituted(
             graph,
             [start],
-            {s: self.slots.symbol(self.root, one.array, one.table[:1]) for s, one in self.slots.inside(start)},
+            {
+                s: self.slots.symbol(self.root, one.array, one.table[:1])
+                for s, one in self.slots.inside(start)
+            },
         )
         key = slot.array, start
         if key not in self._begun:
@@ -180,13 +184,16 @@ class ChainBuilder(FamilyBuilder):
                         domain = Domain(len(members))
                         node = placed(self.slots, term.node, domain, members)
                         if more:
-                            node = node + placed(self.slots, start, domain, np.zeros(len(members), dtype=np.int64))
+                            node = node + placed(
+                                self.slots, start, domain, np.zeros(len(members), dtype=np.int64)
+                            )
                         terms.append(Term(domain, node, term.targets[members]))
             made = self.added(slot.array.count, terms, tree)
             assert isinstance(made, Chain)
             self._begun[key] = made
         other = self.slots.symbol(slot.domain, self._begun[key], slot.table)
-        return part - common + scale * (other - symbol)
+        moved: Node = part - common + scale * (other - symbol)
+        return moved
 
     def is_common(self, node: Node) -> bool:
         """Whether it is the same for all members, and moves."""
@@ -247,8 +254,8 @@ class ChainBuilder(FamilyBuilder):
 
 
 def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
-    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what it goes
-    on with."""
+    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what
+    it goes on with."""
     graph, found = slots.graph, dict[tuple[Node, tuple[int, ...]], list[tuple[Term, list[Slot]]]]()
     for term in terms:
         inside = [*slots.inside(term.node)]
@@ -278,10 +285,10 @@ def addends(node: Node) -> list[Node]:
         return [node]
     constant, coefficients = node.data
     terms: list[Node] = [float(a) * one for one, a in zip(node.arguments, coefficients)]
-    return [*terms, node.graph.constant(constant)]
+    return [*terms, node.graph.lift(constant)]
 
 
-def bounds_of(tree: Sum, indices: Members | dict[str, Whole]) -> tuple[Whole, Whole]:
+def bounds_of(tree: Sum, indices: Mapping[str, Whole]) -> tuple[Whole, Whole]:
     """Where the loop of a sum begins and ends."""
     bounds = [integers(bound, indices) for bound in tree.bounds]
     return (0, bounds[0]) if len(bounds) == 1 else (bounds[0], bounds[1])

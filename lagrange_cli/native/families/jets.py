@@ -34,8 +34,8 @@ class Jet:
 
 
 class SeriesJet:
-    """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where what
-    lasts is, from the beginning of scratch in ``%constants`` on."""
+    """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where
+    what lasts is, from the beginning of scratch in ``%constants`` on."""
 
     def __init__(
         self,
@@ -101,8 +101,8 @@ class SeriesJet:
 
     @property
     def unrolled(self) -> int:
-        """Orders that are written out before the loop over the others: all series have begun by then, and t has had
-        its rate."""
+        """Orders that are written out before the loop over the others: all series have begun by then, and t
+        has had its rate."""
         return max((one.begun for one in self.series), default=1)
 
     def bounded(self) -> None:

@@ -63,7 +63,8 @@ class LoopSeries:
 
     @property
     def begun(self) -> int:
-        """The first stage that may be one of a loop: every series has had its first coefficient, and t two."""
+        """The first stage that may be one of a loop: every series has had its first coefficient, and t
+        two."""
         levels = [(one.level, one.op) for one in self.program.series if one.level > FREE]
         return max((1 - level + (op is Op.TIME) for level, op in levels), default=1)
 
