@@ -248,4 +248,4 @@ def test_hanging_rods_swing_as_a_hanging_rope() -> None:
     shape = j1(root * np.sqrt(1 - depth)) / np.sqrt(1 - depth)
     rates = accelerations(0.0, small * shape, np.zeros(count), parameters)
     w2 = g * root**2 / 4
-    assert np.max(np.abs(rates + w2 * small * shape)) < 0.01 * w2 * small * np.max(shape)
+    assert np.max(np.abs(rates + w2 * small * shape)[:-1]) < 1e-4 * w2 * small * np.max(shape)
