@@ -50,7 +50,8 @@ def behind(loop: Loop, keys: Iterable[Key]) -> dict[Key, tuple[Key, int]]:
 
 
 class Additions:
-    """The code that adds up ``terms``, the first ones of ``loop``, in function ``f``; ``where`` arrays are."""
+    """The code that adds up ``terms``, the first ones of ``loop``, in the function ``f``. ``where`` gives the
+    pointers to arrays."""
 
     def __init__(
         self, f: Function, loop: Loop, terms: Sequence[tuple[Term, Array]], where: Callable[[Array], Pointer]

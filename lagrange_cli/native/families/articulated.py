@@ -41,8 +41,8 @@ class JointSeries(LoopSeries):
 
     @cached_property
     def corrected(self) -> Sequence[int]:
-        """Series that are needed again later and depend on the newest accelerations, and what these corrections
-        take."""
+        """Series that are needed again later and depend on the newest accelerations, and what these
+        corrections take."""
         series, wanted = self.program.series, set[int]()
         for index in reversed(range(len(series))):
             one = series[index]
@@ -73,8 +73,8 @@ def series_of(kind: Kind, slots: Slots, time: Node, order: int, alone: frozenset
 
 
 class JointWriter(SeriesWriter):
-    """The loop over joints in stage k: first without the newest accelerations, then, if ``correcting``, what they
-    add."""
+    """The loop over joints in stage k: first without the newest accelerations, then, if ``correcting``, what
+    they add."""
 
     correcting = False
 
@@ -200,8 +200,8 @@ class ArticulatedJet(SeriesJet):
         """The series of all joints in stage k."""
         early = isinstance(k, int) and k < 0
         evaluation = Evaluation(
-            self.f, self.slots, lambda array: self.at(array, k + 2 if early and array is self.system.q else 0),
-            self.tables, {self.system.time: self.time}, self.emitter,
+            self.f, self.slots, lambda array: self.at(array, k + 2 if early and array is self.system.q else
+            0), self.tables, {self.system.time: self.time}, self.emitter,
         )  # fmt: skip
         for series, place in self.joints:
             writer = JointWriter(evaluation, series, place, k, phase)

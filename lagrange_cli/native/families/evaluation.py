@@ -177,8 +177,8 @@ def added(totals: Iterable[Array], listed: Iterable[Loop | Chain]) -> list[Array
 
 @contextmanager
 def climb(f: Function, tables: Tables, tree: Tree, *, back: bool) -> Iterator[tuple[Integer, Integer, Bit]]:
-    """A loop over the members of a tree, parents first or, if it goes ``back``, last: a member, its parent, and
-    whether it has one (else the parent is the number behind the last member)."""
+    """A loop over the members of a tree, parents first or, if it goes ``back``, last: a member, its parent,
+    and whether it has one (else the parent is the number behind the last member)."""
     count = len(tree.parents)
     plain = np.array_equal(tree.order, np.arange(count))
     order = 0 if plain else tables.of_places(tree.order.tolist())

@@ -39,8 +39,8 @@ class Jet:
 
 
 class SeriesJet:
-    """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where what
-    lasts is, from the beginning of scratch in ``%constants`` on."""
+    """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where
+    what lasts is, from the beginning of scratch in ``%constants`` on."""
 
     def __init__(
         self,
@@ -174,8 +174,8 @@ class SeriesJet:
         return [(Real(self.f, a, LANES), Real(self.f, b, LANES)) for a, b in (one, two)]
 
     def integrate(self, k: int | Integer, rate: Callable[[Integer], Real]) -> None:
-        """The next coefficients of velocities and coordinates, from coefficients k of the accelerations, which
-        ``rate`` gives of eight rows."""
+        """The next coefficients of velocities and coordinates, from coefficients k of the accelerations:
+        ``rate`` gives those of eight rows."""
         f, degrees, (one, two) = self.f, self.degrees, self.reciprocals(k)
         following, beyond = (k + 1) * self.width, (k + 2) * self.width
         # from the last ones on: a whole vector of velocities goes beyond them, where the next coefficients of

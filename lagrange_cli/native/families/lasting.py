@@ -49,8 +49,8 @@ class Lasting:
         )
 
     def arranged(self, total: Total, *, kept: bool = True) -> Total:
-        """The total with arrays in place of what is constant in its terms; itself a constant where it can be, if
-        it is ``kept`` as it is."""
+        """The total with arrays in place of what is constant in its terms; itself a constant where it can
+        be, if it is ``kept`` as it is."""
         if total in self.changed:
             return self.changed[total]
         terms = [replace(one, node=self.with_arrays(one)) for one in self.followed(total)]

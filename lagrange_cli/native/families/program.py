@@ -38,7 +38,7 @@ from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.steps import STRAIGHT
-from lagrange_cli.records import replace
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
 
 Observed = Mapping[str, tuple[Total, int]]
@@ -60,6 +60,18 @@ class FamilySteps(DoubleSteps):
         first, last = STRAIGHT * self.lengths.term, (self.lengths.order + 1) * self.lengths.term
         with f.loop(first, last, LANES, tested=False) as i:
             f.store_row(f.zero(LANES), "%work", i)
+
+
+@dataclass(frozen=True)
+class Run:
+    """``count`` observed quantities, every ``step``-th one from number ``row`` on: those from ``start`` on
+    in a total."""
+
+    row: int
+    step: int
+    total: Total
+    start: int
+    count: int
 
 
 class _Writer:
@@ -244,27 +256,29 @@ class _Writer:
                     f.store(f.load("%states", row), at[id(array)], i)
             evaluation = self.evaluation(f, arrays, f.load("%times", sample))
             evaluation.write(totals)
-            for first, total, start, count in runs:
-                source = evaluation.where(total)
-                with f.loop(0, count, tested=False) as i:
-                    value = f.load(source, i + start if start else i)
-                    f.store(value, "%results", stride * (i + first) + sample)
+            for run in runs:
+                source = evaluation.where(run.total)
+                with f.loop(0, run.count, tested=False) as i:
+                    value = f.load(source, i + run.start if run.start else i)
+                    f.store(value, "%results", stride * (i * run.step + run.row) + sample)
             operations = evaluation.emitter.operations
         f.give()
         return f.text(), operations
 
-    def runs(self) -> list[tuple[int, Total, int, int]]:
-        """The observed quantities in parts that follow one another in one total: the first row, the total,
-        where they begin in it, and how many they are."""
-        found: list[tuple[int, Total, int, int]] = []
+    def runs(self) -> list[Run]:
+        """The observed quantities in parts that follow one another in one total."""
+        found: list[Run] = []
+        latest: dict[Total, int] = {}
         for row, (total, index) in enumerate(self.observed.values()):
             here = self.lasting.changed[total]
-            if found:
-                first, last, start, count = found[-1]
-                if last is here and start + count == index:
-                    found[-1] = first, last, start, count + 1
+            if here in latest:
+                last = found[latest[here]]
+                step = last.step if last.count > 1 else row - last.row
+                if last.start + last.count == index and last.row + last.count * step == row:
+                    found[latest[here]] = replace(last, step=step, count=last.count + 1)
                     continue
-            found.append((row, here, index, 1))
+            latest[here] = len(found)
+            found.append(Run(row, 1, here, index, 1))
         return found
 
     def prepare(self) -> str:
