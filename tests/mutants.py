@@ -110,7 +110,7 @@ MUTATIONS = {
     ),
     "a velocity's unit": Mutation(
         "model/quantity.py", "unit=quantity.unit / time.unit)", "unit=quantity.unit * time.unit)",
-        ("tests/outputs/test_units.py",),
+        ("tests/outputs/units/test_given.py",),
     ),
     "the sign of dissipation": Mutation(
         "mechanics/energetics.py", "(graph.diff(model.dissipation, v), -1.0)",

@@ -13,6 +13,7 @@ Each returns an ``Engine``, the last one a ``Cutter``. All numbers in equations 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -41,13 +42,15 @@ class Course:
 
 @dataclass(frozen=True)
 class Engine:
-    """Seconds it took to prepare; and what follows the motion from its initial state (2 n,).
+    """Seconds it took to prepare; what follows the motion from its initial state (2 n,); and the bytes that
+    it works on for each coordinate and order, if they are known.
 
     An engine for ensembles follows the motions from initial states (2 n, members) to their ends.
     """
 
     prepare: float
     follow: Callable[[Array], Course]
+    bytes: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy as np
 import lagrange_cli.integrate.methods.taylor
 import lagrange_cli.integrate.program
 import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
-from benchmarks.harness.turns import timed
+from benchmarks.harness.turns import timed, timed_by_both
+from benchmarks.motions.lattices import Lattice
 from benchmarks.motions.motion import Motion, shipped
 from benchmarks.peers import Array, Course, Crossings, Cutter, Engine
 from lagrange_cli.integrate.compilation import Compilation
@@ -19,7 +20,7 @@ from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Batch, Section, Starts
 from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
-from lagrange_cli.integrate.prepare import prepare
+from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
@@ -140,3 +141,27 @@ def steps_of(
         return follow(parameters, state, times, lambda t, x: None, lambda t: False).steps
 
     return run
+
+
+def large(lattice: Lattice, *, tolerance: float = FULL_PRECISION) -> Engine:
+    """``lagrange solve`` of a large system, without samples between and without a file."""
+    few = {name: min(size, "4", key=int) for name, size in lattice.sizes.items()}
+    values = resolve_values(read_spec(lattice.text, lattice.system, few)).parameters
+
+    def prepared() -> Prepared:
+        spec = read_spec(lattice.text, lattice.system, lattice.sizes)
+        return prepare_system(spec, derive_system, None, Compilation("taylor", tolerance, frozenset()))
+
+    _, seconds, made = timed_by_both(prepared)
+    program = made.machine.program
+    doubles = program.work + program.trial + program.inner.memory + program.constants
+    given = np.array([values[name] for name in program.parameters])
+
+    def follow(initial: Array) -> Course:
+        times = Times(0.0, lattice.stop, 2, lattice.stop)
+        end = made.follower.follow(given, initial, times, lambda t, x: None, lambda t: False)
+        if end.ending.status != "complete":
+            raise RuntimeError(end.ending.name)
+        return Course(end.state[:, None], end.steps)
+
+    return Engine(seconds, follow, 8 * doubles / (lattice.count * program.order))

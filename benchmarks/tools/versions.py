@@ -6,7 +6,7 @@ The motions are those of the suites ``integration``, ``chain``, ``ensemble`` and
 a process of its own, with compiled programs in a cache that the checkout has for itself. Of the first three
 suites the seconds of the integration count, as ``--json`` gives them, of ``startup`` those of the whole
 process. Sections of a system file that one of the versions does not know are left out for both. A system that
-one of them cannot read even so is skipped. Both are said.
+one of them cannot read even so is skipped. A line reports either.
 
 The table has the medians of all turns, and ratios after / before of the medians and of the quickest runs. The
 exit status is 1 if both ratios of a command exceed the limit.

@@ -101,8 +101,8 @@ class ArrayBuilder(Builder):
     def each(
         self, body: Tree, found: Mapping[str, Whole], count: int
     ) -> Iterator[tuple[Members, Value, Places]]:
-        """The values of ``body`` for ``count`` members with the indices ``found``, of each kind by itself: their
-        indices, values, and which they are."""
+        """The values of ``body`` for ``count`` members with the indices ``found``, of each kind by itself:
+        their indices, values, and which they are."""
         self.used += count
         if self.used > self.most:
             raise Unsuited

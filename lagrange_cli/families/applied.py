@@ -19,8 +19,8 @@ ON_COORDINATES, ON_PARTICLES, DISSIPATION = "generalized_forces", "forces", "dis
 def applied_forces(
     builder: FamilyBuilder, spec: Spec, nodes: Sequence[Total]
 ) -> tuple[list[Term], list[list[Term]], list[Total]]:
-    """The terms of Q_k, those of what acts on ``nodes`` besides, component by component, and the totals that all
-    of these take, in the order of their computation."""
+    """The terms of Q_k, those of what acts on ``nodes`` besides, component by component, and the totals that
+    all of these take, in the order of their computation."""
     if not spec.forces.keys() <= {ON_COORDINATES, ON_PARTICLES, DISSIPATION}:
         raise Unsuited
     known = [*builder.totals]

@@ -82,8 +82,8 @@ class Total(Array):
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """``parents`` has the parent of each member, ``NONE`` where there is none, and ``order`` the members, parents
-    before their children."""
+    """``parents`` has the parent of each member, ``NONE`` where there is none, and ``order`` the members,
+    parents before their children."""
 
     parents: Places
     order: Places
@@ -152,8 +152,8 @@ def equal(one: Places, other: Places) -> bool:
 def total_of(
     count: int, terms: Iterable[Term], graph: Graph, tree: Tree | None = None, *, back: bool = False
 ) -> Total:
-    """The sums of these terms, along a ``tree`` if there is one; those of one domain at the same places are one,
-    and those that are 0 none."""
+    """The sums of these terms, along a ``tree`` if there is one; those of one domain at the same places are
+    one, and those that are 0 none."""
     found: dict[tuple[int, int], list[Term]] = {}
     for term in terms:
         if term.domain.count == 0:

@@ -1,4 +1,5 @@
-"""What follows from member to member: x[i] = x[i - 1] + .., and sums over all members up to one, or from one on.
+"""What follows from member to member: x[i] = x[i - 1] + .., and sums over all members up to one, or from one
+on.
 
 Both are ``Chain`` totals: their terms are built once, and each member knows its parent.
 """
@@ -253,8 +254,8 @@ class ChainBuilder(FamilyBuilder):
 
 
 def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
-    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what it goes
-    on with."""
+    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what
+    it goes on with."""
     graph, found = slots.graph, dict[tuple[Node, tuple[int, ...]], list[tuple[Term, list[Slot]]]]()
     for term in terms:
         inside = [*slots.inside(term.node)]

@@ -1,8 +1,8 @@
 """Chains and trees of particles: which coordinates move what, member by member of a kind.
 
-Each *node* of a tree is its parent's place and what a *joint* adds to it, a function of the few coordinates of
-that joint. Particles are at nodes, or where a joint that carries no further one puts them. So the equations of
-motion couple a joint to its parent and its children only (see ``native.families.articulated``).
+Each *node* of a tree is its parent's place and what a *joint* adds to it, a function of the few coordinates
+of that joint. Particles are at nodes, or where a joint that carries no further one puts them. So the
+equations of motion couple a joint to its parent and its children only (see ``native.families.articulated``).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.index_arrays import Differ, Places, split
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import (
@@ -45,8 +45,8 @@ ROUNDS = 4 * MOST
 
 @dataclass(frozen=True, eq=False)
 class Weight:
-    """A mass at a place along one axis: ``move`` behind component number ``component`` of the joint's parent, or
-    behind nothing (None)."""
+    """A mass at a place along one axis: ``move`` behind component number ``component`` of the joint's
+    parent, or behind nothing (None)."""
 
     component: int | None
     move: Node
@@ -55,9 +55,9 @@ class Weight:
 
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """Joints of one kind, the members of a domain: their ``coordinates`` (rows, and symbols), the nodes that are
-    their ``parents`` (None: they hang from what does not move; so do those without weights that have the number
-    behind the last node), their own ``nodes`` if they have any and the
+    """Joints of one kind, the members of a domain: their ``coordinates`` (rows, and symbols), the nodes that
+    are their ``parents`` (None: they hang from what does not move; so do those without weights that have the
+    number behind the last node), their own ``nodes`` if they have any and the
     ``moves`` that these add to their parents, and the ``weights`` that they carry besides."""
 
     domain: Domain
@@ -71,8 +71,8 @@ class Joints:
 
 @dataclass(frozen=True, eq=False)
 class Articulation:
-    """``nodes`` has their places, and ``rates`` their velocities, and ``inertia`` the masses at them, one array for
-    each component."""
+    """``nodes`` has their places, and ``rates`` their velocities, and ``inertia`` the masses at them, one
+    array for each component."""
 
     nodes: tuple[Chain, ...]
     rates: tuple[Total | None, ...]
@@ -101,8 +101,8 @@ class Articulation:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Something of some members that joints carry: a component of a node (``nodes``: theirs), or a weight that
-    hangs from some ``component`` of ``nodes``. ``members`` of the domain, by the joint."""
+    """Something of some members that joints carry: a component of a node (``nodes``: theirs), or a weight
+    that hangs from some ``component`` of ``nodes``. ``members`` of the domain, by the joint."""
 
     domain: Domain
     node: Node
@@ -147,10 +147,16 @@ def masses_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, Node
     """The components of all particles' places, and their masses."""
     for family in grouped(spec.embedding, particle_families(spec)):
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
-        for which in alike(group, masses):
+        pending = [*alike(group, masses)]
+        while pending:
+            which = pending.pop()
             domain = Domain(len(which))
-            tree, members = masses.members(which, builder.sizes, domain)
-            mass, position = builder.value(tree, members), builder.member(group, which, domain)
+            try:
+                mass = builder.value(*masses.members(which, builder.sizes, domain))
+                position = builder.member(group, which, domain)
+            except Differ as differ:
+                pending += split(which, differ)
+                continue
             if isinstance(mass, tuple) or not constant(builder, mass):
                 raise Unsuited
             for x in position if isinstance(position, tuple) else (position,):

@@ -28,8 +28,8 @@ from lagrange_cli.families.arrays import (
 def slopes(
     root: Node, domain: Domain, totals: Sequence[Total], slots: Slots, *by: Array
 ) -> tuple[list[Total], list[Total]]:
-    """d root/d ``by``, where ``root`` belongs to a domain of one member; and the totals that these take, in the
-    order in which they can be computed.
+    """d root/d ``by``, where ``root`` belongs to a domain of one member; and the totals that these take, in
+    the order in which they can be computed.
 
     ``totals`` are those that ``root`` is made of, in such an order; those in ``by`` are as if given.
     """

@@ -31,6 +31,8 @@ from lagrange_cli.spec.spec import Spec, grouped
 
 FEWEST = 1000
 """Terms of all sums below which members are written out."""
+FEWEST_JOINTED = 20
+"""Coordinates of chains and trees below which they are, too: about where both take as long a step."""
 UNKNOWN = "constraints", "nonholonomic", "bodies", "events", "replaced"
 """Parts of a system that are derived member by member."""
 
@@ -60,8 +62,8 @@ class FamilySystem:
     and those that are ``applied`` besides.
     ``potential`` and ``kinetic`` are expressions of a domain of one member, ``root``; with a given Lagrangian
     their difference is L.
-    With ``joints``, M is none of its entries: the forces act on coordinates alone, and ``loads`` has what acts
-    on nodes, with the opposite sign.
+    With ``joints``, M is none of its entries: the forces act on coordinates alone, and ``loads`` has what
+    acts on nodes, with the opposite sign.
     """
 
     spec: Spec
@@ -151,7 +153,7 @@ def family_system(spec: Spec) -> FamilySystem | None:
     if spec.families.get("coordinates") and not any(getattr(spec, part) for part in UNKNOWN):
         with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
             found = made(spec)
-    if found is not None and found.terms < FEWEST:
+    if found is not None and found.joints is None and found.terms < FEWEST:
         found = None
     _LATEST[:] = [(spec, found)]
     return found
@@ -162,7 +164,7 @@ def made(spec: Spec) -> FamilySystem:
     try:
         return separate(spec)
     except (Unsuited, Differ):
-        if spec.lagrangian is not None:
+        if spec.lagrangian is not None or len(spec.coordinates) < FEWEST_JOINTED:
             raise
     return articulated(spec)
 

@@ -14,7 +14,7 @@ from lagrange_cli.spec.formulation import check_formulation
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.moving import lacking
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.owners import owners, refuse_without_owner
+from lagrange_cli.spec.owners import note_unknown_owner, owners
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar
@@ -153,7 +153,7 @@ class _Checker:
         known = dict.fromkeys(owners(self.draft, row))
         for entry in self.draft.entries(section):
             if row.of is not None and entry.name not in known:
-                refuse_without_owner(row, entry, [*known], self.names, self.problems)
+                note_unknown_owner(row, entry, [*known], self.names, self.problems)
             if entry.value is None:
                 continue
             alone = entry.passage is None and entry.name == section  # one expression in place of a mapping

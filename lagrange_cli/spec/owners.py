@@ -27,7 +27,7 @@ def owners(draft: Draft, row: Row) -> Iterator[str]:
         yield from (declared.name for declared in draft.declared("coordinates"))
 
 
-def refuse_without_owner(
+def note_unknown_owner(
     row: Row, entry: Entry, known: Sequence[str], names: Names, problems: Problems
 ) -> None:
     """Note an entry for a particle, a body or a coordinate that is none of the ``known``."""

@@ -1,4 +1,4 @@
-"""The readers of sections whose values are expressions: to entries by name.
+"""The readers of sections that have an expression for each name.
 
 Only the form is checked here. ``spec.check`` looks up the names.
 """

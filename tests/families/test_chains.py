@@ -8,9 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.special import j1
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import compiled_accelerations
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
@@ -20,6 +22,8 @@ from tests.support.motion import run
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "energy", "positions", "observables"])
 SIZES = 1, 2, 3, 8, 9, 17
+DEAR = "cords", "pairs", "springs", "bent rods"
+"""What takes long to derive member by member."""
 SUPPORTS = {
     "none": ("0", "0"),
     "a cart": ("s", "0"),
@@ -51,7 +55,7 @@ SHAPES = {
         '["x[i]", "y[i]"]',
     ),
 }
-PARENTS = "i - 1", "(i - 1)//2", "(i - 1)//3", "where(i % 2 == 0, i - 2, i - 1)", "0"
+PARENTS = "i - 1", "(i - 1)//2", "(i - 1)//3", "i - 1 - (i + 1) % 2", "0"
 STEPS = {
     "rods": ("l*sin(th[{i}])", "-l*cos(th[{i}])"),
     "rods of their own": ("(l + {i}/9)*sin(th[{i}])", "-(l + {i}/9)*cos(th[{i}])"),
@@ -64,14 +68,17 @@ POTENTIALS = {
     "twists": "sum(k*(th[i] - th[i - 1])**2/2 for i in range(1, N))",
     "cords": "sum(k*(norm(bob[i] - bob[i - 1]) - 1.5*l)**2/2 for i in range(2, N))",
     "a field": "sum(k*sin(bob[i].x + {b}*t) for i in range(N))",
-    "pairs": "-sum(k/sqrt(3 + (bob[i].x - bob[j].x)**2 + (bob[i].y - bob[j].y)**2) for i in range(N) for j in range(i))",
+    "pairs": "-sum(k/sqrt(3 + (bob[i].x - bob[j].x)**2 + (bob[i].y - bob[j].y)**2)"
+    " for i in range(N) for j in range(i))",
 }
 FORCES = {
     "none": "",
     "friction": 'generalized_forces: {{"th[i in range(N)]": "-0.1*th_dot[i]"}}',
     "drive": 'generalized_forces: {{"th[0]": "cos({b}*t)"}}',
     "wind": 'forces: {{"bob[i in range(N)]": ["0.3 - 0.1*bob[i].vx", "-0.1*bob[i].vy"]}}',
-    "damping": "dissipation: sum((th_dot[i] - th_dot[i - 1])**2/10 for i in range(1, N)) + bob[N - 1].vx**2/9",
+    "damping": (
+        "dissipation: sum((th_dot[i] - th_dot[i - 1])**2/10 for i in range(1, N)) + bob[N - 1].vx**2/9"
+    ),
 }
 SYSTEM = """
 sizes: {{N: {count}}}
@@ -94,16 +101,16 @@ solve: {{stop: 0.5, step: 0.1}}
 def drawn(chance: random.Random, count: int = 0) -> str:
     """The text of a random system."""
     count = count or chance.choice(SIZES)
+    known = [name for name in POTENTIALS if count <= 3 or name not in DEAR]
+    steps = [name for name in STEPS if count <= 9 or name not in DEAR]
     shape, support = chance.choice([*SHAPES]), chance.choice([*SUPPORTS])
-    step, up = chance.choice([*STEPS]), chance.choice(PARENTS)
-    if count < 3 and up.startswith("where"):
-        up = "i - 1"
+    step, up = chance.choice(steps), chance.choice(PARENTS)
     (sx, sy), (x, y) = SUPPORTS[support], STEPS[step]
-    known = {
+    given = {
         "sx": sx, "sy": sy, "up": up, "x": x.format(i="i"), "y": y.format(i="i"), "x0": x.format(i="0"),
         "y0": y.format(i="0"), "xj": x.format(i="j"), "yj": y.format(i="j"),
     }  # fmt: skip
-    first, more, place = (one.format(**known) for one in SHAPES[shape])
+    first, more, place = (one.format(**given) for one in SHAPES[shape])
     definitions = ", ".join(one for one in (first, more if count > 1 else "") if one)
     at = place.strip('"') if place.startswith('"') else place.replace('"', "")
     coordinates, masses, potentials = [], ['"bob[i in range(N)]": "1 + i/7"'], []
@@ -129,7 +136,7 @@ def drawn(chance: random.Random, count: int = 0) -> str:
         masses.append("free: 1.5")
         places.append('free: ["u[0]*cos(u[1])", "u[0]*sin(u[1])"]')
         potentials.append("(u[0] - bob[0].x)**2")
-    potentials += [POTENTIALS[name] for name in chance.sample([*POTENTIALS], chance.randint(1, 3))]
+    potentials += [POTENTIALS[name] for name in chance.sample(known, chance.randint(1, 3))]
     given = {
         "count": count, "k": chance.choice([0.7, 1.5]), "seed": chance.randint(1, 9),
         "definitions": definitions, "coordinates": "\n  ".join(coordinates),
@@ -138,6 +145,12 @@ def drawn(chance: random.Random, count: int = 0) -> str:
         "forces": FORCES[chance.choice([*FORCES])].format(b=chance.choice([0.5, 2])),
     }  # fmt: skip
     return SYSTEM.format(**given)
+
+
+def fewest(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    """Systems from this size on stay families."""
+    monkeypatch.setattr(systems, "FEWEST", count)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", count)
 
 
 def followed(text: str, method: str) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
@@ -154,13 +167,85 @@ def test_chains_move_as_their_members_do(
 ) -> None:
     chance = random.Random(f"{pytestconfig.option.seed} {case}")
     text, method = drawn(chance), chance.choice(["taylor", "ias15"])
-    monkeypatch.setattr(systems, "FEWEST", 0)
+    fewest(monkeypatch, 0)
     assert systems.family_system(read_spec(text, "system.yaml")) is not None, text
     together, found = followed(text, method)
-    monkeypatch.setattr(systems, "FEWEST", 10**9)
+    fewest(monkeypatch, 10**9)
     apart, expected = followed(text, method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
     for path, values in expected.items():
         size = np.max(np.abs(values), initial=1.0)
         assert np.max(np.abs(found[path] - values)) <= 2.0**-40 * size, (path, text)
+
+
+PENDULUM = """
+sizes: {N: COUNT}
+parameters: {l: 1.0, g: 9.81}
+coordinates:
+  th[i in range(N)]: {initial: "0.5 + 0.3*sin(i)"}
+definitions:
+  x[0]: l*sin(th[0])
+  y[0]: -l*cos(th[0])
+  x[i in range(1, N)]: x[PARENT] + l*sin(th[i])
+  y[i in range(1, N)]: y[PARENT] - l*cos(th[i])
+masses: {"bob[i in range(N)]": "1 + i/N"}
+embedding: {"bob[i in range(N)]": ["x[i]", "y[i]"]}
+potential: "sum(g*(1 + i/N)*y[i] for i in range(N))"
+solve: {stop: 0.5, step: 0.1}
+"""
+
+
+def pendulum(count: int, parent: str = "i - 1") -> str:
+    """A chain or a tree of rods."""
+    return PENDULUM.replace("COUNT", str(count)).replace("PARENT", parent)
+
+
+@pytest.mark.parametrize("parent", ["i - 1", "i//2", "(i - 1)//5*5"])
+def test_a_thousand_rods_keep_their_energy(parent: str) -> None:
+    _, found = followed(pendulum(1000, parent), "taylor")
+    h = found["diagnostics/h"]
+    assert np.max(np.abs(h / h[0] - 1)) < 2.0**-45
+    assert np.max(np.abs(found["q/th"][-1] - found["q/th"][0])) > 0.01
+
+
+@pytest.mark.parametrize("parent", ["i - 1", "(i - 1)//2"])
+def test_the_code_of_a_chain_does_not_grow_with_it(parent: str) -> None:
+    def counted(count: int) -> tuple[int, int]:
+        spec = read_spec(pendulum(count, parent), "system.yaml")
+        system = systems.family_system(spec)
+        assert system is not None and system.joints is not None
+        ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, OUTPUTS))
+        return len(system.slots.graph.nodes), len(ready.machine.program.text.splitlines())
+
+    assert counted(24) == counted(200)
+
+
+def test_a_step_of_a_chain_takes_work_in_proportion_to_it() -> None:
+    def operations(count: int) -> int:
+        spec = read_spec(pendulum(count), "system.yaml")
+        program = prepare_system(
+            spec, derive_system, None, Compilation("taylor", 2.0**-52, OUTPUTS)
+        ).machine.program
+        return int(program.work)
+
+    few, many = operations(104), operations(1000)
+    assert many / few < 1.05 * 1000 / 104
+
+
+def test_hanging_rods_swing_as_a_hanging_rope() -> None:
+    """Small swings of N rods, N large: those of a rope, J0(2 w sqrt(L/g)) = 0 (D. Bernoulli 1732)."""
+    text = pendulum(400).replace("l: 1.0", "l: 1/N").replace("1 + i/N", "where(i == N - 1, 1/2, 1)/N")
+    spec = read_spec(text, "system.yaml")
+    system = systems.family_system(spec)
+    assert system is not None
+    accelerations = compiled_accelerations(system)
+    values = resolve_values(spec, {})
+    parameters = np.array([values.parameters[one.name] for one in spec.parameters])
+    count, small = 400, 1e-6
+    depth = (np.arange(count) + 0.5) / count
+    root, g = 2.404825557695773, 9.81
+    shape = j1(root * np.sqrt(1 - depth)) / np.sqrt(1 - depth)
+    rates = accelerations(0.0, small * shape, np.zeros(count), parameters)
+    w2 = g * root**2 / 4
+    assert np.max(np.abs(rates + w2 * small * shape)[:-1]) < 1e-4 * w2 * small * np.max(shape)

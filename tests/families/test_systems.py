@@ -154,13 +154,22 @@ def test_other_systems_go_through_their_members(
     assert systems.family_system(read_spec(text.replace(old, new, 1), "system.yaml")) is None
 
 
-def test_definitions_that_follow_from_one_another_go_through_their_members() -> None:
+def test_definitions_that_follow_from_one_another_otherwise_go_through_their_members(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(systems, "FEWEST", 0)
     text = """
-sizes: {N: 300}
+sizes: {N: 30}
 coordinates: {"s[i in range(N)]": {initial: 0.1}}
 definitions:
   x[0]: s[0]
-  x[i in range(1, N)]: x[i - 1] + s[i]
+  x[i in range(1, N)]: HOW
 lagrangian: sum(s_dot[i]**2/2 for i in range(N)) - sum(x[i]**2/2 for i in range(N))
 """
-    assert systems.family_system(read_spec(text, "system.yaml")) is None
+    for how, stay in (
+        ("x[i - 1] + s[i]", True),
+        ("x[i - 1]/2 + s[i]", False),
+        ("sin(x[i - 1]) + s[i]", False),
+    ):
+        found = systems.family_system(read_spec(text.replace("HOW", how), "system.yaml"))
+        assert (found is not None) is stay, how

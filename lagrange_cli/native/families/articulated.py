@@ -10,8 +10,9 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Slots, Term, Total
 from lagrange_cli.native.families.balance import Balance, Kind, Local
 from lagrange_cli.native.families.evaluation import Evaluation, Loop, added, needed, room
-from lagrange_cli.native.families.jets import SeriesJet, regular
-from lagrange_cli.native.families.series import LoopSeries, MemberStage, SeriesWriter
+from lagrange_cli.native.families.jets import SeriesJet, divided, regular
+from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.families.stage import MemberStage, SeriesWriter
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.text import Value
@@ -40,8 +41,8 @@ class JointSeries(LoopSeries):
 
     @cached_property
     def corrected(self) -> Sequence[int]:
-        """Series that are needed again later and depend on the newest accelerations, and what these corrections
-        take."""
+        """Series that are needed again later and depend on the newest accelerations, and what these
+        corrections take."""
         series, wanted = self.program.series, set[int]()
         for index in reversed(range(len(series))):
             one = series[index]
@@ -72,27 +73,38 @@ def series_of(kind: Kind, slots: Slots, time: Node, order: int, alone: frozenset
 
 
 class JointWriter(SeriesWriter):
-    """The loop over joints in stage k: first without the newest accelerations, then, if ``correcting``, what they
-    add."""
+    """The loop over joints in stage k: first without the newest accelerations, then, if ``correcting``, what
+    they add."""
 
     correcting = False
 
+    @property
+    def early(self) -> bool:
+        """Whether there are no accelerations yet."""
+        return isinstance(self.k, int) and self.k < 0
+
+    @property
+    def local(self) -> Local:
+        """What the series give."""
+        assert isinstance(self.series, JointSeries) and self.series.local is not None
+        return self.series.local
+
+    @property
+    def terms(self) -> Sequence[tuple[Term, Array]]:
+        if self.correcting or self.early:
+            return []
+        first = isinstance(self.k, int) and self.k == 0
+        return self.local.terms if first else self.local.terms[: len(self.local.terms) - self.local.slopes]
+
     def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
-        series = self.series
-        assert isinstance(series, JointSeries) and series.local is not None
-        local = series.local
-        if not (isinstance(self.k, int) and self.k < 0):
-            known = {**known, **(dict.fromkeys(local.coordinates) if not self.correcting else {})}
-        stage = JointStage(self.evaluation, series, self.k, self.block_at(j), known)
+        if not self.early and not self.correcting:
+            known = {**known, **dict.fromkeys(self.local.coordinates)}
+        stage = JointStage(self.evaluation, self.series, self.k, self.block_at(j), known, self.phase)
         if self.correcting:
             stage.correct()
-            return []
-        stage.advance()
-        if isinstance(self.k, int) and self.k < 0:
-            return []
-        found = stage.terms()
-        first = isinstance(self.k, int) and self.k == 0
-        return found if first else found[: len(local.terms) - local.slopes]
+        else:
+            stage.advance()
+        return stage.terms()[: len(self.terms)] if self.terms else []
 
 
 class JointStage(MemberStage):
@@ -168,8 +180,8 @@ class ArticulatedJet(SeriesJet):
         return [one for one in totals if one not in self.lasting.fixed]
 
     @property
-    def series(self) -> list[LoopSeries]:
-        return [*super().series, *(series for series, _ in self.joints)]
+    def series(self) -> list[tuple[LoopSeries, int]]:
+        return [*super().series, *self.joints]
 
     def begin(self) -> None:
         if self.starts:
@@ -184,23 +196,23 @@ class ArticulatedJet(SeriesJet):
         with self.f.loop(0, count, tested=False) as i:
             self.f.store(self.f.load(source, i), target, i)
 
-    def evaluate(self, k: int | Integer, *, correcting: bool = False) -> None:
+    def evaluate(self, k: int | Integer, phase: int | None = None, *, correcting: bool = False) -> None:
         """The series of all joints in stage k."""
         early = isinstance(k, int) and k < 0
         evaluation = Evaluation(
-            self.f, self.slots, lambda array: self.at(array, k + 2 if early and array is self.system.q else 0),
-            self.tables, {self.system.time: self.time}, self.emitter,
+            self.f, self.slots, lambda array: self.at(array, k + 2 if early and array is self.system.q else
+            0), self.tables, {self.system.time: self.time}, self.emitter,
         )  # fmt: skip
         for series, place in self.joints:
-            writer = JointWriter(evaluation, series, k, place)
+            writer = JointWriter(evaluation, series, place, k, phase)
             writer.correcting = correcting
             writer.write()
 
-    def accelerate(self, evaluation: Evaluation, k: int | Integer) -> None:
+    def accelerate(self, evaluation: Evaluation, k: int | Integer, phase: int | None) -> None:
         balance, first = self.balance, isinstance(k, int) and k == 0
         given = [*balance.local, *(balance.slopes if first else ())]
         evaluation.clear(added(self.moving(given), [series.loop for series, _ in self.joints]))
-        self.evaluate(k)
+        self.evaluate(k, phase)
         if first:
             evaluation.write(self.moving(balance.first))
             self.good = [
@@ -228,23 +240,17 @@ class ArticulatedJet(SeriesJet):
 
     def advance(self, evaluation: Evaluation, k: int | Integer) -> None:
         """The newest coefficients of coordinates, and of nodes that forces depend on."""
-        f, degrees = self.f, self.degrees
-        number, after = self.further(k)
+        f, (one, two) = self.f, self.reciprocals(k)
         found = evaluation.where(self.balance.rates)
-        following, beyond = (k + 1) * self.width, (k + 2) * self.width
-        with f.loop(0, degrees, LANES, tested=False) as i:
-            f.store_row(f.load_row(found, i, LANES) / number, "%work", i + degrees + following)
-        with f.loop(0, degrees, LANES, tested=False) as i:
-            rate = f.load_row("%work", i + degrees + following, LANES)
-            f.store_row(rate / after, "%work", i + beyond)
+        self.integrate(k, lambda i: f.load_row(found, i, LANES))
         for c, place, rate_of in self.followed:
             source = evaluation.where(self.balance.accelerations[c])
             with f.loop(0, self.balance.count, LANES, tested=False) as i:
-                rate = f.load_row(source, i, LANES) / number
+                rate = divided(f, f.load_row(source, i, LANES), *one)
                 if rate_of is not None:
                     f.store_row(rate, self.at(rate_of, k + 1), i)
                 if place is not None:
-                    f.store_row(rate / after, self.at(place, k + 2), i)
+                    f.store_row(divided(f, rate, *two), self.at(place, k + 2), i)
 
     def regular(self) -> Bit:
         found = self.good[0]

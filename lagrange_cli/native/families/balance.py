@@ -1,14 +1,16 @@
-"""What acts on joints and what moves them, as totals: the equations of motion of chains and trees, order by order.
+"""What acts on joints and what moves them, as totals: the equations of motion of chains and trees, order by
+order.
 
-With a for the accelerations of nodes, J for the slopes dx/dq of what a joint adds to its parent, and R for what
-a node and all that hangs from it take, the equations are
+With a for the accelerations of nodes, J for the slopes dx/dq of what a joint adds to its parent, and R for
+what a node and all that hangs from it take, the equations are
 
     a = a_parent + J q_ddot + c,    R = m a - F + sum of the children's R,    J^T R = Q,
 
-where c has what is known already. From the tips on, R = M a_parent + B: each joint is eliminated where it is met,
-which leaves a matrix of the size of one place (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7). So
-the work grows with the number of joints. Weights that a joint carries without further joints are treated alike,
-but without children. M is found once a step; each order goes to the root with B and back with a.
+where c has what is known already. From the tips on, R = M a_parent + B: each joint is eliminated where it is
+met, which leaves a matrix of the size of one place (R. Featherstone, Rigid Body Dynamics Algorithms, 2008,
+ch. 7). So the work grows with the number of joints. Weights that a joint carries without further joints are
+treated alike, but without children. M is found once a step; each order goes to the root with B and back with
+a.
 """
 
 from __future__ import annotations
@@ -36,8 +38,8 @@ def array(count: int) -> Array:
 @dataclass(frozen=True, eq=False)
 class Local:
     """What the series of the joints of one kind give: terms, and the arrays that they are added to.
-    ``unknowns`` are the symbols of R, ``coordinates`` those of q, ``change`` and ``found`` what both turn out to
-    be. The last ``slopes`` terms are those of J, which order 0 has."""
+    ``unknowns`` are the symbols of R, ``coordinates`` those of q, ``change`` and ``found`` what both turn
+    out to be. The last ``slopes`` terms are those of J, which order 0 has."""
 
     domain: Domain
     terms: Sequence[tuple[Term, Array]]

@@ -16,9 +16,9 @@ import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slot, Slots, Term, Total, Tree
+from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.rows import Rows, rows_of
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
@@ -36,8 +36,8 @@ Where = Callable[[Array], Pointer]
 
 
 def room(count: int) -> int:
-    """Doubles for so many numbers: what is read and written in whole vectors may go beyond them."""
-    return LANES * (-(-count // LANES) + 1)
+    """Doubles for so many numbers: what is read and written in whole vectors may go beyond them by two."""
+    return LANES * (-(-count // LANES) + 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,8 +177,8 @@ def added(totals: Iterable[Array], listed: Iterable[Loop | Chain]) -> list[Array
 
 @contextmanager
 def climb(f: Function, tables: Tables, tree: Tree, *, back: bool) -> Iterator[tuple[Integer, Integer, Bit]]:
-    """A loop over the members of a tree, parents first or, if it goes ``back``, last: a member, its parent, and
-    whether it has one (else the parent is the number behind the last member)."""
+    """A loop over the members of a tree, parents first or, if it goes ``back``, last: a member, its parent,
+    and whether it has one (else the parent is the number behind the last member)."""
     count = len(tree.parents)
     plain = np.array_equal(tree.order, np.arange(count))
     order = 0 if plain else tables.of_places(tree.order.tolist())
@@ -231,15 +231,12 @@ class Writer:
             if strides[i] == 0:
                 one = f.load(self.evaluation.where(slot.array), bases[i])
                 fixed[symbol] = f.splat(one, LANES).name
-        targets = self.number[len(self.used) :]
-        sums = {k: f.variable(f.zero(LANES)) for k, i in enumerate(targets) if strides[i] == 0}
+        added = Additions(f, self.loop, self.terms, self.evaluation.where)
+        added.begin(bases)
         self.enter(r)
         with f.loop(0, length, LANES, tested=False) as j:
-            self.eight(bases, length, j, fixed, targets, sums)
-        for k, total in sums.items():
-            base = self.evaluation.where(self.loop.terms[k][1])
-            before = f.load(base, bases[targets[k]])
-            f.store(f.reduce("fadd", total.get(), before), base, bases[targets[k]])
+            self.eight(bases, length, j, fixed, added)
+        added.end(length)
 
     def eight(
         self,
@@ -247,8 +244,7 @@ class Writer:
         length: Integer,
         j: Integer,
         fixed: Mapping[Node, str],
-        targets: Sequence[int],
-        sums: Mapping[int, Variable[Real]],
+        added: Additions,
     ) -> None:
         """Eight members, from the ``j``-th one of the row on."""
         f, evaluation, strides = self.f, self.evaluation, self.rows.strides
@@ -261,17 +257,13 @@ class Writer:
                 known[symbol] = f.load_row(base, bases[i] + j, LANES).name
             elif strides[i] is None:
                 known[symbol] = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
-        for k, (found, i) in enumerate(zip(self.values(known, j), targets)):
-            value = f.select(inside, Real(f, evaluation.emitter.written(found), LANES), f.zero(LANES))
-            base = evaluation.where(self.loop.terms[k][1])
-            if strides[i] == 0:
-                sums[k].set(sums[k].get() + value)
-            elif strides[i] == 1 and self.loop.terms[k][1] in self.loop.put:
-                f.store_row(value, base, bases[i] + j)
-            elif strides[i] == 1:
-                f.store_row(f.load_row(base, bases[i] + j, LANES) + value, base, bases[i] + j)
-            else:
-                self.scatter(value, base, self.looked_up(i, j))
+        values = [Real(f, evaluation.emitter.written(one), LANES) for one in self.values(known, j)]
+        added.add(values, inside, j, self.looked_up)
+
+    @property
+    def terms(self) -> Sequence[tuple[Term, Array]]:
+        """Those that ``values`` gives, which are added up."""
+        return self.loop.terms
 
     def enter(self, r: Integer) -> None:
         """The operations done once per row."""
@@ -287,11 +279,3 @@ class Writer:
         table = self.listed[i].tolist()
         at = self.evaluation.tables.of_places([*table, *table[-1:] * LANES])
         return places_at(self.f, self.first + j + at, aligned=False)
-
-    def scatter(self, values: Real, base: Pointer, places: str) -> None:
-        """Add eight numbers at eight places, one after the other: some may be the same."""
-        f = self.f
-        for lane in range(LANES):
-            place = f.define(f"extractelement <{LANES} x i32> {places}, i64 {lane}")
-            at = Integer(f, f.define(f"zext i32 {place} to i64"), 1)
-            f.store(f.load(base, at) + f.lane(values, lane), base, at)

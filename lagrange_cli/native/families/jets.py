@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
@@ -10,17 +10,22 @@ from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.native.families.evaluation import Evaluation, added, loops, needed, room
 from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.families.series import LoopSeries, SeriesWriter
+from lagrange_cli.native.families.series import LoopSeries, begin_sums
+from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.batches.convolution import AHEAD
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass
 
 MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
+BEGUN, MANY = 7, 2**18
+"""From this stage on, dot products are begun for several orders together, where coefficients are so many that
+they do not fit a processor's own memory. (The code is twice as long.)"""
 HEAD = "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
 
 
@@ -34,8 +39,8 @@ class Jet:
 
 
 class SeriesJet:
-    """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where what
-    lasts is, from the beginning of scratch in ``%constants`` on."""
+    """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where
+    what lasts is, from the beginning of scratch in ``%constants`` on."""
 
     def __init__(
         self,
@@ -95,15 +100,9 @@ class SeriesJet:
             self.loops.append((series, self.take(series.doubles)))
 
     @property
-    def series(self) -> list[LoopSeries]:
-        """All series."""
-        return [one[0] for one in self.loops if not isinstance(one, Chain)]
-
-    @property
-    def unrolled(self) -> int:
-        """Orders that are written out before the loop over the others: all series have begun by then, and t has had
-        its rate."""
-        return max((one.begun for one in self.series), default=1)
+    def series(self) -> list[tuple[LoopSeries, int]]:
+        """All series, with their places in ``%work``."""
+        return [one for one in self.loops if not isinstance(one, Chain)]
 
     def bounded(self) -> None:
         """Raise ``TooLarge`` where the series take too much memory."""
@@ -123,25 +122,40 @@ class SeriesJet:
         with f.loop(0, degrees, tested=False) as i:
             f.store(f.load("%state", i + degrees), "%work", i + self.width)
         self.begin()
-        last, rolled, operations = order - 2, min(self.unrolled, order - 1), self.emitter.operations
-        for k in range(rolled):
-            operations += self.counted(k)
-        if rolled <= last:
-            with f.loop(rolled, last + 1, tested=False) as counter:
-                operations += (last + 1 - rolled) * self.counted(counter)
+        operations = self.emitter.operations + self.stages()
         with f.loop(0, degrees, tested=False) as i:
             f.store(f.constant(0.0), "%work", i + degrees + order * self.width)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 
-    def counted(self, k: int | Integer) -> int:
+    def stages(self) -> int:
+        """All orders: the first ones by themselves, then a loop, and one in which dot products are begun for
+        several orders together. The operations of all of them."""
+        f, end = self.f, self.order - 1
+        first = min(max((one.unrolled for one, _ in self.series), default=1), end)
+        many = sum(one.doubles for one, _ in self.series) >= MANY
+        rounds = max(0, end - max(first, BEGUN)) // AHEAD if many else 0
+        begun = end - rounds * AHEAD
+        operations = sum(self.counted(k) for k in range(first))
+        if first < begun:
+            with f.loop(first, begun, tested=False) as counter:
+                operations += (begun - first) * self.counted(counter)
+        if rounds:
+            with f.loop(begun, end, AHEAD, tested=False) as counter:
+                for series, place in self.series:
+                    begin_sums(f, series, counter, place)
+                for phase in range(AHEAD):
+                    operations += rounds * self.counted(counter + phase, phase)
+        return operations
+
+    def counted(self, k: int | Integer, phase: int | None = None) -> int:
         """The operations of stage k, which is written."""
         before = self.emitter.operations
-        self.stage(k)
+        self.stage(k, phase)
         return self.emitter.operations - before
 
-    def stage(self, k: int | Integer) -> None:
-        """All of order k."""
+    def stage(self, k: int | Integer, phase: int | None) -> None:
+        """All of order k; ``phase``: how many stages there were since sums were begun, if they were."""
         evaluation = self.evaluation(k)
         listed = [one if isinstance(one, Chain) else one[0].loop for one in self.loops]
         evaluation.clear(added(self.totals, listed))
@@ -149,21 +163,35 @@ class SeriesJet:
             if isinstance(one, Chain):
                 evaluation.add_up(one)
             else:
-                SeriesWriter(evaluation, one[0], k, one[1]).write()
-        self.accelerate(evaluation, k)
+                SeriesWriter(evaluation, *one, k, phase).write()
+        self.accelerate(evaluation, k, phase)
 
-    def further(self, k: int | Integer) -> tuple[Real, Real]:
-        """k + 1 and k + 2."""
+    def reciprocals(self, k: int | Integer) -> list[tuple[Real, Real]]:
+        """1/(k + 1) and 1/(k + 2), each in two parts."""
         name = str(k) if isinstance(k, int) else k.name
-        one, two = (self.emitter.everywhere("@numbers", name, ahead) for ahead in (1, 2))
-        return Real(self.f, one, LANES), Real(self.f, two, LANES)
+        tables = "@reciprocals", "@rests"
+        one, two = ([self.emitter.everywhere(table, name, ahead) for table in tables] for ahead in (1, 2))
+        return [(Real(self.f, a, LANES), Real(self.f, b, LANES)) for a, b in (one, two)]
+
+    def integrate(self, k: int | Integer, rate: Callable[[Integer], Real]) -> None:
+        """The next coefficients of velocities and coordinates, from coefficients k of the accelerations:
+        ``rate`` gives those of eight rows."""
+        f, degrees, (one, two) = self.f, self.degrees, self.reciprocals(k)
+        following, beyond = (k + 1) * self.width, (k + 2) * self.width
+        # from the last ones on: a whole vector of velocities goes beyond them, where the next coefficients of
+        # the first coordinates are
+        last = LANES * ((degrees - 1) // LANES)
+        with f.loop(0, degrees, LANES, tested=False) as j:
+            i = f.count(last) - j
+            velocity = divided(f, rate(i), *one)
+            f.store_row(velocity, "%work", i + degrees + following)
+            f.store_row(divided(f, velocity, *two), "%work", i + beyond)
 
     # what systems have of their own: here M is diagonal and constant
 
     def prepared(self) -> Sequence[Total]:
         """The totals of every order, whose series are found."""
         self.forces = self.lasting.arranged(self.system.forces, kept=False)
-        self.masses = self.lasting.arranged(self.system.masses)
         totals = needed([self.forces], self.slots, self.lasting.fixed)
         self.arrange(totals)
         return totals
@@ -171,25 +199,17 @@ class SeriesJet:
     def begin(self) -> None:
         """What is done before order 0."""
 
-    def accelerate(self, evaluation: Evaluation, k: int | Integer) -> None:
+    def accelerate(self, evaluation: Evaluation, k: int | Integer, phase: int | None) -> None:
         """Coefficients k of the accelerations, from those of the forces."""
-        f, degrees = self.f, self.degrees
-        force, mass = evaluation.where(self.forces), evaluation.where(self.masses)
-        self.emitter.repeated = degrees // LANES + 1
-        number, after = self.further(k)
-        following, beyond = (k + 1) * self.width, (k + 2) * self.width
-        # a whole vector goes beyond the last row: what is there is written afterwards
-        with f.loop(0, degrees, LANES, tested=False) as i:
-            rate = f.load_row(force, i, LANES) / f.load_row(mass, i, LANES) / number
-            f.store_row(rate, "%work", i + degrees + following)
-        with f.loop(0, degrees, LANES, tested=False) as i:
-            rate = f.load_row("%work", i + degrees + following, LANES)
-            f.store_row(rate / after, "%work", i + beyond)
+        f = self.f
+        self.emitter.repeated = self.degrees // LANES + 1
+        given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
+        self.integrate(k, lambda i: quotient(f, *(f.load_row(one, i, LANES) for one in given)))
 
     def regular(self) -> Bit:
         """Whether the masses are."""
         positive = self.system.spec.lagrangian is None
-        return regular(self.f, self.at(self.masses, 0), self.degrees, positive=positive)
+        return regular(self.f, self.at(self.lasting.masses, 0), self.degrees, positive=positive)
 
 
 def regular(f: Function, masses: Pointer, count: int, *, positive: bool) -> Bit:
@@ -199,3 +219,14 @@ def regular(f: Function, masses: Pointer, count: int, *, positive: bool) -> Bit:
         mass = f.load(masses, i)
         found.set(found.get() & ((mass if positive else f.magnitude(mass)) > 0.0))
     return found.get()
+
+
+def quotient(f: Function, a: Real, b: Real, inverse: Real) -> Real:
+    """a / b, given 1/b as it is rounded: correctly rounded but in rare cases."""
+    rough = a * inverse
+    return f.fused(f.fused(-rough, b, a), inverse, rough)
+
+
+def divided(f: Function, a: Real, inverse: Real, rest: Real) -> Real:
+    """a / b, given 1/b in two parts."""
+    return f.fused(a, inverse, a * rest)

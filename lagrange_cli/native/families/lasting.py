@@ -6,11 +6,12 @@ It is computed once, by ``@prepare``, into arrays behind the constants.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Source, Term, Total
+from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import replace
@@ -25,6 +26,19 @@ class Lasting:
         """Totals that are constants of the motion, in the order of their computation."""
         self.changed: dict[Total, Total] = {}
 
+    @cached_property
+    def masses(self) -> Total:
+        """M, where it is diagonal."""
+        return self.arranged(self.system.masses)
+
+    @cached_property
+    def inverses(self) -> Total:
+        """1 / M."""
+        everyone, count = self.system.everyone, self.system.q.count
+        places = np.arange(count)
+        inverse = self.graph.number(1) / self.slots.symbol(everyone, self.masses, places)
+        return self.arranged(total_of(count, [Term(everyone, inverse, places)], self.graph))
+
     def is_fixed(self, node: Node) -> bool:
         """Whether a node is a constant of the motion."""
         if node.symbols & self.system.time.symbols:
@@ -35,8 +49,8 @@ class Lasting:
         )
 
     def arranged(self, total: Total, *, kept: bool = True) -> Total:
-        """The total with arrays in place of what is constant in its terms; itself a constant where it can be, if
-        it is ``kept`` as it is."""
+        """The total with arrays in place of what is constant in its terms; itself a constant where it can
+        be, if it is ``kept`` as it is."""
         if total in self.changed:
             return self.changed[total]
         terms = [replace(one, node=self.with_arrays(one)) for one in self.followed(total)]

@@ -17,6 +17,7 @@ from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, needed, room
+from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.functions.elementary import definitions
@@ -37,7 +38,7 @@ from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.steps import STRAIGHT
-from lagrange_cli.records import replace
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
 
 Observed = Mapping[str, tuple[Total, int]]
@@ -61,6 +62,18 @@ class FamilySteps(DoubleSteps):
             f.store_row(f.zero(LANES), "%work", i)
 
 
+@dataclass(frozen=True)
+class Run:
+    """``count`` observed quantities, every ``step``-th one from number ``row`` on: those from ``start`` on
+    in a total."""
+
+    row: int
+    step: int
+    total: Total
+    start: int
+    count: int
+
+
 class _Writer:
     def __init__(
         self, system: FamilySystem, observed: Observed, tolerance: float, order: int, collocated: bool
@@ -75,13 +88,15 @@ class _Writer:
             self.lasting.arranged(total)
         self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
         self.forces = self.lasting.arranged(system.forces, kept=False)
-        masses = self.lasting.arranged(system.masses)
         roots = dict.fromkeys(total for total, _ in observed.values())
         self.roots = [self.lasting.arranged(total) for total in roots]
         everyone = np.arange(self.degrees)
-        force, mass = (self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, masses))
+        force, mass = (
+            self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)
+        )
         self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
-        self.masses = masses
+        self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
+        """M and 1/M, where M is diagonal."""
         self.places: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
         self.size = 0
@@ -123,12 +138,18 @@ class _Writer:
         if self.collocated:
             interface = replace(interface, carried=carried(interface.inner))
         jet = self.jet()
-        parts, work = [jet.text], jet.work
+        parts, work, floor = [jet.text], jet.work, 0
+        floors = self.floors() if self.diagonal and (self.collocated or self.order > RATES) else ""
         lanes, width = min(self.layout.width, LANES), self.layout.width
-        lengths = Lengths(self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width)
-        given = Given(
-            interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady
+        if floors and not self.collocated:
+            floor, work = work, work + room(width)
+        lengths = Lengths(
+            self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width, floor=floor
         )
+        given = Given(
+            interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady,
+            floors=floors,
+        )  # fmt: skip
         if self.collocated:
             from lagrange_cli.native.stepping.radau import on_rates
 
@@ -198,8 +219,16 @@ class _Writer:
         evaluation = self.evaluation(f, arrays, Real(f, "%t", 1))
         evaluation.write(totals)
         positive = self.system.spec.lagrangian is None
-        f.give(regular(f, evaluation.where(self.masses), self.degrees, positive=positive))
+        f.give(regular(f, evaluation.where(self.lasting.masses), self.degrees, positive=positive))
         return Jet(f.text(), work, evaluation.emitter.operations)
+
+    def floors(self) -> str:
+        """``@floors``: the least that velocities are measured by."""
+        f = Function(FLOORS)
+        base = self.scratch(f)
+        masses, inverses = (f.place(base, self.places[one], "double") for one in self.diagonal)
+        write_floors(f, self.system.spec, masses, inverses)
+        return f.text()
 
     def observe(self) -> tuple[str, int]:
         """``@observe``: the observed quantities at each of ``%count`` samples; and its operations."""
@@ -227,27 +256,29 @@ class _Writer:
                     f.store(f.load("%states", row), at[id(array)], i)
             evaluation = self.evaluation(f, arrays, f.load("%times", sample))
             evaluation.write(totals)
-            for first, total, start, count in runs:
-                source = evaluation.where(total)
-                with f.loop(0, count, tested=False) as i:
-                    value = f.load(source, i + start if start else i)
-                    f.store(value, "%results", stride * (i + first) + sample)
+            for run in runs:
+                source = evaluation.where(run.total)
+                with f.loop(0, run.count, tested=False) as i:
+                    value = f.load(source, i + run.start if run.start else i)
+                    f.store(value, "%results", stride * (i * run.step + run.row) + sample)
             operations = evaluation.emitter.operations
         f.give()
         return f.text(), operations
 
-    def runs(self) -> list[tuple[int, Total, int, int]]:
-        """The observed quantities in parts that follow one another in one total: the first row, the total,
-        where they begin in it, and how many they are."""
-        found: list[tuple[int, Total, int, int]] = []
+    def runs(self) -> list[Run]:
+        """The observed quantities in parts that follow one another in one total."""
+        found: list[Run] = []
+        latest: dict[Total, int] = {}
         for row, (total, index) in enumerate(self.observed.values()):
             here = self.lasting.changed[total]
-            if found:
-                first, last, start, count = found[-1]
-                if last is here and start + count == index:
-                    found[-1] = first, last, start, count + 1
+            if here in latest:
+                last = found[latest[here]]
+                step = last.step if last.count > 1 else row - last.row
+                if last.start + last.count == index and last.row + last.count * step == row:
+                    found[latest[here]] = replace(last, step=step, count=last.count + 1)
                     continue
-            found.append((row, here, index, 1))
+            latest[here] = len(found)
+            found.append(Run(row, 1, here, index, 1))
         return found
 
     def prepare(self) -> str:

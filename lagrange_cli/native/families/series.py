@@ -8,23 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Slots
-from lagrange_cli.native.families.evaluation import Evaluation, Loop, Writer
+from lagrange_cli.native.families.evaluation import Loop
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.llvm.text import Operand, Value
-from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.native.numbers.lanes import VECTOR
-from lagrange_cli.native.recurrences.batches.columns import Everywhere
-from lagrange_cli.native.recurrences.batches.layout import BEFORE, INVERSE, SLOPE
-from lagrange_cli.native.recurrences.evaluation import emit_values
-from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.vector_stage import VectorStage
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Integer
+from lagrange_cli.native.recurrences.batches.convolution import AHEAD
+from lagrange_cli.native.recurrences.batches.layout import BEFORE
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
 from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
@@ -61,9 +56,38 @@ class LoopSeries:
                     found.add(operand)
         return {index: place for place, index in enumerate(sorted(found))}
 
+    @cached_property
+    def begun(self) -> Mapping[int, int]:
+        """The series whose dot products can be begun for several orders together, with their places."""
+        found = [
+            index
+            for index, one in enumerate(self.program.series)
+            if one.op is Op.MULTIPLY
+            and one.level != FREE
+            and all(self.program.series[part].level != FREE for part in one.arguments)
+        ]
+        return {index: LANES * AHEAD * place for place, index in enumerate(found)}
+
+    def known(self, index: int) -> tuple[int, int]:
+        """Of a dot product begun before stage k, for the stages from there on: the first term that all of
+        them have in common, and the last one, but for k."""
+        a, b = (self.program.series[part].level for part in self.program.series[index].arguments)
+        ahead = self.program.series[index].level
+        return max(0, AHEAD - 1 + ahead - b) + 1, min(a, ahead) - 1
+
     @property
-    def begun(self) -> int:
-        """The first stage that may be one of a loop: every series has had its first coefficient, and t two."""
+    def size(self) -> int:
+        """Doubles of the coefficients of eight members, and of their sums."""
+        return LANES * (self.span * len(self.stored) + AHEAD * len(self.begun))
+
+    @property
+    def sums(self) -> int:
+        """Where the sums are in a block, from coefficient 0 of the first series on."""
+        return LANES * (self.span * len(self.stored) - BEFORE)
+
+    @property
+    def unrolled(self) -> int:
+        """Stages that are written out: then every series has had its first coefficient, and t two."""
         levels = [(one.level, one.op) for one in self.program.series if one.level > FREE]
         return max((1 - level + (op is Op.TIME) for level, op in levels), default=1)
 
@@ -81,7 +105,7 @@ class LoopSeries:
     @property
     def doubles(self) -> int:
         """What all coefficients take."""
-        return LANES * self.span * len(self.stored) * int(self.blocks[-1])
+        return self.size * int(self.blocks[-1])
 
     @property
     def convolutions(self) -> int:
@@ -89,163 +113,17 @@ class LoopSeries:
         return self.program.convolutions * self.loop.domain.count
 
 
-class SeriesWriter(Writer):
-    """The code of one loop in stage ``k``, with coefficients from ``%work[at]`` on."""
-
-    def __init__(self, evaluation: Evaluation, series: LoopSeries, k: int | Integer, at: int) -> None:
-        super().__init__(evaluation, series.loop)
-        self.series, self.k, self.at = series, k, at
-        self.block: Integer | None = None
-
-    def enter(self, r: Integer) -> None:
-        blocks = self.series.blocks
-        self.block = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
-
-    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
-        return MemberStage(self.evaluation, self.series, self.k, self.block_at(j), known).values()
-
-    def block_at(self, j: Integer) -> Pointer:
-        """Where the coefficients of eight members begin."""
-        assert self.block is not None
-        size = LANES * self.series.span * len(self.series.stored)
-        place = (self.block + j.operation("lshr", 3)) * size + (self.at + LANES * BEFORE)
-        return self.f.place("%work", place, "double")
-
-
-class _First(dict[int, "Value"]):
-    """Coefficient 0 of a series."""
-
-    def __init__(self, stage: MemberStage, index: int) -> None:
-        self.stage, self.index = stage, index
-
-    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
-        return self[m]
-
-    def __missing__(self, m: int) -> Value:
-        return self.stage.first(self.index)
-
-
-class _Slopes(dict[int, "tuple[Value, Value]"]):
-    """dp/dx and 1/x of powers p of x."""
-
-    def __init__(self, stage: MemberStage) -> None:
-        self.stage = stage
-
-    def __missing__(self, index: int) -> tuple[Value, Value]:
-        return self.stage.load(index, SLOPE), self.stage.load(index, INVERSE)
-
-
-class MemberExpansion(Expansion[str]):
-    """The expansion of eight members."""
-
-    stage: MemberStage
-
-    def constant(self, node: Node) -> Value:
-        return self.stage.constant(node)
-
-
-@dataclass(frozen=True)
-class Moving:
-    """What an expansion asks of a residual here."""
-
-    variables: int
-    bent: bool = False
-
-
-class MemberStage(VectorStage):
-    """Stage ``k`` of eight members, whose coefficients are at ``block``."""
-
-    def __init__(
-        self,
-        evaluation: Evaluation,
-        series: LoopSeries,
-        k: int | Integer,
-        block: Pointer,
-        known: Mapping[Node, Value],
-    ) -> None:
-        emitter, constants = evaluation.emitter, Everywhere(evaluation.tables.constants.slots)
-        expansion = MemberExpansion(
-            cast("Any", Moving(series.moving)), series.program, emitter, constants,
-            Factorization(emitter, 0, {}, {}), evaluation.known[series.time], 0,
-        )  # fmt: skip
-        super().__init__(expansion)
-        expansion.stage = self
-        expansion.table = [_First(self, i) for i in range(len(series.program.series))]
-        expansion.sensitivities = _Slopes(self)
-        self.series, self.k, self.block, self.known = series, k, block, known
-        self.f, self.emitter, self._dots = evaluation.f, emitter, {}
-        self.newest: dict[int, Value] = {}
-        self._loaded: dict[tuple[int, object], Operand] = {}
-        self._constants: dict[Node, Value] = {}
-
-    def pointer(self, index: int) -> Pointer:
-        at = LANES * self.series.span * self.series.stored[index]
-        return self.f.place(self.block, at, "double")
-
-    def load(self, index: int, m: int | Integer) -> Operand:
-        """Vector ``m`` of a series."""
-        key = index, m if isinstance(m, int) else m.name
-        if key not in self._loaded:
-            place = self.f.place(self.pointer(index), m * LANES, "double")
-            self._loaded[key] = self.emitter.define(f"load {VECTOR}, ptr {place.name}, align 8")
-        return self._loaded[key]
-
-    def put(self, index: int, value: Value, m: int | Integer) -> None:
-        """The same, stored."""
-        place = self.f.place(self.pointer(index), m * LANES, "double")
-        self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place.name}, align 8")
-
-    def constant(self, node: Node) -> Value:
-        """The constants of a motion, for each member."""
-        if node not in self._constants:
-            known = dict(self.known)
-            emit_values(self.emitter, [node], known, self.expansion.constants)
-            self._constants[node] = known[node]
-        return self._constants[node]
-
-    def first(self, index: int) -> Value:
-        """Coefficient 0 of a series."""
-        if self.is_index(self.series.program.series[index].level, 0) and index in self.newest:
-            return self.newest[index]
-        return self.load(index, 0) if index in self.series.stored else None
-
-    def at(self, index: int, ahead: int) -> Value:
-        if isinstance(self.k, int) and self.k + ahead < 0:
-            return None
-        if ahead == self.series.program.series[index].level:
-            return self.newest[index]
-        return self.load(index, self.k + ahead)
-
-    def values(self) -> list[Value]:
-        """Coefficients k of the terms; all others are computed on the way."""
-        self.advance()
-        return self.terms()
-
-    def advance(self) -> None:
-        """The newest coefficients of all series."""
-        program = self.series.program
-        for index, one in enumerate(program.series):
-            if one.level == FREE or (isinstance(self.k, int) and self.k + one.level < 0):
-                continue
-            begins = self.is_index(one.level, 0)
-            if one.op is Op.COORDINATE:
-                assert one.node is not None
-                value = self.known[one.node]
-            else:
-                value = self.begin(index) if begins else self.recur(index)
-            self.newest[index] = value
-            if index in self.series.stored:
-                self.put(index, value, self.k + one.level)
-                if begins and one.op is Op.POWER:
-                    slope, inverse = self.expansion.sensitivities[index]
-                    self.put(index, slope, SLOPE)
-                    self.put(index, inverse, INVERSE)
-
-    def terms(self) -> list[Value]:
-        """Coefficients k of the terms."""
-        return [self.of_order(index) for index in self.series.program.residual]
-
-    def of_order(self, index: int) -> Value:
-        """Coefficient k of a term."""
-        ahead = self.series.program.series[index].level > 0
-        return self.load(index, self.k) if ahead else self.newest.get(index)
+def begin_sums(f: Function, series: LoopSeries, k: Integer, at: int) -> None:
+    """Begin the dot products of the stages from ``k`` on, ``AHEAD`` of them, with what is known before."""
+    if not series.begun:
+        return
+    with f.loop(0, int(series.blocks[-1]), tested=False) as i:
+        block = f.place("%work", i * series.size + (at + LANES * BEFORE), "double")
+        for index, place in series.begun.items():
+            first, last = series.known(index)
+            a, b = (
+                f.place(block, LANES * series.span * series.stored[part], "double")
+                for part in series.program.series[index].arguments
+            )
+            ahead, out = series.program.series[index].level, f.place(block, series.sums + place, "double")
+            f.call(None, "dots", a, b, f.count(first), k + last, k + ahead, out)

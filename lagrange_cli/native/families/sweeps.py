@@ -102,8 +102,8 @@ class Sweeps:
         *,
         bare: bool,
     ) -> None:
-        """What goes on to the parent from each node: ``push``, and what is ``passed`` of the node's ``pull``, to
-        which it is added. If they are ``bare``, nothing is there before."""
+        """What goes on to the parent from each node: ``push``, and what is ``passed`` of the node's
+        ``pull``, to which it is added. If they are ``bare``, nothing is there before."""
         f, axes = self.f, range(len(pull))
         handed = [f.variable(f.constant(0.0)) for _ in axes]
         with climb(f, self.tables, self.tree, back=True) as (i, parent, _):

@@ -43,6 +43,10 @@ class Bounds:
     shortest: float
     precision: float
 
+    def nothing(self, f: Function, h: Real) -> Real:
+        """An error of accelerations that moves what rests by nothing much within ``h``."""
+        return f.constant(self.nothing_much) / (h * f.larger(h, f.constant(1.0)))
+
     def coarser(self, tolerance: float) -> Bounds:
         """The bounds for a tolerance, if it is coarser than full precision."""
         coarse = max(1.0, tolerance / self.precision)

@@ -64,6 +64,7 @@ class DoubleSteps(Steps):
         f.call(None, "clear", f.place("%work", first), f.count(self._work - first))
 
     def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
+        self.measure(f)
         return now, f.call(Bit, "jet", f.pointer("%constants"), now.t + now.low, *self.places(f))
 
     def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
@@ -120,9 +121,7 @@ class DoubleSteps(Steps):
         t, low = two_sum(now.t, now.low + h)
         f.store(t, "%state", self.state.at(Clock.TIME))
         f.store(low, "%state", self.state.at(Clock.TIME_LOW))
-        nothing = None
-        if self.proof:
-            nothing = f.constant(self.bounds.nothing_much) / (h * f.larger(h, f.constant(1.0)))
+        nothing = self.bounds.nothing(f, h) if self.proof else None
         return moved(f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing)
 
 
@@ -160,7 +159,7 @@ def moved(
             if lengths.together == 1:  # read again: there are too many of them to be kept
                 c = row.series().terms(1, lengths.order)
             speed = rate(f, c[:-1], h, RATE_CHAINS if lengths.together > 1 else 1)
-            most = allowed.of(f, lengths, f.magnitude(speed) + f.magnitude(c[0]), lesser)
+            most = allowed.of(f, lengths, f.magnitude(speed) + f.magnitude(c[0]), row.floored(lesser))
             row.put(speed, rates)
             row.put(most if nothing is None else most + lengths.wide(f, nothing), allowances)
     return lengths.gather(f, "fmax", farthest.get())

@@ -102,16 +102,10 @@ class GuardCode:
         """The sum of the last coefficients of all arguments: not finite where one of these is not."""
         total = f.variable(f.constant(0.0))
         with f.loop(0, self.rows.arguments, tested=False) as j:
-            row = self._series(f, j + self.rows.first)
+            row = self.lengths.place(f, j + self.rows.first)
             for m in (self.lengths.order - 2, self.lengths.order - 1):
                 total.set(total.get() + f.magnitude(f.load(row, m * self.lengths.term)))
         return total.get()
-
-    def _series(self, f: Function, row: Integer | int) -> Pointer:
-        """Where the series of a row is."""
-        lengths = self.lengths
-        at = row * lengths.row
-        return f.place("%work", at + lengths.first if lengths.first else at, "double")
 
     def _first(self) -> Function:
         """``@first_guard(state, work, h, unit, scratch)``: when one is due in a step of ``h``, its
@@ -143,13 +137,13 @@ class GuardCode:
             mode = f.load("%state", j + rows.mode(layout))
             with f.when(~mode.equals(0.0)):
                 row = f.load_integer("@guard_rows", j)
-                look(self._series(f, row), f.constant(0.0), mode, fresh, j)
+                look(self.lengths.place(f, row), f.constant(0.0), mode, fresh, j)
             with f.otherwise(), f.when(f.load_integer("@guard_roles", j).equals(Role.HOLD)):
                 self._look_at_multiplier(f, j, look)
             with f.when(mode.equals(0.0) & f.load_integer("@guard_roles", j).equals(Role.SWITCH)):
                 row, rest = f.load_integer("@guard_rows", j), f.constant(AT_REST)
                 for side in (-1.0, 1.0):
-                    look(self._series(f, row), rest, f.constant(side), Bit(f, "false"), j)
+                    look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
         # a later guard's argument may be known for less of the step than to an earlier one's root
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())
@@ -162,7 +156,7 @@ class GuardCode:
         seen = Bit(f, "false")
 
         def against_one() -> None:
-            row = self._series(f, f.load_integer("@guard_multipliers", j))
+            row = self.lengths.place(f, f.load_integer("@guard_multipliers", j))
             for side in (-1.0, 1.0):
                 look(row, Real(f, "%unit"), f.constant(side), seen, j)
 
@@ -173,7 +167,7 @@ class GuardCode:
         with f.when(limit.equals(0)):
             against_one()
         with f.otherwise():
-            above, below = self._series(f, limit), self._series(f, limit + 1)
+            above, below = self.lengths.place(f, limit), self.lengths.place(f, limit + 1)
             both = f.load(above, self.lengths.term) + f.load(below, self.lengths.term)
             side = f.select(both < 0.0, f.constant(-1.0), f.constant(1.0))
             for row in (above, below):
@@ -183,7 +177,7 @@ class GuardCode:
         """Change the side of an event whose argument is on the other one, but not because it was 0: it has
         jumped there, as over the cut of atan2."""
         at = j + self.rows.mode(self.layout)
-        row, term = self._series(f, f.load_integer("@guard_rows", j)), self.lengths.term
+        row, term = self.lengths.place(f, f.load_integer("@guard_rows", j)), self.lengths.term
         mode, u, slope = f.load("%state", at), f.load(row, term), f.load(row, 2 * term) * 2.0
         role = f.load_integer("@guard_roles", j)
         others = (Role.SWITCH, Role.HOLD, Role.REST, Role.CUT, *self._breaks)
@@ -197,7 +191,7 @@ class GuardCode:
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         mode, mark = j + rows.mode(layout), j + rows.fresh(layout)
         with f.when(f.load(state, mode).equals(0.0)):
-            row = self._series(f, f.load_integer("@guard_rows", j))
+            row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             fresh = f.load(state, mark) > 0.0
             known = f.call(Real, "known", row, Real(f, "%h"))
             side = f.call(Real, "side_of", row, known, fresh, f.pointer("%scratch"))
@@ -252,7 +246,7 @@ class GuardCode:
             place = f.place("%trial", count * layout.memory + self.records)
             f.call(None, "copy", state, place)
             term = self.lengths.term
-            row = self._series(f, f.load_integer("@guard_rows", j))
+            row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             f.store(j.to_real(), place, layout.at(NOTES[0]))
             for m, note in enumerate(NOTES[1:], 2):
                 f.store(f.load(row, m * term) * float(m), place, layout.at(note))

@@ -26,6 +26,7 @@ class Lengths:
 
     Steps are chosen by the velocities, or by the rows that are ``followed`` instead: the first of them, and
     how many they are. If they are ``apart``, nothing that other rows hold has a say, nor what is no number.
+    If ``floor`` is not 0, no velocity is measured by less than what is at its row from there on in ``%work``.
     """
 
     degrees: int
@@ -40,6 +41,7 @@ class Lengths:
     first: int = 0
     followed: tuple[int, int] = (0, 0)
     apart: bool = False
+    floor: int = 0
 
     @property
     def leading(self) -> tuple[int, int]:
@@ -70,6 +72,11 @@ class Lengths:
         first, last = (0, self.width) if self.together > 1 else (first, first + count)
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
+
+    def place(self, f: Function, row: Integer, work: Pointer | str = "%work") -> Pointer:
+        """Where coefficient 0 of a row is, the first one of its vector."""
+        at = row if self.row == 1 else row * self.row
+        return f.place(work, at + self.first if self.first else at, "double")
 
     def single(self, f: Function, i: Integer) -> Pointer:
         """Where coefficient 0 of one row is."""
@@ -115,11 +122,13 @@ class Row:
 
     def series(self, work: Pointer | str = "%work") -> Series:
         """Their series."""
-        lengths = self.lengths
-        at = self.i if lengths.row == 1 else self.i * lengths.row
-        return Series(
-            lengths, self.f, self.f.place(work, at + lengths.first if lengths.first else at, "double")
-        )
+        return Series(self.lengths, self.f, self.lengths.place(self.f, self.i, work))
+
+    def floored(self, speed: Real) -> Real:
+        """Their speeds, or the least that they are measured by."""
+        if not self.lengths.floor:
+            return speed
+        return self.f.larger(speed, self.at("%work", self.lengths.floor))
 
     def among(self, first: int, count: int) -> Bit:
         """Which are among ``count`` rows from ``first`` on."""

@@ -45,6 +45,9 @@ class Given:
     """The text of ``@project``, if there are constraints."""
     timed: bool = False
     """Whether equations depend on t."""
+    floors: str = ""
+    """The text of ``@floors(constants, state, floors)``, if velocities are not all measured by themselves
+    alone; it computes what is then at ``Lengths.floor``."""
 
 
 class Steps(ABC):
@@ -147,12 +150,19 @@ class Steps(ABC):
         if self.quadratures:
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
-        return [clear_function(), self.given.project, *guards, *(f.text() for f in made)]
+        texts = clear_function(), self.given.project, self.given.floors
+        return [*texts, *guards, *(f.text() for f in made)]
 
     def project(self, f: Function) -> None:
         """Move the state back to the constraints, if there are any and it is not there."""
         if self.given.project:
             f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
+
+    def measure(self, f: Function) -> None:
+        """Compute the least sizes that velocities are measured by, where there are any."""
+        if self.given.floors:
+            place = f.place("%work", self.lengths.floor, "double")
+            f.call(None, "floors", f.pointer("%constants"), f.pointer("%state"), place)
 
     def places(self, f: Function) -> tuple[Pointer, Pointer]:
         """The state, and the series."""

@@ -52,7 +52,7 @@ class Quadratures:
         a pulse do not matter."""
         if not self.sizes.rest:
             return f.constant(0.0)
-        return f.constant(self.bounds.nothing_much) / (h * f.larger(h, f.constant(1.0)))
+        return self.bounds.nothing(f, h)
 
     def length(self) -> Function:
         """``@integral_length(state, work, over)``: the step that the integrals' series ask for, at most

@@ -122,9 +122,14 @@ class Places:
         return self.low + LANES * (-(-self.layout.width // LANES) + 1)
 
     @property
-    def jet(self) -> int:
-        """The memory that ``@jet`` works on."""
+    def floor(self) -> int:
+        """The least that velocities are measured by, at their rows."""
         return self.chosen + LANES
+
+    @property
+    def jet(self) -> int:
+        """What ``@jet`` works on."""
+        return self.floor + LANES * (-(-self.layout.width // LANES) + 1)
 
 
 class RadauSteps(DoubleSteps):
@@ -134,7 +139,10 @@ class RadauSteps(DoubleSteps):
     def __init__(self, rates: Lengths, given: Given) -> None:
         layout = given.state
         lanes = min(layout.width, LANES)
-        lengths = Lengths(layout.degrees, layout.rows, layout.width, ORDER, lanes, lanes, 1, 1, layout.width)
+        floor = Places(layout).floor if given.floors else 0
+        lengths = Lengths(
+            layout.degrees, layout.rows, layout.width, ORDER, lanes, lanes, 1, 1, layout.width, floor=floor
+        )
         Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
         self.quadratures = None  # integrals are followed as velocities are
         self.lengths = lengths
@@ -143,13 +151,14 @@ class RadauSteps(DoubleSteps):
 
     def functions(self) -> list[str]:
         made = [accepted(self.lengths), self._radau(), self._carry()]
-        return [clear_function(), *(f.text() for f in made)]
+        return [clear_function(), self.given.floors, *(f.text() for f in made)]
 
     # what ``advance`` asks for
 
     def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
         """The rates; the polynomials follow with the length of the step."""
         state, work, at = f.pointer("%state"), f.pointer("%work"), self._places
+        self.measure(f)
         regular = self._evaluate(f, now.t + now.low, state, work)
         rates = self._rates_at(f, work)
         with self._each(f, self._count) as i:
@@ -294,6 +303,8 @@ class RadauSteps(DoubleSteps):
                 self._put(f, total, at.differences, n, i)
             v = f.magnitude(f.load_row("%state", i + layout.degrees, lanes))
             a = f.larger(f.magnitude(self._term(f, at.begin, 0, i)), f.magnitude(b[0]))
+            if self.lengths.floor:
+                v = f.larger(v, f.load_row("%work", i + (self.lengths.floor + layout.degrees), lanes))
             size = f.larger(v, a * length)
             there = self._among(f, i, self._count) & (size > SMALLEST)
             one = length / f.select(there, size, f.splat(f.constant(1.0), lanes))

@@ -79,7 +79,7 @@ class StepSize:
         size = f.magnitude(c[3]) * h
         for m in (2, 1):
             size = f.larger(size, f.magnitude(c[m])) * h
-        return f.larger(f.magnitude(row.at("%state")), size)
+        return f.larger(row.floored(f.magnitude(row.at("%state"))), size)
 
     def heard(self, row: Row) -> Bit:
         """Whether steps are chosen by a row; rows that are no longer numbers are ignored."""

@@ -12,11 +12,13 @@ from lagrange_cli.native.numbers.lanes import VECTOR
 
 CHAINS = 4
 """Sums that a dot product is made of, so that its additions need not wait for each other."""
+AHEAD = 4
+"""Orders of which dot products are begun together."""
 
 
 def dot_products() -> list[str]:
     """The text of all of them."""
-    return [dot_product(), square_dot(), power_dots()]
+    return [dot_product(), square_dot(), power_dots(), dot_products_ahead()]
 
 
 def dot_product() -> str:
@@ -53,6 +55,42 @@ def power_dots() -> str:
         return [(a, b), (f.splat(m.to_real(), LANES) * a, b)]
 
     f.give(*chained(f, n, terms))
+    return f.text()
+
+
+def dot_products_ahead() -> str:
+    """``@dots(a, b, first, last, n, out)``: out[r] = sum_{m=first}^{last} a[m] b[n+r-m], ``AHEAD`` of them:
+    coefficients are loaded once for several orders."""
+    given = "ptr %a, ptr %b, i64 %first, i64 %last, i64 %n, ptr %out"
+    f = Function(f"define internal void @dots({given}) #0", LANES)
+    first, last, n = (Integer(f, f"%{name}", 1) for name in ("first", "last", "n"))
+    m, sums = f.variable(first), [f.variable(f.zero(LANES)) for _ in range(AHEAD)]
+    window = [f.variable(f.load("%b", n - first + r)) for r in range(1, AHEAD)]
+
+    def add(steps: int) -> None:
+        """So many terms of each sum."""
+        values = [one.get() for one in window]
+        for i in range(steps):
+            here = m.get() + i if i else m.get()
+            a, values = f.load("%a", here), [f.load("%b", n - here), *values]
+            for total, b in zip(sums, values):
+                total.set(f.fused(a, b, total.get()))
+            values.pop()
+        for one, value in zip(window, values):
+            one.set(value)
+        m.set(m.get() + steps)
+
+    with f.forever() as rounds:
+        with f.when(m.get() + (AHEAD - 1) > last):
+            rounds.leave()
+        add(AHEAD)
+    with f.forever() as rounds:
+        with f.when(m.get() > last):
+            rounds.leave()
+        add(1)
+    for r, total in enumerate(sums):
+        f.store(total.get(), "%out", r)
+    f.give()
     return f.text()
 
 

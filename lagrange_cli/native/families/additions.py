@@ -1,0 +1,131 @@
+"""How the terms of a loop add up: each member's at a place of its own, or those of a row at one place.
+
+Where a member adds something to its own place and to the next one, as a spring does to the masses at its
+ends, vectors of eight overlap. To load what has just been stored in part takes a processor as long as twenty
+other instructions. So what goes to the next place waits in a register until that place is stored anyway.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import reduce
+from operator import add
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.families.arrays import Array, Term
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.families.evaluation import Loop
+
+Key: TypeAlias = "tuple[Array, int]"
+"""An array, and the number of the table of places where something is added to it."""
+
+
+def behind(loop: Loop, keys: Iterable[Key]) -> dict[Key, tuple[Key, int]]:
+    """What is added a few places behind something else, in most rows, with that and the distance."""
+    tables, _ = loop.numbered
+    starts, lengths = loop.rows.starts, loop.rows.lengths
+    beside: dict[Array, dict[int, int]] = {}
+    for total, i in keys:
+        if loop.rows.strides[i] == 1:
+            places = beside.setdefault(total, {})
+            first = next(iter(places), i)
+            distances, which = np.unique(tables[i][starts] - tables[first][starts], return_inverse=True)
+            places[i] = int(distances[np.argmax(np.bincount(which, lengths))])
+    found: dict[Key, tuple[Key, int]] = {}
+    for total, places in beside.items():
+        leader, *others = sorted(places, key=places.__getitem__)
+        for i in others:
+            distance = places[i] - places[leader]
+            if 0 < distance < LANES:
+                found[total, i] = (total, leader), distance
+            else:
+                leader = i
+    return found
+
+
+class Additions:
+    """The code that adds up ``terms``, the first ones of ``loop``, in the function ``f``. ``where`` gives the
+    pointers to arrays."""
+
+    def __init__(
+        self, f: Function, loop: Loop, terms: Sequence[tuple[Term, Array]], where: Callable[[Array], Pointer]
+    ) -> None:
+        self.f, self.where, self.strides, self.alone = f, where, loop.rows.strides, loop.put
+        self.terms: dict[Key, list[int]] = {}
+        for k, ((_, total), i) in enumerate(zip(terms, loop.numbered[1][len(loop.used) :])):
+            self.terms.setdefault((total, i), []).append(k)
+        self.behind = behind(loop, self.terms)
+
+    def begin(self, bases: Sequence[Integer]) -> None:
+        """A row whose tables begin with these places."""
+        zero = self.f.zero(LANES)
+        self.bases = bases
+        self.sums = {key: self.f.variable(zero) for key in self.terms if self.strides[key[1]] == 0}
+        self.waiting = {key: self.f.variable(zero) for key in self.behind}
+        self.beside = {
+            key: (bases[key[1]] - bases[leader[1]]).equals(distance)
+            for key, (leader, distance) in self.behind.items()
+        }
+
+    def add(
+        self, values: Sequence[Real], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
+    ) -> None:
+        """Terms of the eight members from ``j`` on, of which those count that are ``inside``."""
+        f, zero = self.f, self.f.zero(LANES)
+        found = {
+            key: f.select(inside, reduce(add, (values[k] for k in terms)), zero)
+            for key, terms in self.terms.items()
+        }
+        for key, (leader, distance) in self.behind.items():
+            value, before, beside = found.pop(key), self.waiting[key].get(), self.beside[key]
+            shifted = f.shuffle(before, late(distance), value)
+            found[leader] = found[leader] + f.select(beside, shifted, zero)
+            self.waiting[key].set(value)
+            with f.when(~beside):
+                self.put(value, key, self.bases[key[1]] + j)
+        for key, value in found.items():
+            stride = self.strides[key[1]]
+            if stride == 0:
+                self.sums[key].set(self.sums[key].get() + value)
+            elif stride == 1:
+                self.put(value, key, self.bases[key[1]] + j)
+            else:
+                self.scatter(value, self.where(key[0]), looked_up(key[1], j))
+
+    def end(self, length: Integer) -> None:
+        """The rest of a row of so many members."""
+        f = self.f
+        for key, total in self.sums.items():
+            base, at = self.where(key[0]), self.bases[key[1]]
+            f.store(f.reduce("fadd", total.get(), f.load(base, at)), base, at)
+        beyond = (length + (LANES - 1)) & -LANES
+        for key, (leader, distance) in self.behind.items():
+            with f.when(self.beside[key]):
+                rest = f.shuffle(self.waiting[key].get(), late(distance), f.zero(LANES))
+                self.put(rest, leader, self.bases[leader[1]] + beyond)
+
+    def put(self, value: Real, key: Key, at: Integer) -> None:
+        """Add eight numbers side by side, unless nothing else is there."""
+        base = self.where(key[0])
+        if key[0] not in self.alone:
+            value = self.f.load_row(base, at, LANES) + value
+        self.f.store_row(value, base, at)
+
+    def scatter(self, values: Real, base: Pointer, places: str) -> None:
+        """Add eight numbers at eight places, one after the other: some may be the same."""
+        f = self.f
+        for lane in range(LANES):
+            place = f.define(f"extractelement <{LANES} x i32> {places}, i64 {lane}")
+            at = Integer(f, f.define(f"zext i32 {place} to i64"), 1)
+            f.store(f.load(base, at) + f.lane(values, lane), base, at)
+
+
+def late(distance: int) -> range:
+    """The lanes of two vectors in a row that begin ``distance`` before the second."""
+    return range(LANES - distance, 2 * LANES - distance)

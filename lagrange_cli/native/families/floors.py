@@ -1,0 +1,61 @@
+"""The least that velocities of a family's members are measured by.
+
+What moves much less than others of its family, as the tail of a wave, is not followed to its own digits, but
+to those of the fastest ones: errors of its velocity may be so large that neither they nor those of its
+momentum, as parts of the largest ones in the family, are seen.
+"""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Integer, Pointer
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.spec import Spec
+
+FLOORS = "define internal void @floors(ptr noalias %constants, ptr noalias %state, ptr noalias %floors) #0"
+PART = 0.125
+"""Of the largest velocity, or of that which gives a member the largest momentum."""
+
+
+def write_floors(f: Function, spec: Spec, masses: Pointer, inverses: Pointer) -> None:
+    """The body of the function: floors are at the rows of the velocities; ``inverses`` are those of
+    ``masses``."""
+    degrees, first = len(spec.coordinates), 0
+    for count, related in runs(spec):
+        speed, momentum = f.variable(f.zero(LANES)), f.variable(f.zero(LANES))
+        last = first + count
+        if related:
+            with f.loop(first, last, LANES, tested=False) as i:
+                v = f.magnitude(f.load_row("%state", i + degrees, LANES))
+                p = v * f.magnitude(f.load_row(masses, i, LANES))
+                inside = f.splat(i, LANES) + lanes(f) < last
+                for most, value in ((speed, v), (momentum, p)):
+                    most.set(f.larger(most.get(), f.select(inside, value, f.zero(LANES))))
+        v, p = (f.splat(f.reduce("fmax", one.get()) * PART, LANES) for one in (speed, momentum))
+        with f.loop(first, last, LANES, tested=False) as i:
+            least = f.smaller(v, p * f.magnitude(f.load_row(inverses, i, LANES)))
+            f.store_row(least, "%floors", i + degrees)
+        first = last
+    f.give()
+
+
+def runs(spec: Spec) -> list[tuple[int, bool]]:
+    """How many coordinates follow one another that are of one family, or of none; and whether they are."""
+    families, found = spec.families.get("coordinates", {}), list[tuple[int, bool]]()
+    for name, listed in groupby(one.name.partition("[")[0] for one in spec.coordinates):
+        count = sum(1 for _ in listed)
+        if found and name not in families and not found[-1][1]:
+            found[-1] = found[-1][0] + count, False
+        else:
+            found.append((count, name in families))
+    return found
+
+
+def lanes(f: Function) -> Integer:
+    """0, 1, .. 7."""
+    return Integer(f, f"<{', '.join(f'i64 {lane}' for lane in range(LANES))}>", LANES)

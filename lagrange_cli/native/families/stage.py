@@ -1,0 +1,204 @@
+"""Stage k of the series of a loop: coefficients of eight members at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.native.families.evaluation import Evaluation, Writer
+from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.linear.blocks import Factorization
+from lagrange_cli.native.llvm.text import Operand, Value
+from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.numbers.lanes import VECTOR
+from lagrange_cli.native.recurrences.batches.columns import Everywhere
+from lagrange_cli.native.recurrences.batches.layout import BEFORE, INVERSE, SLOPE
+from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.stage import Factors
+from lagrange_cli.native.recurrences.vector_stage import VectorStage
+from lagrange_cli.records import dataclass
+from lagrange_cli.series.program import FREE, Op
+
+
+class SeriesWriter(Writer):
+    """The code of one loop in stage ``k``, with coefficients from ``%work[at]`` on; ``phase``: how many
+    stages there were since sums were begun, if they were."""
+
+    def __init__(
+        self, evaluation: Evaluation, series: LoopSeries, at: int, k: int | Integer, phase: int | None
+    ) -> None:
+        super().__init__(evaluation, series.loop)
+        self.series, self.k, self.at, self.phase = series, k, at, phase
+        self.block: Integer | None = None
+
+    def enter(self, r: Integer) -> None:
+        blocks = self.series.blocks
+        self.block = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
+
+    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+        return MemberStage(self.evaluation, self.series, self.k, self.block_at(j), known, self.phase).values()
+
+    def block_at(self, j: Integer) -> Pointer:
+        """Where the coefficients of eight members begin."""
+        assert self.block is not None
+        place = (self.block + j.operation("lshr", 3)) * self.series.size + (self.at + LANES * BEFORE)
+        return self.f.place("%work", place, "double")
+
+
+class _First(dict[int, "Value"]):
+    """Coefficient 0 of a series."""
+
+    def __init__(self, stage: MemberStage, index: int) -> None:
+        self.stage, self.index = stage, index
+
+    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
+        return self[m]
+
+    def __missing__(self, m: int) -> Value:
+        return self.stage.first(self.index)
+
+
+class _Slopes(dict[int, "tuple[Value, Value]"]):
+    """dp/dx and 1/x of powers p of x."""
+
+    def __init__(self, stage: MemberStage) -> None:
+        self.stage = stage
+
+    def __missing__(self, index: int) -> tuple[Value, Value]:
+        return self.stage.load(index, SLOPE), self.stage.load(index, INVERSE)
+
+
+class MemberExpansion(Expansion[str]):
+    """The expansion of eight members."""
+
+    stage: MemberStage
+
+    def constant(self, node: Node) -> Value:
+        return self.stage.constant(node)
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What an expansion asks of a residual here."""
+
+    variables: int
+    bent: bool = False
+
+
+class MemberStage(VectorStage):
+    """Stage ``k`` of eight members, whose coefficients are at ``block``."""
+
+    def __init__(
+        self,
+        evaluation: Evaluation,
+        series: LoopSeries,
+        k: int | Integer,
+        block: Pointer,
+        known: Mapping[Node, Value],
+        phase: int | None,
+    ) -> None:
+        emitter, constants = evaluation.emitter, Everywhere(evaluation.tables.constants.slots)
+        expansion = MemberExpansion(
+            cast("Any", Moving(series.moving)), series.program, emitter, constants,
+            Factorization(emitter, 0, {}, {}), evaluation.known[series.time], 0,
+        )  # fmt: skip
+        super().__init__(expansion)
+        expansion.stage = self
+        expansion.table = [_First(self, i) for i in range(len(series.program.series))]
+        expansion.sensitivities = _Slopes(self)
+        self.series, self.k, self.block, self.known, self.phase = series, k, block, known, phase
+        self.f, self.emitter, self._dots = evaluation.f, emitter, {}
+        self.newest: dict[int, Value] = {}
+        self._loaded: dict[tuple[int, object], Operand] = {}
+        self._behind: dict[tuple[int, int], Operand] = {}
+        self._constants: dict[Node, Value] = {}
+
+    def pointer(self, index: int) -> Pointer:
+        at = LANES * self.series.span * self.series.stored[index]
+        return self.f.place(self.block, at, "double")
+
+    def load(self, index: int, m: int | Integer) -> Operand:
+        """Vector ``m`` of a series."""
+        key = index, m if isinstance(m, int) else m.name
+        if key not in self._loaded:
+            place = self.f.place(self.pointer(index), m * LANES, "double")
+            self._loaded[key] = self.emitter.define(f"load {VECTOR}, ptr {place.name}, align 8")
+        return self._loaded[key]
+
+    def put(self, index: int, value: Value, m: int | Integer) -> None:
+        """The same, stored."""
+        place = self.f.place(self.pointer(index), m * LANES, "double")
+        self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place.name}, align 8")
+
+    def dot(
+        self, index: int, a: int, b: int, ahead: int, weighted: bool = False
+    ) -> tuple[Value, Factors[str]]:
+        if self.phase is None or index not in self.series.begun:
+            return super().dot(index, a, b, ahead, weighted)
+        first, last = self.series.known(index)
+        at = self.series.sums + self.series.begun[index] + LANES * self.phase
+        place = self.f.place(self.block, at, "double")
+        total = self.emitter.define(f"load {VECTOR}, ptr {place.name}, align 8")
+        terms: Factors[str] = [(self.load(a, m), self.at(b, ahead - m)) for m in range(1, first)]
+        terms += [(self.at(a, ahead - m), self.load(b, m)) for m in range(1, self.phase + ahead - last)]
+        return total, terms
+
+    def constant(self, node: Node) -> Value:
+        """The constants of a motion, for each member."""
+        if node not in self._constants:
+            known = dict(self.known)
+            emit_values(self.emitter, [node], known, self.expansion.constants)
+            self._constants[node] = known[node]
+        return self._constants[node]
+
+    def first(self, index: int) -> Value:
+        """Coefficient 0 of a series."""
+        if self.is_index(self.series.program.series[index].level, 0) and index in self.newest:
+            return self.newest[index]
+        return self.load(index, 0) if index in self.series.stored else None
+
+    def at(self, index: int, ahead: int) -> Value:
+        if isinstance(self.k, int) and self.k + ahead < 0:
+            return None
+        if ahead == self.series.program.series[index].level:
+            return self.newest[index]
+        if (index, ahead) not in self._behind:
+            self._behind[index, ahead] = self.load(index, self.k + ahead)
+        return self._behind[index, ahead]
+
+    def values(self) -> list[Value]:
+        """Coefficients k of the terms; all others are computed on the way."""
+        self.advance()
+        return self.terms()
+
+    def advance(self) -> None:
+        """The newest coefficients of all series."""
+        program = self.series.program
+        for index, one in enumerate(program.series):
+            if one.level == FREE or (isinstance(self.k, int) and self.k + one.level < 0):
+                continue
+            begins = self.is_index(one.level, 0)
+            if one.op is Op.COORDINATE:
+                assert one.node is not None
+                value = self.known[one.node]
+            else:
+                value = self.begin(index) if begins else self.recur(index)
+            self.newest[index] = value
+            if index in self.series.stored:
+                self.put(index, value, self.k + one.level)
+                if begins and one.op is Op.POWER:
+                    slope, inverse = self.expansion.sensitivities[index]
+                    self.put(index, slope, SLOPE)
+                    self.put(index, inverse, INVERSE)
+
+    def terms(self) -> list[Value]:
+        """Coefficients k of the terms."""
+        return [self.of_order(index) for index in self.series.program.residual]
+
+    def of_order(self, index: int) -> Value:
+        """Coefficient k of a term."""
+        ahead = self.series.program.series[index].level > 0
+        return self.load(index, self.k) if ahead else self.newest.get(index)

@@ -1,0 +1,118 @@
+"""Long chains and large lattices: forces on neighbours, coefficients of many orders, and waves' tails."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.native.families import jets
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.support.motion import Motion, run
+
+SPRINGS = """
+sizes: {{N: {count}}}
+coordinates: {{"u[i in range(N)]": {{initial: "sin(i*i)", velocity: "cos(i)"}}}}
+masses: {{"bead[i in range(N)]": 1 + i/7}}
+embedding: {{"bead[i in range(N)]": "u[i]"}}
+potential: {potential}
+"""
+PENDULUM = """
+sizes: {N: 11}
+coordinates: {"th[i in range(N)]": {initial: "0.2*sin(i*i)"}}
+definitions: {"x[i in range(N)]": "sum(sin(th[j]) for j in range(i + 1))"}
+masses: {"bob[i in range(N)]": 1}
+embedding: {"bob[i in range(N)]": ["x[i]", "-sum(cos(th[j]) for j in range(i + 1))"]}
+potential: sum(bob[i].y for i in range(N))
+"""
+SINE_GORDON = """
+sizes: {{N: {count}, M: {count}}}
+coordinates:
+  u[i in range(N), j in range(M)]: {{initial: "2*exp(-((i - N//2)**2 + (j - M//2)**2)/2)"}}
+lagrangian: >-
+  sum(u_dot[i, j]**2/2 + cos(u[i, j]) - (u[(i + 1) % N, j] - u[i, j])**2
+      - (u[i, (j + 1) % M] - u[i, j])**2 for i in range(N) for j in range(M))
+"""
+
+
+@pytest.fixture(autouse=True)
+def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Families stay families however few their members are."""
+    monkeypatch.setattr(systems, "FEWEST", 0)
+
+
+def ready(text: str, method: str = "taylor") -> Prepared:
+    """A system that has been compiled."""
+    asked = Compilation(method, 2.0**-52, frozenset(["q", "v", "h"]))
+    return prepare_system(read_spec(text, "system.yaml"), derive_system, None, asked)
+
+
+def moved(text: str, stop: float, prepared: Prepared) -> Motion:
+    """A motion from the initial state of the text."""
+    return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 2)
+
+
+@pytest.mark.exhaustive(keep=6)
+@pytest.mark.parametrize("count", [1, 2, 7, 8, 9, 16, 17, 40])
+@pytest.mark.parametrize("apart", [1, 2, 7, 8, 9])
+@pytest.mark.parametrize("ring", [True, False])
+def test_a_force_on_two_neighbours(count: int, apart: int, ring: bool) -> None:
+    """Springs between members that are ``apart``, along a line and around a ring, beside numpy."""
+    if count <= apart:
+        return
+    other, last = (f"(i + {apart}) % N", "N") if ring else (f"i + {apart}", f"N - {apart}")
+    potential = f'"sum((u[{other}] - u[i])**2/2 + u[i]**4 for i in range({last}))"'
+    system = systems.family_system(read_spec(SPRINGS.format(count=count, potential=potential), "s.yaml"))
+    assert system is not None
+    i = np.arange(count if ring else count - apart)
+    q, j = np.sin(np.arange(count) ** 2), (i + apart) % count
+    force = np.zeros(count)
+    np.add.at(force, i, q[j] - q[i] - 4 * q[i] ** 3)
+    np.add.at(force, j, q[i] - q[j])
+    found = compiled_accelerations(system)(0.0, q, np.zeros(count), np.zeros(0))
+    assert np.allclose(found, force / (1 + np.arange(count) / 7), rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("power", ["(u[i] - u[i - 1])**3", "sin(u[i])*u[i - 1]", ""])
+def test_dot_products_begun_for_several_orders(power: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where coefficients are many, the same sums are added in another order; those of a pendulum, too."""
+    potential = f'"sum((u[i] - u[i - 1])**2 + {power}/9 for i in range(1, N))"'
+    text = SPRINGS.format(count=11, potential=potential) if power else PENDULUM
+    usual = ready(text)
+    monkeypatch.setattr(jets, "MANY", 0)
+    other = ready(text)
+    assert [one.machine.program.text.count("call void @dots(") > 0 for one in (usual, other)] == [False, True]
+    plain, begun = (moved(text, 2.0, one) for one in (usual, other))
+    assert plain.outcome.steps == begun.outcome.steps
+    for path, values in plain.data.items():
+        assert np.max(np.abs(begun[path] - values)) < 1e-14 * max(1.0, np.max(np.abs(values))), path
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_steps_do_not_follow_the_tail_of_a_wave(method: str) -> None:
+    """Velocities in the corners are 1e-20 of those in the middle, and smaller ones in a larger lattice."""
+    texts = [SINE_GORDON.format(count=count) for count in (9, 31)]
+    few, many = (moved(text, 3.0, ready(text, method)) for text in texts)
+    assert many.outcome.steps <= 1.3 * few.outcome.steps
+    energies = many["diagnostics/h"]
+    assert abs(energies[1] / energies[0] - 1) < 1e-15
+
+
+def test_a_heavy_member_is_followed_to_its_own_digits() -> None:
+    """It moves 1e12 times as slowly as a light one, with the same momentum."""
+    text = """
+sizes: {N: 2}
+coordinates: {"x[i in range(N)]": {initial: "i"}}
+masses: {"body[i in range(N)]": "where(i == 0, 1e12, 1)"}
+embedding: {"body[i in range(N)]": "x[i]"}
+potential: sum((x[1] - x[0] - 1.2)**4 + (x[1] - x[0] - 1.2)**2/2 for i in range(1))
+"""
+    heavy, light = moved(text, 5.0, ready(text))["v/x"][-1]
+    assert abs(light) > 0.01
+    assert abs(1e12 * heavy + light) < 1e-13 * abs(light)
