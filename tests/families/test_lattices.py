@@ -45,6 +45,7 @@ lagrangian: >-
 def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """Families stay families however few their members are."""
     monkeypatch.setattr(systems, "FEWEST", 0)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
 
 
 def ready(text: str, method: str = "taylor") -> Prepared:

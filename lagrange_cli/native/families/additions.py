@@ -20,7 +20,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 
 if TYPE_CHECKING:
-    from lagrange_cli.native.families.evaluation import Loop
+    from lagrange_cli.native.families.loops import Loop
 
 Key: TypeAlias = "tuple[Array, int]"
 """An array, and the number of the table of places where something is added to it."""

@@ -8,8 +8,9 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.limits import way_out, whole
-from lagrange_cli.native.families.evaluation import Evaluation, added, loops, needed, room
+from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.families.loops import loops, needed
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.interface import LANES

@@ -16,10 +16,11 @@ from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
-from lagrange_cli.native.families.evaluation import Evaluation, needed, room
+from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular
 from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.native.llvm.function import Function
