@@ -79,9 +79,9 @@ def built_event(scope: Scope[E], name: str, event: Written) -> Event[E]:
     return Event(name, argument, event.direction, event.stops, changes)
 
 
-def never_changes(spec: Spec, name: str) -> SpecError:
+def never_changes(spec: Spec, name: str, what: str = "never changes") -> SpecError:
     """The error of an event whose expression is the same at all states."""
-    message = f"event '{name}' needs an expression that becomes 0, but this one never changes"
+    message = f"event '{name}' needs an expression that becomes 0, but this one {what}"
     hint = "let it depend on a coordinate, a velocity or t"
     return Source(spec.filename, spec.text).error(spec.events[name].when.place, message, hint)
 

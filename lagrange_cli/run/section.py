@@ -120,14 +120,16 @@ def is_many(ensemble: Ensemble) -> bool:
 
 
 def prepare(ensemble: Ensemble, request: Request, monitor: Monitor) -> Prepared:
-    """The compiled system. Raises ``UsageError`` for a surface that turns out to be the same everywhere."""
+    """The compiled system. Raises ``UsageError`` for a surface that is proven to be crossed nowhere."""
     assert ensemble.cut is not None
     kind = SECTION if ensemble.cut.where else STROBE
     try:
         return prepare_ensemble(ensemble, request, monitor, kind)
     except SpecError as error:
-        if any(SURFACE in one.message for one in error.problems):  # it is not in the file
-            raise UsageError(f"{SURFACE} {ensemble.cut.where}: this never changes") from error
+        for one in error.problems:
+            if SURFACE in one.message:  # it is not in the file
+                what = one.message.rpartition(" one ")[2]
+                raise UsageError(f"{SURFACE} {ensemble.cut.where}: this {what}") from error
         raise
 
 

@@ -323,6 +323,8 @@ REFUSED = {
     "a vector": (("--where", "(x, x)"), "expected a scalar"),
     "constant": (("--where", "w - 1"), "--where w - 1: this never changes"),
     "zero": (("--where", "x - x"), "--where x - x: this never changes"),
+    "touched": (("--where", "x_dot**2"), "--where x_dot**2: this never changes its sign"),
+    "touched from below": (("--where", "-x**2*(1 + t**2)"), "this never changes its sign"),
     "a period that moves": (("--every", "x"), "--every x: 'x' is not constant"),
     "a negative period": (("--every", "-w"), "--every -w: a period is a positive number, not -1"),
     "an infinite one": (("--every", "1/(w - 1)"), "--every 1/(w - 1): division by zero"),
