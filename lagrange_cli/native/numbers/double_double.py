@@ -74,17 +74,6 @@ class DoubleDoubleBody(Emitter):
         """The number that a function has returned."""
         return Pair(self, *(self.define(f"extractvalue {TYPE} {made}, {i}") for i in (0, 1)))
 
-    def get(self, pointer: str, index: int | str, beyond: int | str) -> Pair:
-        """The number at ``pointer[index]``, whose low part, if it has one, is ``beyond`` doubles behind."""
-        place = self.place(pointer, index)
-        return Pair(self, self.load(place, 0), self.load(place, beyond) if beyond else None)
-
-    def put(self, value: Pair | None, pointer: str, index: int | str, beyond: int | str) -> None:
-        """Store a number there; None is 0."""
-        place = self.place(pointer, index)
-        self.store(None if value is None else value.high, place, 0)
-        self.store(None if value is None else value.low, place, beyond)
-
     def integer(self, operation: str, a: int | str, b: int | str) -> str:
         """An operation on two integers."""
         return self.define(f"{operation} i64 {a}, {b}")
@@ -129,10 +118,13 @@ class DoubleDouble(Composed[Pair]):
         return self.body.apply(name, *(self.body.pair(0) if a is None else a for a in arguments))
 
     def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Pair:
-        return self.body.get(pointer, index, beyond)
+        body, place = self.body, self.body.place(pointer, index)
+        return Pair(body, body.load(place, 0), body.load(place, beyond) if beyond else None)
 
     def store(self, value: Pair | None, pointer: str, index: int | str, beyond: int | str = 0) -> None:
-        self.body.put(value, pointer, index, beyond)
+        place = self.body.place(pointer, index)
+        for offset, part in zip((0, beyond), (value.high, value.low) if value else (None, None)):
+            self.body.store(part, place, offset)
 
     def compare(self, relation: str, a: Pair | None, b: Pair | None) -> Operand:
         """Whether the nearest doubles are in a relation."""

@@ -8,6 +8,7 @@ logarithm of one that is nowhere 0 has one branch.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from fractions import Fraction
 
@@ -15,7 +16,7 @@ from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.native.numbers.kind import Number
 from lagrange_cli.native.recurrences.disk_arithmetic import ROUNDING, TINY, Disk, DiskArithmetic
-from lagrange_cli.native.recurrences.evaluation import emit_power
+from lagrange_cli.native.recurrences.evaluation import emit_power, whole_power
 
 FUNCTIONS = 2.0**-49
 """The relative rounding error of functions."""
@@ -181,15 +182,7 @@ class Disks(DiskArithmetic):
         """x^n, x >= 0."""
         if n > 64:
             return self.power_of(x, float(n))
-        result, square = None, x
-        while n:
-            if n & 1:
-                result = square if result is None else result * square
-            n >>= 1
-            if n:
-                square = square * square
-        assert result is not None
-        return result
+        return whole_power(x, n, operator.mul)
 
     def _broken(self, u: Disk, exponent: Number) -> Disk:
         """A power that is not whole."""

@@ -6,10 +6,13 @@ Small integer powers are products, of square roots where the exponent is half an
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar, cast
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.native.numbers.kind import Number, NumberKind, V
 from lagrange_cli.records import dataclass, field
+
+N = TypeVar("N")
 
 
 @dataclass
@@ -29,18 +32,24 @@ class Constants:
         return kind.load("%constants", kind.parts * self.slot(node), kind.parts - 1)
 
 
+def whole_power(base: N, exponent: int, times: Callable[[N, N], N]) -> N:
+    """``base ** exponent`` for a whole exponent above 0, from squares of squares."""
+    result: N | None = None
+    square = base
+    while exponent:
+        if exponent & 1:
+            result = square if result is None else times(result, square)
+        exponent >>= 1
+        if exponent:
+            square = times(square, square)
+    return cast("N", result)
+
+
 def emit_power(kind: NumberKind[V], base: V | None, exponent: Number) -> V | None:
     """``base ** exponent`` for an exponent known now."""
     size = -exponent if exponent < 0 else exponent
     if size == int(size) and size <= kind.products:
-        count, square = int(size), base
-        result: V | None = kind.one
-        while count:
-            if count & 1:
-                result = kind.mul(result, square)
-            count >>= 1
-            if count:
-                square = kind.mul(square, square)
+        result = whole_power(base, int(size), kind.mul) if size else kind.one
         return kind.div(kind.one, result) if exponent < 0 else result
     if 2 * size == int(2 * size) and 2 * size <= kind.products:
         return emit_power(kind, kind.function("sqrt", base), 2 * exponent)
