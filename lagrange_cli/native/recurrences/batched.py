@@ -23,7 +23,7 @@ from lagrange_cli.native.numbers.kind import NumberKind, V
 from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
 from lagrange_cli.native.recurrences.convolution_batches import dot_products
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.expansion import Expansion, turning_masses
 from lagrange_cli.native.recurrences.gathering import gathered, places_at
 from lagrange_cli.native.recurrences.layout_batches import (
     BEFORE,
@@ -65,6 +65,11 @@ class Jet:
     time: Operand = ""
     saddle: Tabled | None = None
     """The equations, if they have constraints."""
+
+    @cached_property
+    def turning(self) -> frozenset[Node]:
+        """``Expansion.turning``."""
+        return turning_masses(self.residual)
 
     @cached_property
     def groups(self) -> list[list[int]]:
@@ -157,6 +162,7 @@ class BatchStage(VectorStage):
         )  # fmt: skip
         super().__init__(expansion, careful=True)
         expansion.stage = self
+        expansion.turning = jet.turning
         expansion.table = [_First(self, i) for i in range(len(jet.quotient.program.series))]
         expansion.remainders = _Remainders(self, LOW)
         expansion.sensitivities = _Slopes(self)

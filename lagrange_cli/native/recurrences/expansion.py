@@ -4,7 +4,6 @@ of both. For any kind of numbers."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Generic, cast
 
 from lagrange_cli.expression.node import Kind, Node
@@ -51,6 +50,8 @@ class Expansion(Generic[V]):
     """Constants of a step that contain cyclic momenta."""
     unrounded: dict[Node, V | None] = field(default_factory=dict)
     """Functions of a coordinate before its remainder is added."""
+    turning: frozenset[Node] = frozenset()
+    """Masses of whose sums every digit counts (see ``turning_masses``)."""
     regular: Condition = None
     found: str = ""
     """Where multipliers are that Newton's method has found."""
@@ -58,12 +59,6 @@ class Expansion(Generic[V]):
     def __post_init__(self) -> None:
         self.table = [{} for _ in self.program.series]
         self.regular = self.kind.true
-
-    @cached_property
-    def turning(self) -> frozenset[Node]:
-        """The masses that stand for the rotation of bodies, but for powers of two."""
-        masses = [one.mass for one in self.residual.model.particles if one.body]
-        return frozenset(without_powers_of_two(mass) for mass in masses if mass.kind is not Kind.NUMBER)
 
     def constant(self, node: Node) -> V | None:
         """What does not change during a step: an expression in parameters and in cyclic momenta."""
@@ -212,12 +207,7 @@ class Expansion(Generic[V]):
         return total
 
     def is_of_masses(self, one: Series) -> bool:
-        """Whether a LINEAR series is a sum with the masses that stand for the rotation of a body.
-
-        Particles' masses are divided out of the equations, these are not. They are often simple numbers but
-        for their last digits, as (1.1 + 1.6 - 1.7)/2 is. Then products with them are not rounded up as often
-        as down, and the energy would drift.
-        """
+        """Whether a LINEAR series is a sum with such masses."""
         assert isinstance(one.data, tuple)
         constant, scales = one.data
         if not self.turning or not self.kind.fused or not constant.is_zero:
@@ -242,6 +232,17 @@ class Expansion(Generic[V]):
         if scale.kind is Kind.NUMBER:
             return add_scaled(self.kind, total, value, scale.data)
         return self.kind.fma(self.constant(scale), value, total)
+
+
+def turning_masses(residual: Residual) -> frozenset[Node]:
+    """The masses that stand for the rotation of bodies, but for powers of two.
+
+    Particles' masses are divided out of the equations, these are not. They are often simple numbers but for
+    their last digits, as (1.1 + 1.6 - 1.7)/2 is. Then products with them are not rounded up as often as down,
+    and the energy would drift.
+    """
+    masses = [one.mass for one in residual.model.particles if one.body]
+    return frozenset(without_powers_of_two(mass) for mass in masses if mass.kind is not Kind.NUMBER)
 
 
 def without_powers_of_two(node: Node) -> Node:
