@@ -210,11 +210,18 @@ def test_a_free_top_flips():
 
 
 @pytest.mark.parametrize(
-    ("moments", "spin"), [((1.3, 1.1, 1.9), (4.0, 7.0, 3.0)), ((1.3, 1.7, 1.9), (9.0, 2.0, 5.0))]
+    ("moments", "spin"),
+    [
+        ((1.3, 1.1, 1.9), (4.0, 7.0, 3.0)),
+        ((1.3, 1.7, 1.9), (9.0, 2.0, 5.0)),
+        ((1.1, 1.6, 1.7), (3.456, 8.216, 3.304)),
+        ((1.1, 1.2, 1.3), (3.456, 8.216, 3.304)),
+    ],
 )
 def test_the_energy_of_a_free_top_does_a_random_walk(moments, spin):
     """4000 s are some 5000 turns in 20,000 steps. With other masses in M than in the residual, were it by one
-    rounding, h would drift by 4e-13."""
+    rounding, h would drift by 4e-13. So it would where masses are (1.1 + 1.6 - 1.7)/2 and the like, if
+    products with them were rounded before they are added."""
     sets = dict(zip(("I1", "I2", "I3"), moments)) | dict(zip(("x_dot", "y_dot", "z_dot"), np.array(spin) / 2))
     energy = follow("free_top", 4000.0, 11, sets=sets, outputs=("h",))["diagnostics/h"]
     assert np.abs(energy / energy[0] - 1).max() < 1.5e-13

@@ -21,7 +21,7 @@ from lagrange_cli.native.numbers.error_free import two_product, two_sum
 from lagrange_cli.native.numbers.kind import Composed, Number
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.expansion import Expansion, turning_masses
 from lagrange_cli.series.program import SeriesProgram
 
 Sum: TypeAlias = "tuple[Value, Value]"
@@ -107,6 +107,7 @@ def compensated_expansion(
     }
     factorization = Factorization(emitter, place, large, UNROLLED)
     expansion = Expansion(residual, program, emitter, constants, factorization, "%t", width)
+    expansion.turning = turning_masses(residual)
     series = (*program.coordinates, *program.velocities)
     expansion.remainders = {index: emitter.load("%state", width + row) for row, index in enumerate(series)}
     if residual.cyclic_momenta:

@@ -9,6 +9,7 @@ from typing import Generic, cast
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import Factored, Factorization
+from lagrange_cli.native.numbers.error_free import Products, two_product, two_sum
 from lagrange_cli.native.numbers.kind import Condition, NumberKind, V, Written
 from lagrange_cli.native.recurrences.evaluation import (
     Constants,
@@ -49,6 +50,8 @@ class Expansion(Generic[V]):
     """Constants of a step that contain cyclic momenta."""
     unrounded: dict[Node, V | None] = field(default_factory=dict)
     """Functions of a coordinate before its remainder is added."""
+    turning: frozenset[Node] = frozenset()
+    """Masses of whose sums every digit counts (see ``turning_masses``)."""
     regular: Condition = None
     found: str = ""
     """The place of multipliers that Newton's method has found."""
@@ -98,6 +101,11 @@ class Expansion(Generic[V]):
             constant, scales = one.data
             lows = [(scale, low.get(index)) for index, scale in zip(one.arguments, scales)]
             values = list(zip(scales, first))
+            if self.is_of_masses(one):
+                rest: V | None = None
+                for scale, value in lows:
+                    rest = self.add_scaled(scale, value, rest)
+                return self.exactly([(None, rest), *values])
             total: V | None = None
             if not constant.is_zero:  # which a coordinate may all but cancel; low parts would be lost in it
                 total, lows, values = self.constant(constant), values, lows
@@ -185,14 +193,37 @@ class Expansion(Generic[V]):
         """The accelerations, and the multipliers behind them, that make up for ``scale * residual``."""
         return solved(self.residual, self.factors, residual, scale)
 
-    def linear(self, one: Series, values: list[V | None], start: V | None = None) -> V | None:
+    def linear(
+        self, one: Series, values: list[V | None], start: V | None = None, careful: bool = False
+    ) -> V | None:
         """``start`` + what the ``values`` of a LINEAR series' operands add to it, as they are known."""
         assert isinstance(one.data, tuple)
         terms = [(None, start), *zip(one.data[1], values)]
+        if careful and self.is_of_masses(one):
+            return self.exactly(terms)
         total: V | None = None
         for scale, value in sorted(terms, key=lambda term: self.kind.depth(term[1])):
             total = self.kind.add(total, value) if scale is None else self.add_scaled(scale, value, total)
         return total
+
+    def is_of_masses(self, one: Series) -> bool:
+        """Whether a LINEAR series is a sum with such masses."""
+        assert isinstance(one.data, tuple)
+        constant, scales = one.data
+        if not self.turning or not self.kind.fused or not constant.is_zero:
+            return False
+        return not self.turning.isdisjoint(map(without_powers_of_two, scales))
+
+    def exactly(self, terms: Sequence[tuple[Node | None, V | None]]) -> V | None:
+        """A sum of products, rounded once or nearly so."""
+        kind = cast("Products[V | None]", self.kind)
+        total: V | None = None
+        rest: V | None = None
+        for scale, value in terms:
+            product, lost = (value, None) if scale is None else two_product(kind, self.constant(scale), value)
+            total, error = two_sum(kind, total, product)
+            rest = kind.add(kind.add(rest, lost), error)
+        return kind.add(total, rest)
 
     def add_scaled(self, scale: Node, value: V | None, total: V | None) -> V | None:
         """``total + scale * value``; nothing is loaded for a value of 0."""
@@ -201,6 +232,22 @@ class Expansion(Generic[V]):
         if scale.kind is Kind.NUMBER:
             return add_scaled(self.kind, total, value, scale.data)
         return self.kind.fma(self.constant(scale), value, total)
+
+
+def turning_masses(residual: Residual) -> frozenset[Node]:
+    """The masses that stand for the rotation of bodies, but for powers of two.
+
+    Particles' masses are divided out of the equations, these are not. They are often simple numbers but for
+    their last digits, as (1.1 + 1.6 - 1.7)/2 is. Then products with them are not rounded up as often as down,
+    and the energy would drift.
+    """
+    masses = [one.mass for one in residual.model.particles if one.body]
+    return frozenset(without_powers_of_two(mass) for mass in masses if mass.kind is not Kind.NUMBER)
+
+
+def without_powers_of_two(node: Node) -> Node:
+    """Parameters without a factor that rounds nothing."""
+    return node.graph.split_coefficient(node)[1]
 
 
 def factored(

@@ -147,7 +147,8 @@ class Stage(Generic[V]):
         if one.op is Op.MULTIPLIER:
             return None
         if one.op is Op.LINEAR:
-            return expansion.linear(one, [self.at(argument, ahead) for argument in one.arguments])
+            values = [self.at(argument, ahead) for argument in one.arguments]
+            return expansion.linear(one, values, careful=self.careful)
         if one.op is Op.MULTIPLY:
             return self.product(index, one)
         if one.op is Op.SELECT:
@@ -171,7 +172,8 @@ class Stage(Generic[V]):
             return change.get(operand) if newest else None
 
         if one.op is Op.LINEAR:
-            return expansion.linear(one, [changed(argument, one.level) for argument in one.arguments], start)
+            changes = [changed(argument, one.level) for argument in one.arguments]
+            return expansion.linear(one, changes, start, self.careful)
         if one.op is Op.MULTIPLY:
             pairs = ((b, changed(a, one.level)) for a, b in (one.arguments, one.arguments[::-1]))
             return kind.total(

@@ -22,7 +22,7 @@ from lagrange_cli.native.recurrences.batches.layout import BEFORE, CHANGE, INVER
 from lagrange_cli.native.recurrences.batches.quotient import Moving, Quotient, View
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
 from lagrange_cli.native.recurrences.batches.tables import Tables
-from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.expansion import Expansion, turning_masses
 from lagrange_cli.native.recurrences.vector_stage import VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op, Series
@@ -41,6 +41,11 @@ class Jet:
     time: Operand = ""
     saddle: Tabled | None = None
     """The equations, if they have constraints."""
+
+    @cached_property
+    def turning(self) -> frozenset[Node]:
+        """``Expansion.turning``."""
+        return turning_masses(self.residual)
 
     @cached_property
     def groups(self) -> list[list[int]]:
@@ -124,6 +129,7 @@ class BatchStage(VectorStage):
         )  # fmt: skip
         super().__init__(expansion, careful=True)
         expansion.stage = self
+        expansion.turning = jet.turning
         expansion.table = [_First(self, i) for i in range(len(jet.quotient.program.series))]
         expansion.remainders = _Remainders(self, LOW)
         expansion.sensitivities = _Slopes(self)
