@@ -240,7 +240,7 @@ class ArticulatedJet(SeriesJet):
         for c, place, rate_of in self.followed:
             source = evaluation.where(self.balance.accelerations[c])
             with f.loop(0, self.balance.count, LANES, tested=False) as i:
-                rate = f.load_row(source, i, LANES) / number
+                rate = f.load_row(source, i + 1, LANES) / number
                 if rate_of is not None:
                     f.store_row(rate, self.at(rate_of, k + 1), i)
                 if place is not None:
