@@ -19,7 +19,7 @@ from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Batch, Section, Starts
 from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
-from lagrange_cli.integrate.prepare import prepare
+from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
@@ -60,8 +60,9 @@ def engine(motion: Motion, *, tolerance: float = FULL_PRECISION) -> Engine:
 
 def compiled(motion: Motion, text: str, tolerance: float) -> Prepared:
     """The motion for a tolerance, with the default outputs."""
-    residual = derive_system(read_spec(text, motion.system, motion.sizes))
-    return prepare(residual, Compilation("taylor", tolerance, frozenset(DEFAULT_OUTPUTS)))
+    spec = read_spec(text, motion.system, motion.sizes)
+    compilation = Compilation("taylor", tolerance, frozenset(DEFAULT_OUTPUTS))
+    return prepare_system(spec, derive_system, None, compilation)
 
 
 def ensemble(motion: Motion, *, threads: int) -> Engine:
