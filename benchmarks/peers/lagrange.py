@@ -61,8 +61,9 @@ def engine(motion: Motion, *, tolerance: float = FULL_PRECISION) -> Engine:
 
 def compiled(motion: Motion, text: str, tolerance: float) -> Prepared:
     """The motion for a tolerance, with the default outputs."""
-    residual = derive_system(read_spec(text, motion.system, motion.sizes))
-    return prepare(residual, Compilation("taylor", tolerance, frozenset(DEFAULT_OUTPUTS)))
+    spec = read_spec(text, motion.system, motion.sizes)
+    compilation = Compilation("taylor", tolerance, frozenset(DEFAULT_OUTPUTS))
+    return prepare_system(spec, derive_system, None, compilation)
 
 
 def ensemble(motion: Motion, *, threads: int) -> Engine:

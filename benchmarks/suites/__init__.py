@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 SUITES = {
     "startup": "whole commands, relative to their imports",
     "shell": "the double pendulum as a whole command",
-    "large": "20 to 100 pendulums as a whole command, with empty caches",
+    "large": "20 to 1000 pendulums as a whole command, with empty caches",
     "derivation": "the equations of 2, 4 and 6 pendulums",
     "integration": "five motions, integration alone",
     "workprecision": "run time against error, for several tolerances: the figures",
-    "chain": "5 to 50 pendulums, integration alone",
+    "chain": "5 to 1000 pendulums, integration alone",
     "bodies": "10 to 1000 bodies in space, integration alone",
     "lattices": "chains of up to 100,000 beads and lattices of up to 300 x 300, integration alone",
     "constraints": "constraints: run time against error, and chains",

@@ -153,7 +153,7 @@ def family_system(spec: Spec) -> FamilySystem | None:
     if spec.families.get("coordinates") and not any(getattr(spec, part) for part in UNKNOWN):
         with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
             found = made(spec)
-    if found is not None and found.joints is None and found.terms < FEWEST:
+    if found is not None and found.terms < FEWEST and not (found.joints and found.joints.count):
         found = None
     _LATEST[:] = [(spec, found)]
     return found

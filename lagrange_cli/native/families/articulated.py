@@ -247,7 +247,7 @@ class ArticulatedJet(SeriesJet):
         for c, place, rate_of in self.followed:
             source = evaluation.where(self.balance.accelerations[c])
             with f.loop(0, self.balance.count, LANES, tested=False) as i:
-                rate = divided(f, f.load_row(source, i, LANES), *one)
+                rate = divided(f, f.load_row(source, i + 1, LANES), *one)
                 if rate_of is not None:
                     f.store_row(rate, self.at(rate_of, k + 1), i)
                 if place is not None:

@@ -77,6 +77,7 @@ class Balance:
         self.passed = {(c, e): array(many) for c in self.axes for e in self.axes}
         """What part of B goes on to the parent."""
         self.accelerations = [array(many) for _ in self.axes]
+        """Those of nodes, behind one of what does not move."""
         self.kinds = [Kind(self, one) for one in found.joints]
         self.masses = {
             (c, e): self.total(many, [t for one in self.kinds for t in one.held(c, e)], kept=False)
@@ -205,11 +206,18 @@ class Kind:
         assert self.joints.nodes is not None
         return self.balance.slots.symbol(self.domain, one, self.joints.nodes)
 
-    def parent(self, one: Array) -> Node:
-        """The same, at their parents."""
-        if self.joints.parents is None:
+    def pulled(self, c: int) -> Node:
+        """The accelerations of the joints' parents."""
+        parents = self.joints.parents
+        if parents is None:
             return self.graph.zero
-        return self.balance.slots.symbol(self.domain, one, self.joints.parents)
+        places = np.where(parents == self.balance.count, 0, parents + 1)
+        return self.balance.slots.symbol(self.domain, self.balance.accelerations[c], places)
+
+    def accelerated_node(self, c: int) -> Node:
+        """Those of their nodes."""
+        accelerations = self.balance.accelerations[c]
+        return self.balance.slots.symbol(self.domain, accelerations, self.at + 1)
 
     def slope(self, c: int, b: int) -> Node:
         """J of a node; 0 where it is."""
@@ -378,7 +386,7 @@ class Kind:
 
     def changing(self, b: int) -> Node:
         """q_ddot."""
-        carried = [self.gain(c, b) * self.parent(self.balance.accelerations[c]) for c in self.balance.axes]
+        carried = [self.gain(c, b) * self.pulled(c) for c in self.balance.axes]
         return self.own(self.held_back[b]) - self.summed(carried)
 
     def strains(self, c: int) -> list[Term]:
@@ -386,7 +394,7 @@ class Kind:
         if not self.is_node:
             return []
         balance = self.balance
-        terms = [self.mass(c, e) * self.node(balance.accelerations[e]) for e in balance.axes]
+        terms = [self.mass(c, e) * self.accelerated_node(e) for e in balance.axes]
         terms.append(self.node(balance.pull[c]))
         if balance.loads[c].terms:
             terms.append(self.node(balance.loads[c]))
@@ -398,7 +406,7 @@ class Kind:
         terms = [self.own(self.rest[s])]
         terms += [self.swing(s, b) * self.changing(b) for b in self.bends]
         if one.component is not None:
-            terms.append(self.parent(self.balance.accelerations[one.component]))
+            terms.append(self.pulled(one.component))
         return one.mass * self.summed(terms)
 
     def accelerated(self) -> list[Term]:

@@ -123,19 +123,25 @@ class Sweeps:
     def to_tips(
         self, moved: Sequence[Array], drift: Sequence[Array], passed: Mapping[tuple[int, int], Array]
     ) -> None:
-        """``moved`` of each node: ``drift``, and what is ``passed`` of its parent's."""
+        """``moved`` of each node: ``drift``, and what is ``passed`` of its parent's. What does not move is before the
+        first node, and behind the last one."""
         f, axes = self.f, range(len(moved))
         handed = [f.variable(f.constant(0.0)) for _ in axes]
         for array in moved:
-            f.store(f.constant(0.0), self.where(array), self.count)
+            for place in (0, self.count + 1):
+                f.store(f.constant(0.0), self.where(array), place)
         with climb(f, self.tables, self.tree, back=False) as (i, parent, _):
-            up = [one.get() for one in handed] if self.straight else [self.load(one, parent) for one in moved]
+            up = (
+                [one.get() for one in handed]
+                if self.straight
+                else [self.load(one, parent + 1) for one in moved]
+            )
             values = [
                 dotted(f, [(self.load(passed[c, e], i), up[c]) for c in axes], self.load(drift[e], i))
                 for e in axes
             ]
             for one, array, value in zip(handed, moved, values):
-                self.store(value, array, i)
+                self.store(value, array, i + 1)
                 if self.straight:
                     one.set(value)
 
