@@ -57,7 +57,8 @@ def test_a_command_imports_what_it_needs_and_nothing_else(arguments, needed, tmp
 
 
 def test_scipy_is_imported_by_its_own_methods(tmp_path):
-    modules = modules_imported_by(["solve", PENDULUM, "--method", "DOP853"], tmp_path)
+    assert "scipy" not in modules_imported_by(["solve", PENDULUM, "--method", "DOP853"], tmp_path)
+    modules = modules_imported_by(["solve", PENDULUM, "--method", "Radau", "--force"], tmp_path)
     assert "scipy" in modules and "sympy" not in modules
 
 

@@ -92,7 +92,8 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
-    program = write_family_program(system, observed, tolerance, order, collocated=needs is Needs.STEPS)
+    scheme = compilation.method if needs is Needs.STEPS else ""
+    program = write_family_program(system, observed, tolerance, order, scheme=scheme)
     recording = Recording(
         coordinates=tuple(one.name for one in system.spec.coordinates),
         states=tuple(planner.states),

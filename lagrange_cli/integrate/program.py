@@ -133,16 +133,16 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation, observi
             observing=observing,
         )
     if needs is Needs.STEPS:
-        from lagrange_cli.native.stepping.radau import ORDER
+        from lagrange_cli.native.stepping.schemes import scheme_of
 
         return write_program(
             residual,
-            ORDER,
+            scheme_of(compilation.method).order,
             plan.integrands,
             plan.observed,
             tolerance=tolerance,
             observing=observing,
-            collocated=True,
+            scheme=compilation.method,
         )
     if needs is Needs.JACOBIAN:
         linear = linearize(residual)

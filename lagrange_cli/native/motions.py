@@ -54,18 +54,18 @@ class Equations:
     """The writers for doubles."""
     in_two: bool
     """Whether steps to roots are (see ``stepping.guards``)."""
-    collocated: bool = False
-    """Whether steps are polynomials through rates (``stepping.radau``); series give the rates alone."""
+    scheme: str = ""
+    """The method of steps on rates (``stepping.schemes``), if they are such ones: series give these alone."""
 
     @property
     def steps(self) -> bool:
         """Whether steps are taken by series."""
-        return self.order >= STEPPING and not self.collocated
+        return self.order >= STEPPING and not self.scheme
 
     @property
     def highest(self) -> int:
         """The order to which series are computed."""
-        return RATES if self.collocated else self.order
+        return RATES if self.scheme else self.order
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ def batched(equations: Equations) -> Motion | None:
     except Misfit:
         return None
     lengths, project = lengths_of(blocks, equations.state.degrees), ""
-    if residual.multipliers and equations.steps and not equations.collocated:
+    if residual.multipliers and equations.steps:
         from lagrange_cli.native.stepping.projection_batches import in_batches
 
         project = in_batches(residual, equations.state, tables)
@@ -170,10 +170,10 @@ def with_steps(
     from lagrange_cli.native.stepping.doubles import accelerate
 
     made = []
-    if equations.collocated:
-        from lagrange_cli.native.stepping.radau import on_rates
+    if equations.scheme:
+        from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
 
-        work, steps = on_rates(lengths, given_of(equations, work))
+        work, steps = on_rates(scheme_of(equations.scheme), lengths, given_of(equations, work))
         made.append(steps)
     elif equations.steps:
         made.append(advance(kind(lengths, given_of(equations, work, project))))

@@ -57,7 +57,7 @@ def write_program(
     unproven: bool = False,
     factor: int | None = None,
     observing: Residual | None = None,
-    collocated: bool = False,
+    scheme: str = "",
 ) -> Program:
     """The program that advances ``residual`` with q's series to ``order``, in numbers of a ``kind``.
 
@@ -67,8 +67,7 @@ def write_program(
     multipliers, or the program is to be ``unproven``. With a ``factor`` the program is that of a companion
     (see ``numbers.beside``). Accelerations and multipliers in what is ``observed`` are those of the equations
     ``observing``, by default ``residual``. Raises ``TooLarge`` where the program has more instructions than
-    can be compiled. Steps that are ``collocated`` are polynomials through rates, of that order, instead of
-    series.
+    can be compiled. Steps of a ``scheme`` are taken on rates (``stepping.schemes``), instead of series.
     """
     emitter: Callable[[], Emitter] = Emitter if factor is None else partial(BesideEmitter, factor)
     kind = emitter if kind is Emitter else kind
@@ -81,7 +80,7 @@ def write_program(
     integrands = dict(
         zip(integrands, saturated_each(residual.graph, [*integrands.values()], residual.variables))
     )
-    stepping = order >= STEPPING and not collocated
+    stepping = order >= STEPPING and not scheme
     smooth = guarded(residual, integrands) if stepping else Guarded(residual, integrands)
     residual = smooth.residual
     changed, changes = changes_of(model) if stepping else ((), [])
@@ -127,10 +126,10 @@ def write_program(
         series_at=(0, 0, 0),
         carried=0,
     )
-    if collocated:
-        from lagrange_cli.native.stepping.radau import carried
+    if scheme:
+        from lagrange_cli.native.stepping.schemes import scheme_of
 
-        interface = replace(interface, carried=carried(interface.inner))
+        interface = replace(interface, carried=scheme_of(scheme).carried(interface.inner))
     rows = interface.rows_of_guards if interface.guarded else None
     equations = Equations(
         residual,
@@ -146,7 +145,7 @@ def write_program(
         doubtful,
         emitter,
         factor is not None,
-        collocated,
+        scheme,
     )
     made = motion_of(equations, parts)
     symbols = [*model.q, *model.v]

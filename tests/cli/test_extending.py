@@ -79,7 +79,7 @@ ANEW = {
     "a wall ahead": ("wall.yaml", ["--step", "0.1"], "1.3", "30"),
     "a wall at the end": ("wall.yaml", ["--step", "0.1"], "1.69", "30"),
     "31 digits": (PENDULUM, ["--precision", "double-double"], "1", "2"),
-    "scipy": (PENDULUM, ["--method", "DOP853"], "1", "2"),
+    "scipy": (PENDULUM, ["--method", "LSODA"], "1", "2"),
 }
 
 

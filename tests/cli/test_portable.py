@@ -136,7 +136,7 @@ def test_it_goes_on_on_another_machine(options, code, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--method", "DOP853"), "--portable needs method taylor or ias15, not DOP853"),
+        (("--method", "LSODA"), "--portable needs method taylor, ias15 or DOP853, not LSODA"),
         (("--certify",), "--certify and --portable cannot be combined"),
     ],
 )

@@ -44,7 +44,9 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
         help="The time between samples, in place of their number. The last sample is at the stop time.",
     ),
     "tolerance": click.option(
-        "--tolerance", type=float, help="The relative error per step [full double precision; scipy: 1e-10]."
+        "--tolerance",
+        type=float,
+        help="The relative error per step [full double precision; DOP853 and scipy: 1e-10].",
     ),
     "method": click.option(
         "--method",

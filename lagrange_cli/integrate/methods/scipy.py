@@ -1,4 +1,4 @@
-"""scipy's methods (Hairer, Norsett and Wanner's DOP853, Radau; BDF; LSODA) on the compiled equations."""
+"""scipy's implicit methods (Hairer and Wanner's Radau; BDF; LSODA) on the compiled equations."""
 
 from __future__ import annotations
 

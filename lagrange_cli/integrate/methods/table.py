@@ -72,7 +72,7 @@ METHODS = {
             portable=True,
             parallel=True,
         ),
-        MethodRow("DOP853", "scipy", Needs.RATES, OF_SCIPY),
+        MethodRow("DOP853", "taylor", Needs.STEPS, OF_SCIPY, portable=True, parallel=True),
         MethodRow("Radau", "scipy", Needs.JACOBIAN, OF_SCIPY),
         MethodRow("BDF", "scipy", Needs.JACOBIAN, OF_SCIPY),
         MethodRow("LSODA", "scipy", Needs.JACOBIAN, OF_SCIPY),

@@ -47,11 +47,11 @@ Observed = Mapping[str, tuple[Total, int]]
 
 
 def write_family_program(
-    system: FamilySystem, observed: Observed, tolerance: float, order: int, *, collocated: bool = False
+    system: FamilySystem, observed: Observed, tolerance: float, order: int, *, scheme: str = ""
 ) -> Program:
     """The program of ``system`` with q's series to ``order``; one of ``RATES`` gives the accelerations alone,
-    with ``collocated`` steps through these."""
-    return _Writer(system, observed, tolerance, order, collocated).program()
+    with the steps of a ``scheme`` on these."""
+    return _Writer(system, observed, tolerance, order, scheme).program()
 
 
 class FamilySteps(DoubleSteps):
@@ -77,10 +77,10 @@ class Run:
 
 class _Writer:
     def __init__(
-        self, system: FamilySystem, observed: Observed, tolerance: float, order: int, collocated: bool
+        self, system: FamilySystem, observed: Observed, tolerance: float, order: int, scheme: str
     ) -> None:
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
-        self.observed, self.tolerance, self.order, self.collocated = observed, tolerance, order, collocated
+        self.observed, self.tolerance, self.order, self.scheme = observed, tolerance, order, scheme
         self.tables = Tables(Constants())
         self.lasting = Lasting(system)
         self.degrees = system.q.count
@@ -126,23 +126,24 @@ class _Writer:
     def program(self) -> Program:
         """The program."""
         order = self.order
-        if self.collocated:
-            from lagrange_cli.native.stepping.radau import ORDER, carried
+        if self.scheme:
+            from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
 
-            order = ORDER
+            scheme = scheme_of(self.scheme)
+            order = scheme.order
         interface = Interface(
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
             guards=(), limits=(), events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(),
             series_at=(0, 1, self.layout.width) if self.order > RATES else (0, 0, 0), carried=0,
         )  # fmt: skip
-        if self.collocated:
-            interface = replace(interface, carried=carried(interface.inner))
+        if self.scheme:
+            interface = replace(interface, carried=scheme.carried(interface.inner))
         jet = self.jet()
         parts, work, floor = [jet.text], jet.work, 0
-        floors = self.floors() if self.diagonal and (self.collocated or self.order > RATES) else ""
+        floors = self.floors() if self.diagonal and (self.scheme or self.order > RATES) else ""
         lanes, width = min(self.layout.width, LANES), self.layout.width
-        if floors and not self.collocated:
+        if floors and not self.scheme:
             floor, work = work, work + room(width)
         lengths = Lengths(
             self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width, floor=floor
@@ -151,10 +152,8 @@ class _Writer:
             interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady,
             floors=floors,
         )  # fmt: skip
-        if self.collocated:
-            from lagrange_cli.native.stepping.radau import on_rates
-
-            work, steps = on_rates(lengths, given)
+        if self.scheme:
+            work, steps = on_rates(scheme, lengths, given)
             parts.append(steps)
         elif self.order > RATES:
             parts.append(advance(FamilySteps(lengths, given)))

@@ -37,11 +37,16 @@ def proper_name(name: str, methods: Sequence[str]) -> str:
     raise UsageError(f"unknown method {name!r}; {suggest(name, methods)}")
 
 
+def either(names: Sequence[str]) -> str:
+    """``a, b or c``."""
+    return " or ".join(one for one in (", ".join(names[:-1]), names[-1]) if one)
+
+
 def check_method(method: str, option: str, can: Callable[[MethodRow], bool]) -> None:
     """Refuse an option that a method cannot be used with, and say which it can."""
     able = able_to(can)
     if method not in able:
-        raise UsageError(f"{option} needs method {' or '.join(able)}, not {method}: add --method {able[0]}")
+        raise UsageError(f"{option} needs method {either(able)}, not {method}: add --method {able[0]}")
 
 
 def able_to(can: Callable[[MethodRow], bool]) -> list[str]:

@@ -12,7 +12,7 @@ from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.choice import chosen_method
-from lagrange_cli.run.settings.methods import (
+from lagrange_cli.run.settings.methods import either, (
     abilities,
     able_to,
     check_method,
@@ -182,7 +182,7 @@ def check_defaults(spec: Spec, problems: Problems) -> None:
     for what, can in abilities(spec) if method is not None else ():
         able = able_to(can)
         if resolve_method(method) not in (AUTO, *able):
-            message = f"{what} needs method {' or '.join(able)}, not {method}"
+            message = f"{what} needs method {either(able)}, not {method}"
             problems.add_once(given.places["method"], message, f"write method: {able[0]}")
     named = resolve_method(method)
     check("tolerance", lambda: resolve_tolerance(given.tolerance, TAYLOR if named == AUTO else named))

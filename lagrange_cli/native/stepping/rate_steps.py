@@ -1,0 +1,312 @@
+"""Steps that are taken on rates at several states, instead of series at one: what their methods share.
+
+A method proposes polynomials for a step of some length, and says by what factor the length should have been
+another one. ``advance`` is given the same as by other steps: coefficients of polynomials in time. So a step
+can be sampled, ended anywhere, and left again. All that one step hands over to the next is in the state's
+memory, behind all else (``StateLayout.carried``).
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.state import CARRIED_COUNT, Clock, StateLayout
+from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
+from lagrange_cli.native.stepping.doubles import DoubleSteps
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.motion import Given, Steps
+from lagrange_cli.native.stepping.steps import Now, clear_function
+from lagrange_cli.native.stepping.sums import DoubleSums
+from lagrange_cli.records import dataclass
+
+BEGINNING, TRIALS = 2.0**-10, 12
+"""The first trial, as part of what velocities are over accelerations; and how often it may be made longer."""
+LONGER, APART = 16.0, 0.125
+"""By what factor at most, and by which one where rates are not finite."""
+SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
+STRAIGHT = 3
+NEXT, LENGTH, HEADER = 0, 1, LANES
+EVALUATIONS = CARRIED_COUNT
+"""What is carried: the length that is asked for, that of the last step, how often rates were computed."""
+
+
+def span_of(layout: StateLayout) -> int:
+    """Doubles of a number for each rate, in whole vectors that may begin at any of them."""
+    return LANES * (-(-(layout.rows - layout.degrees) // LANES) + 1)
+
+
+def wide_of(layout: StateLayout) -> int:
+    """Doubles of a number for each row, likewise."""
+    return LANES * (-(-layout.width // LANES) + 1)
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where things are in ``%work``: the series that ``advance`` reads first, then ``doubles`` of the
+    method's own; the jet's last."""
+
+    layout: StateLayout
+    order: int
+    doubles: int
+
+    @property
+    def own(self) -> int:
+        """What the method has for itself."""
+        rows = self.layout.width * (self.order + 1)
+        return LANES * (-(-rows // LANES) + 1)  # rows are written in whole vectors
+
+    @property
+    def begin(self) -> int:
+        """The rates where the step begins."""
+        return self.own + self.doubles
+
+    @property
+    def rates(self) -> int:
+        """Those at a node, where they have to be copied."""
+        return self.begin + span_of(self.layout)
+
+    @property
+    def state(self) -> int:
+        """The state at a node, and its low parts."""
+        return self.rates + span_of(self.layout)
+
+    @property
+    def low(self) -> int:
+        """Its low parts, until it is complete."""
+        return self.state + LANES * (-(-2 * self.layout.width // LANES) + 1)
+
+    @property
+    def chosen(self) -> int:
+        """The length of the step that the polynomials are made for, and the next one."""
+        return self.low + wide_of(self.layout)
+
+    @property
+    def floor(self) -> int:
+        """The least that velocities are measured by, at their rows."""
+        return self.chosen + LANES
+
+    @property
+    def jet(self) -> int:
+        """What ``@jet`` works on."""
+        return self.floor + wide_of(self.layout)
+
+
+class RateSteps(DoubleSteps):
+    """What these steps are made of. The rates are those of ``@jet``, whose series have the places ``rates``
+    in its own part of ``%work``."""
+
+    order: int
+    """The degree of q's polynomials."""
+    least: float
+    """A step is taken again that should have been shorter by this factor."""
+    most: float
+    """How much the next one is longer at most."""
+    shorter: float
+    """And one that is taken again, shorter."""
+
+    def __init__(self, rates: Lengths, given: Given) -> None:
+        layout, order, places = given.state, self.order, self.room(given.state)
+        lanes = min(layout.width, LANES)
+        floor = places.floor if given.floors else 0
+        lengths = Lengths(
+            layout.degrees, layout.rows, layout.width, order, lanes, lanes, 1, 1, layout.width, floor=floor
+        )
+        Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
+        self.quadratures = None  # integrals are followed as velocities are
+        self.lengths = lengths
+        self._work, self._rates, self._places = given.work, rates, places
+        self._count = layout.rows - layout.degrees
+
+    def functions(self) -> list[str]:
+        made = [accepted(self.lengths), *self.helpers(), self._tried(), self._carry()]
+        return [clear_function(), self.given.floors, *(f.text() for f in made)]
+
+    # what a method says
+
+    @staticmethod
+    @abstractmethod
+    def room(layout: StateLayout) -> Places:
+        """Where things are in ``%work``."""
+
+    @staticmethod
+    def carried(layout: StateLayout) -> int:
+        """Doubles that a step hands over to the next."""
+        return HEADER
+
+    def helpers(self) -> list[Function]:
+        """Functions of its own."""
+        return []
+
+    @abstractmethod
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> tuple[Real, Bit]:
+        """Try a step of ``h``, ``ratio`` times as long as the one before (0 at first): by what factor it
+        should be longer, and whether all rates are regular and finite."""
+
+    @abstractmethod
+    def finish(self, f: Function, h: Real) -> None:
+        """Write the coefficients of the polynomials, in time, where ``advance`` reads them."""
+
+    def hand_over(self, f: Function, h: Real, length: Real) -> None:
+        """Leave for the next step what it needs, after ``length`` of a step of ``h``."""
+
+    # what ``advance`` asks for
+
+    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
+        """The rates; the polynomials follow with the length of the step."""
+        state, work, at = f.pointer("%state"), f.pointer("%work"), self._places
+        self.measure(f)
+        regular = self._evaluate(f, now.t + now.low, state, work)
+        rates = self._rates_at(f, work)
+        with self._each(f, self._count) as i:
+            value = f.load_row(rates, i, self.lengths.lanes)
+            f.store_row(value, work, i + at.begin)
+        with self._each(f, self._count) as i:  # what is behind the last one is overwritten below
+            f.store_row(
+                f.load_row(work, i + at.begin, self.lengths.lanes),
+                work,
+                i + (self.lengths.width + self.lengths.degrees),
+            )
+        return now, regular
+
+    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+        h = f.call(Real, "tried", f.pointer("%constants"), f.pointer("%state"), f.pointer("%work"))
+        with f.when(~(h > 0.0)):
+            fail()
+        return now, h, Bit(f, "true")
+
+    def straighten(self, f: Function) -> None:
+        first, last = STRAIGHT * self.lengths.term, self._places.own
+        with f.loop(first, last, self.lengths.lanes, tested=False) as i:
+            f.store_row(f.zero(self.lengths.lanes), "%work", i)
+
+    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
+        farthest = super().move(f, now, h, final, allowed)
+        f.call(None, "carry", f.pointer("%state"), f.pointer("%work"), h)
+        return farthest
+
+    # rates
+
+    def _evaluate(self, f: Function, t: Real, state: Pointer, work: Pointer) -> Bit:
+        jet = f.place(work, self._places.jet, "double")
+        return f.call(Bit, "jet", f.pointer("%constants"), t, state, jet)
+
+    def _rates_at(self, f: Function, work: Pointer) -> Pointer:
+        """Where they are side by side, after ``_evaluate``."""
+        lengths, at = self._rates, self._places
+        degrees = self.lengths.degrees
+        if lengths.row == 1:
+            return f.place(work, at.jet + lengths.term + degrees, "double")
+        with f.loop(0, self._count, tested=False) as i:
+            row = i + degrees
+            lane = row & (lengths.lanes - 1)
+            place = (row - lane) * lengths.row + lane + (lengths.first + lengths.term + at.jet)
+            f.store(f.load(work, place), work, i + at.rates)
+        return f.place(work, at.rates, "double")
+
+    @contextmanager
+    def _each(self, f: Function, count: int) -> Iterator[Integer]:
+        """Vectors of so many rows."""
+        with f.loop(0, count, self.lengths.lanes, tested=False) as i:
+            yield i
+
+    def node(self, f: Function, t: Real) -> tuple[Pointer, Bit]:
+        """The rates at the state that has been written, and whether they are regular."""
+        at, lanes, width = self._places, self.lengths.lanes, self.state.width
+        with f.loop(0, width, lanes, tested=False) as i:
+            f.store_row(f.load_row("%work", i + at.low, lanes), "%work", i + (at.state + width))
+        work = f.pointer("%work")
+        good = self._evaluate(f, t, f.place(work, at.state, "double"), work)
+        return self._rates_at(f, work), good
+
+    def put_state(self, f: Function, row: Integer, change: Real, rest: Real) -> None:
+        """Write some rows of the state at a node."""
+        at, lanes = self._places, self.lengths.lanes
+        high, error = two_sum(f.load_row("%state", row, lanes), change + rest)
+        f.store_row(high, "%work", row + at.state)
+        f.store_row(error, "%work", row + at.low)
+
+    def spend(self, f: Function, evaluations: Real) -> None:
+        """Count evaluations of rates."""
+        place = self._places.chosen + EVALUATIONS
+        f.store(f.load("%work", place) + evaluations, "%work", place)
+
+    # a step
+
+    def _tried(self) -> Function:
+        """``@tried(constants, state, work)``: the length of the step, with its polynomials in ``%work``; 0
+        where there is none so short that its rates are finite."""
+        f = Function(
+            "define internal double @tried(ptr noalias %constants, ptr noalias %state, ptr noalias %work) #0"
+        )
+        layout, at, state = self.state, self._places, f.pointer("%state")
+        t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        first = f.load(state, layout.at(Clock.STEP)).equals(0.0)
+        gap = f.load(state, layout.at(Clock.GAP))
+        asked, last = (f.load(state, layout.carried_at + one) for one in (NEXT, LENGTH))
+        h = f.variable(f.select(first, self._first_length(f), asked))
+        with f.when(~gap.equals(0.0)):  # what is beyond a critical point must not count
+            h.set(f.smaller(h.get(), gap * 0.5))
+        trials, one = f.variable(f.count(0)), f.constant(1.0)
+        f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
+        with f.forever() as attempts:
+            ratio = f.select(first, f.constant(0.0), h.get() / f.select(first, one, last))
+            factor, good = self.attempt(f, t, low, h.get(), ratio)
+            with f.when(~good):
+                h.set(h.get() * APART)
+                with f.when(h.get() < SMALLEST):
+                    f.give(f.constant(0.0))
+                attempts.go_on()
+            with f.when(factor < self.least):
+                h.set(h.get() * f.larger(factor, f.constant(self.shorter)))
+                attempts.go_on()
+            early = first & (factor > self.most) & (trials.get() < TRIALS) & gap.equals(0.0)
+            with f.when(~early):
+                f.store(h.get(), "%work", at.chosen + LENGTH)
+                longer = h.get() * f.smaller(factor, f.constant(self.most))
+                f.store(longer, "%work", at.chosen + NEXT)
+                attempts.leave()
+            h.set(h.get() * f.smaller(factor, f.constant(LONGER)))
+            trials.set(trials.get() + 1)
+        self.finish(f, h.get())
+        f.give(h.get())
+        return f
+
+    def _first_length(self, f: Function) -> Real:
+        speed, rate = f.variable(f.zero(self.lengths.lanes)), f.variable(f.zero(self.lengths.lanes))
+        degrees, lanes = self.lengths.degrees, self.lengths.lanes
+        with self._each(f, degrees) as i:
+            among = self._among(f, i, degrees)
+            v = f.magnitude(f.load_row("%state", i + degrees, lanes))
+            a = f.magnitude(f.load_row("%work", i + self._places.begin, lanes))
+            for one, value in ((speed, v), (rate, a)):
+                one.set(f.larger(f.select(among, value, f.zero(lanes)), one.get()))
+        v, a = (f.reduce("fmax", one.get()) for one in (speed, rate))
+        usual = (v > 0.0) & (a > 0.0)
+        return f.select(usual, v / f.select(usual, a, f.constant(1.0)), f.constant(1.0)) * BEGINNING
+
+    def _among(self, f: Function, i: Integer, count: int) -> Bit:
+        lanes = self.lengths.lanes
+        if lanes == 1:
+            return i < count
+        listed = ", ".join(f"i64 {lane}" for lane in range(lanes))
+        return f.splat(i, lanes) + Integer(f, f"<{listed}>", lanes) < count
+
+    def _carry(self) -> Function:
+        """``@carry(state, work, length)``: what the next step is given, after so long a step."""
+        f = Function("define internal void @carry(ptr noalias %state, ptr noalias %work, double %length) #0")
+        layout, at = self.state, self._places
+        length = Real(f, "%length")
+        h, following = (f.load("%work", at.chosen + one) for one in (LENGTH, NEXT))
+        f.store(following, "%state", layout.carried_at + NEXT)
+        f.store(length, "%state", layout.carried_at + LENGTH)
+        counted = layout.carried_at + EVALUATIONS
+        f.store(f.load("%state", counted) + f.load("%work", at.chosen + EVALUATIONS), "%state", counted)
+        self.hand_over(f, h, length)
+        f.give()
+        return f

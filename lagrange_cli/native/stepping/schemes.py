@@ -1,0 +1,32 @@
+"""The methods whose steps are taken on rates (``rate_steps``), by their names."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.records import replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.lengths import Lengths
+    from lagrange_cli.native.stepping.motion import Given
+    from lagrange_cli.native.stepping.rate_steps import RateSteps
+
+
+def scheme_of(name: str) -> type[RateSteps]:
+    """What the steps of a method are."""
+    if name == "DOP853":
+        from lagrange_cli.native.stepping.dop853 import Dop853Steps
+
+        return Dop853Steps
+    from lagrange_cli.native.stepping.radau import RadauSteps
+
+    return RadauSteps
+
+
+def on_rates(scheme: type[RateSteps], rates: Lengths, given: Given) -> tuple[int, str]:
+    """The doubles of ``%work``, and IR of ``@advance`` and its helpers, on a ``@jet`` that has ``given.work``
+    for itself and leaves the rates at the places of ``rates``."""
+    from lagrange_cli.native.stepping.advance import advance
+
+    work = scheme.room(given.state).jet + given.work
+    return work, advance(scheme(rates, replace(given, work=work)))
