@@ -12,10 +12,11 @@ from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.choice import chosen_method
-from lagrange_cli.run.settings.methods import either, (
+from lagrange_cli.run.settings.methods import (
     abilities,
     able_to,
     check_method,
+    either,
     resolve_method,
     resolve_tolerance,
 )
