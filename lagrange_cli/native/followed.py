@@ -1,4 +1,4 @@
-"""What a program follows besides the motion: integrals, what guards watch, and what may show hidden forces."""
+"""What a program follows besides the motion: integrals, what guards watch, and what shows hidden forces."""
 
 from __future__ import annotations
 
