@@ -8,16 +8,14 @@ from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.constraints import Constraints
-from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import at_a_state
 from lagrange_cli.mechanics.explicit import unknowns as unknowns_of
-from lagrange_cli.mechanics.guards.equations import guarded
-from lagrange_cli.mechanics.guards.guard import Guarded
 from lagrange_cli.mechanics.holding import at_a_held_state
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.saturation import saturated_each
 from lagrange_cli.mechanics.switches import one_sided
 from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
+from lagrange_cli.native.followed import followed
 from lagrange_cli.native.interface import STEPPING, Interface
 from lagrange_cli.native.motions import Equations, motion_of
 from lagrange_cli.native.numbers.beside import BesideEmitter
@@ -76,37 +74,25 @@ def write_program(
     sampled = saturated_each(residual.graph, seen, residual.variables)
     unknowns, quantities = at_a_held_state(observing, sampled) or at_a_state(observing, sampled)
     model, constants, parts = residual.model, Constants(), kind().parts
-    stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
-    integrands = dict(
-        zip(integrands, saturated_each(residual.graph, [*integrands.values()], residual.variables))
-    )
     stepping = order >= STEPPING and not scheme
-    smooth = guarded(residual, integrands) if stepping else Guarded(residual, integrands)
+    more = followed(
+        residual, integrands, stepping=stepping, store_momenta=store_momenta, proven=proven, unproven=unproven
+    )
+    smooth = more.smooth
     residual = smooth.residual
     changed, changes = changes_of(model) if stepping else ((), [])
     events, affected = events_of(model, smooth, parts) if stepping else ((), ())
     masses = masses_of(model) if stepping else {}
     closes = stepping and bool(changes) and bool(observing.multipliers)
-    hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
-    # Newton's method gives no bound for the error of multipliers
-    provable = stepping and not (residual.bent or unproven)
-    hiding = provable and hides
-    proven = provable and (proven or may_hide(residual))
-    followed = [*smooth.integrands.values()] if hiding else []
-    arguments = [*(one.argument for one in smooth.guards), *smooth.events, *smooth.limits, *smooth.breaks]
-    doubtful = arguments if provable and (proven or may_hide(residual, arguments)) else []
-    hiding = hiding or bool(doubtful)
-    named = {f"guard {i}": argument for i, argument in enumerate(arguments)}
-    shown = {str(one.data): one for one in residual.multipliers} if hiding else {}
-    integrands = {**named, **shown, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
-    series = residual.series([*integrands.values()], len(named), apart=parts == 1 and stepping)
-    series = replace(series, stored=len(stored))
+    apart = parts == 1 and stepping
+    series = residual.series([*more.integrands.values()], len(more.arguments), apart=apart)
+    series = replace(series, stored=more.stored)
     interface = Interface(
         order=order,
         degrees=len(model.q),
         parameters=tuple(model.parameters),
-        integrals=tuple(integrands),
-        stored=len(stored),
+        integrals=tuple(more.integrands),
+        stored=more.stored,
         observed=tuple(observed),
         constants=0,
         work=0,
@@ -138,11 +124,11 @@ def write_program(
         constants,
         order,
         tolerance,
-        proven,
+        more.proven,
         rows,
-        len(shown),
-        followed,
-        doubtful,
+        more.multipliers,
+        more.proven_too,
+        more.doubtful,
         emitter,
         factor is not None,
         scheme,
@@ -196,7 +182,7 @@ def write_program(
     text = "\n".join([*texts, prepare])
     listed = "" if batches is None else batches.text()
     text += listed
-    if hiding or batches is not None:
+    if more.hiding or batches is not None:
         from lagrange_cli.native.functions.elementary import definitions
 
         text += definitions(text)
@@ -205,7 +191,7 @@ def write_program(
         **{**interface.as_data(), "constants": size, "work": made.work, "series_at": made.series_at},
         text=text,
         series=series,
-        hiding=hides,
+        hiding=more.hides,
         tables=len(listed),
         operations={"jet": made.operations, "observe": operations},
     )

@@ -1,0 +1,67 @@
+"""What a program follows besides the motion: integrals, what guards watch, and what shows hidden forces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.defect import may_hide
+from lagrange_cli.mechanics.guards.equations import guarded
+from lagrange_cli.mechanics.guards.guard import Guarded
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.saturation import saturated_each
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Followed:
+    """The ``smooth`` equations, and the ``integrands`` of all that is integrated beside them, by name: the
+    ``arguments`` of guards, so many ``multipliers`` that proofs look at, quadratures, and cyclic momenta that
+    are ``stored``.
+
+    Steps are ``proven``, of the motion, and of the integrands ``proven_too`` and the arguments that are
+    ``doubtful``. It ``hides`` if a force may hide, or proofs were asked for: whether there are any or not.
+    """
+
+    smooth: Guarded
+    integrands: Mapping[str, Node]
+    arguments: Sequence[Node]
+    multipliers: int
+    stored: int
+    hides: bool
+    hiding: bool
+    """Whether anything is proven."""
+    proven: bool
+    proven_too: Sequence[Node]
+    doubtful: Sequence[Node]
+
+
+def followed(
+    residual: Residual,
+    integrands: Mapping[str, Node],
+    *,
+    stepping: bool,
+    store_momenta: bool,
+    proven: bool,
+    unproven: bool,
+) -> Followed:
+    """What follows from equations and the quadratures that are asked for, if steps are taken by series."""
+    stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
+    saturated = saturated_each(residual.graph, [*integrands.values()], residual.variables)
+    given = dict(zip(integrands, saturated))
+    smooth = guarded(residual, given) if stepping else Guarded(residual, given)
+    residual = smooth.residual
+    hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
+    # Newton's method does not tell how far multipliers may be off
+    provable = stepping and not (residual.bent or unproven)
+    hiding = provable and hides
+    proven = provable and (proven or may_hide(residual))
+    proven_too = [*smooth.integrands.values()] if hiding else []
+    arguments = [*(one.argument for one in smooth.guards), *smooth.events, *smooth.limits, *smooth.breaks]
+    doubtful = arguments if provable and (proven or may_hide(residual, arguments)) else []
+    hiding = hiding or bool(doubtful)
+    named = {f"guard {i}": argument for i, argument in enumerate(arguments)}
+    shown = {str(one.data): one for one in residual.multipliers} if hiding else {}
+    every = {**named, **shown, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
+    numbers = len(shown), len(stored)
+    return Followed(smooth, every, arguments, *numbers, hides, hiding, proven, proven_too, doubtful)
