@@ -123,8 +123,8 @@ class Sweeps:
     def to_tips(
         self, moved: Sequence[Array], drift: Sequence[Array], passed: Mapping[tuple[int, int], Array]
     ) -> None:
-        """``moved`` of each node: ``drift``, and what is ``passed`` of its parent's. What does not move is before the
-        first node, and behind the last one."""
+        """``moved`` of each node: ``drift``, and what is ``passed`` of its parent's. What does not move is
+        before the first node, and behind the last one."""
         f, axes = self.f, range(len(moved))
         handed = [f.variable(f.constant(0.0)) for _ in axes]
         for array in moved:
