@@ -249,3 +249,31 @@ def test_hanging_rods_swing_as_a_hanging_rope() -> None:
     rates = accelerations(0.0, small * shape, np.zeros(count), parameters)
     w2 = g * root**2 / 4
     assert np.max(np.abs(rates + w2 * small * shape)[:-1]) < 1e-4 * w2 * small * np.max(shape)
+
+
+SPACE = """
+sizes: {N: 9}
+parameters: {g: 2.0, "l[i in range(N)]": 1 - i/20}
+coordinates:
+  a[i in range(N)]: {initial: "1.1 + 0.1*cos(i)", velocity: 0.2}
+  b[i in range(N)]: {initial: "0.1*i", velocity: 0.1}
+definitions:
+  step[i in range(N)]: "[l[i]*sin(a[i])*cos(b[i]), l[i]*sin(a[i])*sin(b[i]), -l[i]*cos(a[i])]"
+  w[0]: step[0]
+  w[i in range(1, N)]: w[(i - 1)//2] + step[i]
+masses: {"bob[i in range(N)]": "1 + i/5"}
+embedding: {"bob[i in range(N)]": "w[i]"}
+potential: sum(g*bob[i].z for i in range(N)) + sum((bob[i].x - bob[i - 1].y)**2/5 for i in range(1, N))
+observables: {tip: "bob[N - 1].vx"}
+"""
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_a_tree_in_space_moves_as_its_members_do(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    fewest(monkeypatch, 0)
+    together, found = followed(SPACE, method)
+    fewest(monkeypatch, 10**9)
+    apart, expected = followed(SPACE, method)
+    assert len(together.machine.program.text) < len(apart.machine.program.text)
+    for path, values in expected.items():
+        assert np.max(np.abs(found[path] - values)) <= 2.0**-44 * np.max(np.abs(values), initial=1.0), path

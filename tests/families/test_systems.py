@@ -30,6 +30,7 @@ PIECES = {
     "pendulums": "sum((1 - cos(u[i]))*(i + 1)/{a} for i in range(N))",
     "time": "sum(w[i]*cos({b}*t + i) for i in range(N))",
     "a definition": "sum(stretch[i]**4/{a} for i in range(N + 1))",
+    "a running sum": "sum(cos(run[i])*w[i]/{a} for i in range(N))",
     "a square of a sum": "k*sum(u[i] for i in range(N))**2/{a}",
     "sums in sums": "sum((u[i] - sum(w[j]/N for j in range(N)))**2/2 for i in range(N))",
     "an exponent": "sum(u[i]**(2 + 2*(i % 2))/{a} for i in range(N))",
@@ -41,7 +42,11 @@ FORCES = {
     "one": 'generalized_forces: {{"w[0]": "cos(t)/{a}"}}',
     "damping": "dissipation: sum((u_dot[i] - w_dot[i])**2/{a} for i in range(N))",
 }
-STRETCH = '{"stretch[0]": "u[0]", "stretch[i in range(1, N)]": "u[i] - u[i - 1]", "stretch[N]": "-u[N - 1]"}'
+DEFINED = {"a definition", "a running sum"}
+STRETCH = (
+    '{"stretch[0]": "u[0]", "stretch[i in range(1, N)]": "u[i] - u[i - 1]", "stretch[N]": "-u[N - 1]",'
+    ' "run[0]": "u[0]", "run[i in range(1, N)]": "run[i - 1] + w[i]*k"}'
+)
 SYSTEM = """
 sizes: {{N: {count}}}
 parameters: {{k: {k}, "g[i in range(N)]": "0.3 + 0.1*sin(i)"}}
@@ -62,7 +67,7 @@ def drawn(chance: random.Random) -> str:
     """The text of a random system."""
     count = chance.choice(SIZES)
     numbers = {"a": chance.choice([7, 10, 16]), "b": chance.choice([0.5, 1.25, 2])}
-    known = sorted(PIECES.keys() - ({"a definition"} if count == 1 else set()))
+    known = sorted(PIECES.keys() - (DEFINED if count == 1 else set()))
     pieces = chance.sample(known, chance.randint(2, 4))
     potential = " + ".join(f"({PIECES[name].format(**numbers)})" for name in pieces)
     if chance.random() < 0.5:
