@@ -173,6 +173,14 @@ MUTATIONS = {
         "mechanics/noether.py", "[(change.gain, -1.0)] if", "[(change.gain, 1.0)] if",
         ("tests/mechanics/test_symmetries.py::test_what_is_conserved",),
     ),
+    "the rate of a term of a conserved polynomial": Mutation(
+        "mechanics/columns.py", "(rate * x + value * x_rate) % p", "(rate * x - value * x_rate) % p",
+        ("tests/mechanics/test_polynomial_integrals.py::test_published_integrals_are_found",),
+    ),
+    "the error of a product with a mass of a body": Mutation(
+        "native/recurrences/expansion.py", "kind.add(kind.add(rest, lost), error)", "kind.add(rest, error)",
+        ("tests/motions/test_bodies.py::test_the_energy_of_a_free_top_does_a_random_walk",),
+    ),
     "a node of ias15": Mutation(
         "native/stepping/radau_nodes.py", "0.5471536263305554", "0.5471536263305555",
         ("tests/integrate/methods/test_ias15.py::test_every_node_is_the_double_nearest_to_a_zero",),

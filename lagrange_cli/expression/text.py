@@ -11,6 +11,8 @@ SUM, PRODUCT, POWER = 0, 1, 2
 """How tightly operators bind."""
 TWELFTHS = 12
 """Parts of pi that are recognized."""
+THIRDS = frozenset({3, 6, 7, 9, 11, 12})
+"""Denominators of exponents that are no decimals."""
 
 
 def text_of(node: Node, names: Mapping[Node, str] | None = None) -> str:
@@ -65,9 +67,18 @@ def _product(node: Node, arguments: list[tuple[str, int]]) -> tuple[str, int]:
 def _power(argument: tuple[str, int], exponent: float) -> str:
     if exponent == 0.5:
         return f"sqrt({argument[0]})"
-    return bracketed(argument, POWER if exponent != 1 else PRODUCT) + (
-        "" if exponent == 1 else f"**{number_text(exponent)}"
-    )
+    if exponent == 1:
+        return bracketed(argument, PRODUCT)
+    return f"{bracketed(argument, POWER)}**{exponent_text(exponent)}"
+
+
+def exponent_text(exponent: float) -> str:
+    """An exponent (not negative) as a short decimal, or as a fraction."""
+    from fractions import Fraction  # for what is rare
+
+    near = Fraction(exponent).limit_denominator(TWELFTHS)
+    simple = near.denominator in THIRDS and math.isclose(near, exponent, rel_tol=1e-14)
+    return f"({near})" if simple else number_text(exponent)
 
 
 def _term(coefficient: float, argument: tuple[str, int]) -> str:

@@ -100,9 +100,14 @@ def name_of(term: Term, given: Variables) -> str:
     """A term in the language of system files."""
     powers = [*zip(given.speed_names, term.speeds), *zip(given.names, term.places)]
     above = [name if n == 1 else f"{name}**{n}" for name, n in powers if n]
-    texts = [given.words.get(one) or text_of(one) for one in term.functions]
+    texts = [given.words.get(one) or factor_text(one) for one in term.functions]
     above += [text for text in texts if not text.startswith("1/")]
     return ("*".join(above) or "1") + "".join(text[1:] for text in texts if text.startswith("1/"))
+
+
+def factor_text(node: Node) -> str:
+    """An expression as a factor of a product."""
+    return f"({text_of(node)})" if node.kind is Kind.SUM else text_of(node)
 
 
 def monomial(x: Sequence[Moving], powers: Powers, p: int) -> Moving:

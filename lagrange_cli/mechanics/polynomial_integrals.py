@@ -79,8 +79,10 @@ class PolynomialIntegrals:
             return
         self.known += self._uniform()
         rank = self.rank(self.known)
-        for given, ansatz in self._tried():
-            if rank is None or rank >= 2 * freedoms - 1:
+        if rank is None:
+            return
+        for given, ansatz in self._tried(integrable=rank >= freedoms):
+            if rank >= 2 * freedoms - 1:
                 return
             for one in self._solutions(given, ansatz):
                 now = self.rank([*self.known, one.node])
@@ -107,10 +109,13 @@ class PolynomialIntegrals:
         ]
         return [one for one in moves if self.is_conserved(one)]
 
-    def _tried(self) -> Iterator[tuple[Variables, list[Term]]]:
-        """Sums of terms, short ones first."""
+    def _tried(self, *, integrable: bool) -> Iterator[tuple[Variables, list[Term]]]:
+        """Sums of terms, short ones first. Where as much is known as there are degrees of freedom, only flat
+        space may have more to offer than its symmetries show."""
         model = self.model
         given = own_variables(model) if self._steady else variables_in_space(model)
+        if integrable and not (given and given.flat):
+            return
         material = None if given is None else material_of(model, self.noether, given)
         if given is not None and material is not None and len(given.places) <= MOST_PLACES:
             for ansatz in self._polynomials(given, material):

@@ -45,9 +45,12 @@ def separable(
 
 def pieces_of(node: Node, model: Model[Node]) -> Iterator[Node]:
     """The largest parts of an expression that depend on one coordinate, without constant factors; of sums,
-    their terms, too."""
+    their terms before them."""
     graph, moving = node.graph, variables(model)
     count = sum(bool(node.symbols & q.symbols) for q in model.q)
+    if node.kind is Kind.SUM or (count > 1 and node.kind is Kind.PRODUCT):
+        for one in node.arguments:
+            yield from pieces_of(one, model)
     if count == 1:
         factors = [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else [(node, 1)]
         yield graph.product((a, e) for a, e in factors if a.symbols & moving)
@@ -55,6 +58,3 @@ def pieces_of(node: Node, model: Model[Node]) -> Iterator[Node]:
         for q in model.q:
             alone = [(a, e) for a, e in zip(node.arguments, node.data) if not a.symbols & moving & ~q.symbols]
             yield from pieces_of(graph.product(alone), model)
-    if node.kind is Kind.SUM or (count > 1 and node.kind is Kind.PRODUCT):
-        for one in node.arguments:
-            yield from pieces_of(one, model)

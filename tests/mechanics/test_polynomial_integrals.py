@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lagrange_cli.expression.build import build
+from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.residues import LARGE
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.noether import Noether
 from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals
 from lagrange_cli.mechanics.symmetries import symmetries
@@ -163,6 +166,25 @@ def test_motions_keep_them(case):
     for name in found:
         series = motion[f"diagnostics/conserved/{name}"]
         assert np.ptp(series) < 1e-12 * max(1, np.abs(series).max()), name
+
+
+@pytest.mark.exhaustive(keep=3)
+@pytest.mark.parametrize("case", [*CASES, "a sum as a function"])
+def test_formulas_are_what_is_computed(case):
+    search, _ = searched(
+        CASES[case][0] if case in CASES else LIOUVILLE.replace("k*sin(w)", "k*sin(w)*(2 + w)")
+    )
+    model, noether = search.model, search.noether
+    names = {f"p_{name}": p for name, p in zip(model.coordinates, noether.energetics.momenta)}
+    for one in model.particles:
+        names |= {f"{one.name}.{axis}": x for axis, x in zip("xyz", one.position)}
+        names |= {f"{one.name}.v{axis}": u for axis, u in zip("xyz", one.velocity)}
+    names["h"] = noether.energy
+    for found in search.found():
+        written = build(
+            parse(found.text), lambda name: names.get(name, model.algebra.symbol(name)), model.algebra
+        )
+        assert is_zero(written - found.node)
 
 
 NOTHING = {
