@@ -42,7 +42,7 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     if not OUTPUTS.issuperset(outputs):
         return False
     system = family_system(spec)
-    return system is not None and not narrow(system)
+    return system is not None and not narrow(system) and not mixed(system)
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
@@ -57,9 +57,15 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     if compilation.factor is not None or not compilation.outputs <= OUTPUTS:
         return None
     system = family_system(spec)
-    if system is not None and needs is Needs.SERIES and narrow(system):
+    if system is None or (needs is Needs.SERIES and narrow(system)):
         return None
-    return system
+    return None if needs is Needs.STEPS and mixed(system) else system
+
+
+def mixed(system: FamilySystem) -> bool:
+    """Whether a joint has several coordinates. One that rests, as the angle of a planar motion in space, has
+    accelerations that are rounding errors then, and ``ias15`` would follow these."""
+    return system.joints is not None and any(len(one.rows) > 1 for one in system.joints.joints)
 
 
 def engine(system: FamilySystem) -> tuple[str, ...]:
