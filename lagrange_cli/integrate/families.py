@@ -9,7 +9,8 @@ import numpy as np
 
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.families.arrays import Source, Term, Total
-from lagrange_cli.families.system import FamilySystem, family_system
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs

@@ -8,9 +8,10 @@ from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Slots, Term, Total
-from lagrange_cli.native.families.balance import Balance, Kind, Local
+from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, Loop, added, needed, room
 from lagrange_cli.native.families.jets import SeriesJet, regular
+from lagrange_cli.native.families.kinds import Kind, Local
 from lagrange_cli.native.families.series import LoopSeries, MemberStage, SeriesWriter
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.interface import LANES
