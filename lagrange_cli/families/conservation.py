@@ -14,8 +14,8 @@ import numpy as np
 
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Total
-from lagrange_cli.families.joints import curved
-from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.inertia import curved
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
 from lagrange_cli.mechanics.displacements import TURNS

@@ -10,7 +10,8 @@ import numpy as np
 
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.families.arrays import Source, Term, Total
-from lagrange_cli.families.system import FamilySystem, family_system
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
@@ -43,7 +44,7 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     if not OUTPUTS.issuperset(outputs):
         return False
     system = family_system(spec)
-    return system is not None and not narrow(system)
+    return system is not None and not narrow(system) and not mixed(system)
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
@@ -58,9 +59,15 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     if compilation.factor is not None or not compilation.outputs <= OUTPUTS:
         return None
     system = family_system(spec)
-    if system is not None and needs is Needs.SERIES and narrow(system):
+    if system is None or (needs is Needs.SERIES and narrow(system)):
         return None
-    return system
+    return None if needs is Needs.STEPS and mixed(system) else system
+
+
+def mixed(system: FamilySystem) -> bool:
+    """Whether a joint has several coordinates. One that rests, as the angle of a planar motion in space, has
+    accelerations that are rounding errors then, and ``ias15`` would follow these."""
+    return system.joints is not None and any(len(one.rows) > 1 for one in system.joints.joints)
 
 
 def engine(system: FamilySystem) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from lagrange_cli.run.equations import FORMS
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
-    from lagrange_cli.families.system import FamilySystem
+    from lagrange_cli.families.description import FamilySystem
     from lagrange_cli.limits import Work
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.symbolic.families.equations import FamilyEquations

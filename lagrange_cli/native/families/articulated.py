@@ -8,9 +8,10 @@ from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Slots, Term, Total
-from lagrange_cli.native.families.balance import Balance, Kind, Local
+from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.jets import SeriesJet, divided, regular
+from lagrange_cli.native.families.kinds import Kind, Local
 from lagrange_cli.native.families.loops import Loop, needed
 from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.stage import MemberStage, SeriesWriter

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
-from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.lasting import Lasting

@@ -12,7 +12,7 @@ import numpy as np
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
-from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import replace
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
-from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, room

@@ -11,7 +11,7 @@ import sympy
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.spec.values import Values
 from lagrange_cli.symbolic.families.equations import FamilyEquations

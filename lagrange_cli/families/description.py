@@ -1,0 +1,116 @@
+"""What is known of a system of families: masses, forces, energies, and where each of them is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Slots, Total
+from lagrange_cli.families.joints import Articulation
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Spec
+
+
+@dataclass(frozen=True, eq=False)
+class Component:
+    """A component of the places of some particles, which moves: x of ``axis`` of the ``members`` of a family,
+    with dx/dq, the ``slope``, for the coordinates in these ``rows``."""
+
+    family: str
+    axis: int
+    members: Places
+    domain: Domain
+    rows: Places
+    mass: Node
+    slope: Node
+
+
+@dataclass(frozen=True, eq=False)
+class FamilySystem:
+    """``masses`` and ``forces`` have an entry for each coordinate: M a = forces. ``needed`` are the totals
+    that the forces take, in the order in which they can be computed, ``totals`` all that expressions contain.
+    ``energies`` are those that the potential is made of. The forces are those in L, -dU/dq of the ``slopes``,
+    and those that are ``applied`` besides.
+    ``potential`` and ``kinetic`` are expressions of a domain of one member, ``root``; with a given Lagrangian
+    their difference is L.
+    With ``joints``, M is none of its entries: the forces act on coordinates alone, and ``loads`` has what
+    acts on nodes, with the opposite sign.
+    """
+
+    spec: Spec
+    slots: Slots
+    q: Array
+    v: Array
+    given: Array
+    whole: Array
+    time: Node
+    parameters: Mapping[str, Node]
+    root: Domain
+    everyone: Domain
+    totals: Sequence[Total]
+    masses: Total
+    forces: Total
+    needed: Sequence[Total]
+    energies: Sequence[Total]
+    slopes: Total
+    applied: Total
+    potential: Node
+    kinetic: Node
+    momenta: Total
+    components: Sequence[Component]
+    positions: Mapping[str, Sequence[Total]]
+    observables: Mapping[str, tuple[Total, int]]
+    joints: Articulation | None = None
+    loads: Sequence[Total] = ()
+
+    @property
+    def steady(self) -> bool:
+        """Whether nothing depends on time explicitly."""
+        return self.steady_potential and not self.depends_on_time((*self.needed, self.forces, *self.loads))
+
+    @property
+    def steady_potential(self) -> bool:
+        """Whether L does not depend on time explicitly."""
+        if self.joints is not None and any(one.symbols & self.time.symbols for one in self.joints.moved):
+            return False
+        return not self.potential.symbols & self.time.symbols and not self.depends_on_time(self.energies)
+
+    def depends_on_time(self, totals: Iterable[Total]) -> bool:
+        """Whether a term of one of them contains t."""
+        return any(one.node.symbols & self.time.symbols for total in totals for one in total.terms)
+
+    @property
+    def driven(self) -> bool:
+        """Whether a force is not in L."""
+        return bool(self.applied.terms)
+
+    @property
+    def terms(self) -> int:
+        """How many terms all forces have together."""
+        return sum(one.domain.count for total in self.acting for one in total.terms)
+
+    @property
+    def acting(self) -> Sequence[Total]:
+        """What forces are made of."""
+        moved = self.joints.nodes if self.joints else ()
+        return self.forces, *self.loads, *self.needed, *moved
+
+    @property
+    def force_nodes(self) -> list[Node]:
+        """The expressions that forces are made of."""
+        return [one.node for total in self.acting for one in total.terms]
+
+    @property
+    def conserved(self) -> tuple[str, ...]:
+        """h, and the momenta of cyclic coordinates, as far as their form shows that they are constants."""
+        acted = np.zeros(self.q.count, dtype=bool)
+        for term in self.forces.terms:
+            acted[term.targets] = True
+        for one in self.joints.joints if self.joints else ():
+            for rows in one.rows:
+                acted[rows] = True
+        momenta = [f"p_{self.spec.coordinates[k].name}" for k in np.flatnonzero(~acted).tolist()]
+        return (*momenta, "h") if self.steady and not self.driven else tuple(momenta)

@@ -1,0 +1,83 @@
+"""Masses of systems whose M is diagonal and constant: of particles, or in a given Lagrangian."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Domain, Term, Total, total_of
+from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.description import Component
+from lagrange_cli.families.groups import alike, group_of, particle_families
+from lagrange_cli.families.slopes import factors
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.spec.spec import Spec, grouped
+
+
+def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
+    """The components of all particles that move. Each contains one coordinate at most, linearly."""
+    families = grouped(spec.embedding, particle_families(spec))
+    for family in families:
+        group, masses = builder.positions[family.name], group_of(family, spec.masses)
+        for which in alike(group, masses):
+            domain = Domain(len(which))
+            values = [builder.value(*one.members(which, builder.sizes, domain)) for one in (group, masses)]
+            position, mass = values
+            if not fixed(builder, mass):
+                raise Unsuited
+            for axis, x in enumerate(position if isinstance(position, tuple) else (position,)):
+                if x.symbols & builder.time.symbols:
+                    raise Unsuited
+                inside = [(s, slot) for s, slot in builder.slots.inside(x) if slot.array is not builder.given]
+                inside = [(s, slot) for s, slot in inside if slot.array is not builder.whole]
+                if len(inside) > 1 or any(slot.array is not builder.q for _, slot in inside):
+                    raise Unsuited
+                for symbol, slot in inside:
+                    slope = builder.graph.diff(x, symbol)
+                    if not fixed(builder, slope):
+                        raise Unsuited
+                    yield Component(family.name, axis, which, domain, slot.table, mass, slope)
+
+
+def fixed(builder: FamilyBuilder, node: Node) -> bool:
+    """Whether it is a constant of the motion."""
+    if node.symbols & builder.time.symbols:
+        return False
+    constant = builder.given, builder.whole
+    return all(slot.array in constant for _, slot in builder.slots.inside(node))
+
+
+def separated(builder: FamilyBuilder, lagrangian: Node) -> tuple[Node, Total]:
+    """A given Lagrangian as sum M v^2/2 - U: U, and M. The terms of totals that contain velocities lose
+    them."""
+    graph, slots = builder.graph, builder.slots
+    linear = factors(lagrangian, builder.totals, slots)
+    masses: list[Term] = []
+
+    def parted(domain: Domain, node: Node, factor: Node | None) -> Node:
+        """Without its velocities, whose masses are noted."""
+        speeds = [(s, slot) for s, slot in slots.inside(node) if slot.array is builder.v]
+        for symbol, slot in speeds:
+            momentum = graph.diff(node, symbol)
+            mass = graph.diff(momentum, symbol)
+            if factor is None or not fixed(builder, mass) or momentum is not mass * symbol:
+                raise Unsuited
+            masses.append(Term(domain, factor * mass, slot.table))
+        return substituted(graph, [node], {s: graph.zero for s, _ in speeds})[0] if speeds else node
+
+    replaced: dict[Total, Total] = {}
+    for i, total in enumerate(builder.totals):
+        factor = linear.get(total)
+        terms = [Term(one.domain, parted(one.domain, one.node, factor), one.targets) for one in total.terms]
+        if any(new.node is not old.node for new, old in zip(terms, total.terms)):
+            replaced[total] = builder.totals[i] = total_of(total.count, terms, graph)
+    potential = -parted(builder.root, lagrangian, graph.one)
+    for symbol, slot in [*slots.of.items()]:
+        if isinstance(slot.array, Total) and slot.array in replaced:
+            other = slots.symbol(slot.domain, replaced[slot.array], slot.table)
+            potential = substituted(graph, [potential], {symbol: other})[0]
+            for total in builder.totals:
+                if any(one.node.symbols & symbol.symbols for one in total.terms):
+                    raise Unsuited
+    return potential, total_of(builder.q.count, masses, graph)

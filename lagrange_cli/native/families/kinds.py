@@ -1,0 +1,399 @@
+"""The equations of motion of joints of one kind, as terms (see ``balance``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.joints import Articulation, Joints
+from lagrange_cli.records import dataclass
+
+Arranged = Callable[..., Total]
+
+
+def array(count: int) -> Array:
+    """Numbers that are computed."""
+    return Array(Source.TOTAL, count)
+
+
+@dataclass(frozen=True, eq=False)
+class Local:
+    """What the series of the joints of one kind give: terms, and the arrays that they are added to.
+    ``coordinates`` are the symbols of q and ``unknowns`` those of R; ``change`` has those of q_ddot, when
+    it is known. The last ``slopes`` terms are those of J, which order 0 has."""
+
+    domain: Domain
+    terms: Sequence[tuple[Term, Array]]
+    slopes: int
+    coordinates: Sequence[Node]
+    unknowns: Sequence[Node]
+    change: Sequence[Node]
+
+
+class NodeArrays:
+    """What is computed of nodes; ``arranged`` puts arrays in place of what is constant in totals."""
+
+    masses: Mapping[tuple[int, int], Total]
+    """M: that of what hangs from a node first, and then its own besides."""
+    pull: Sequence[Total]
+    """B: first what hangs from nodes and is no node."""
+    strain: Sequence[Total]
+    """R of nodes."""
+
+    def __init__(self, system: FamilySystem, arranged: Arranged) -> None:
+        assert system.joints is not None
+        self.system, self.found, self.arrange = system, system.joints, arranged
+        self.slots, self.graph = system.slots, system.slots.graph
+        found: Articulation = self.found
+        self.axes, self.count = range(len(found.nodes)), found.count
+        self.size = max((len(one.rows) for one in found.joints if one.nodes is not None), default=0)
+        self.forces = arranged(system.forces, kept=False)
+        self.loads = [arranged(one, kept=False) for one in system.loads]
+        self.inertia = [arranged(one) for one in found.inertia]
+        self.pairs = [(c, e) for c in self.axes for e in self.axes if c <= e]
+        self.bonds = [(c, b) for c in self.axes for b in range(self.size)]
+        self.pivots = [(b, d) for b in range(self.size) for d in range(self.size) if b <= d]
+        many = self.count
+        self.node_slopes = {one: array(many) for one in self.bonds}
+        """J of nodes."""
+        self.rest = [array(many) for _ in self.axes]
+        """c of nodes."""
+        self.gains = {one: array(many) for one in self.bonds}
+        """M J / (J^T M J)."""
+        self.inverse = {one: array(many) for one in self.pivots}
+        """1 / (J^T M J)."""
+        self.passed = {(c, e): array(many) for c in self.axes for e in self.axes}
+        """What part of B goes on to the parent."""
+        self.accelerations = [array(many) for _ in self.axes]
+        """Those of nodes, behind one of what does not move."""
+
+    def total(self, count: int, terms: Sequence[Term], *, kept: bool = True) -> Total:
+        """A total; one that is changed afterwards is not ``kept`` for the whole motion."""
+        moving = tuple(one for one in terms if not one.node.is_zero)
+        return self.arrange(Total(Source.TOTAL, count, moving), kept=kept)
+
+
+class Kind:
+    """Joints of one kind."""
+
+    def __init__(self, balance: NodeArrays, joints: Joints) -> None:
+        self.balance, self.joints, self.graph = balance, joints, balance.graph
+        self.domain, self.every = joints.domain, np.arange(joints.domain.count)
+        self.is_node, self.hangs = joints.nodes is not None, joints.parents is not None
+        self.bends, count = range(len(joints.rows)), joints.domain.count
+        self.slopes = {(s, b): array(count) for s, _ in enumerate(joints.weights) for b in self.bends}
+        self.rest = [array(count) for _ in joints.weights]
+        self.missing = [array(count) for _ in self.bends]
+        """What J^T R is without R of the same order."""
+        self.first: list[Total] = []
+        self._inverse: dict[tuple[int, int], Node] = {}
+        self.determinant: Total | None = None
+        self._gains: dict[tuple[int, int], Node] = {}
+        if not self.is_node:
+            self._eliminate()
+        self.free: list[Total] = []
+        self.held_back: list[Total] = []
+        self.change: list[Total] = []
+        self.strain: list[Total] = []
+
+    def add(self, found: list[Total], made: Callable[[Kind, int], Node]) -> None:
+        """Totals for each coordinate."""
+        for b in self.bends:
+            found.append(
+                self.balance.total(self.domain.count, [Term(self.domain, made(self, b), self.every)])
+            )
+
+    def strained(self) -> None:
+        """R of weights."""
+        for s, _ in enumerate(self.joints.weights):
+            terms = [Term(self.domain, self._strain(s), self.every)]
+            self.strain.append(self.balance.total(self.domain.count, terms))
+
+    # symbols
+
+    def own(self, one: Array) -> Node:
+        """An array of the kind's members."""
+        return self.balance.slots.symbol(self.domain, one, self.every)
+
+    def node(self, one: Array) -> Node:
+        """An array of nodes, at the joints' own ones."""
+        assert self.joints.nodes is not None
+        return self.balance.slots.symbol(self.domain, one, self.joints.nodes)
+
+    def pulled(self, c: int) -> Node:
+        """The accelerations of the joints' parents."""
+        parents = self.joints.parents
+        if parents is None:
+            return self.graph.zero
+        places = np.where(parents == self.balance.count, 0, parents + 1)
+        return self.balance.slots.symbol(self.domain, self.balance.accelerations[c], places)
+
+    def accelerated_node(self, c: int) -> Node:
+        """Those of their nodes."""
+        accelerations = self.balance.accelerations[c]
+        return self.balance.slots.symbol(self.domain, accelerations, self.at + 1)
+
+    def slope(self, c: int, b: int) -> Node:
+        """J of a node; 0 where it is."""
+        slope = self.graph.diff(self.joints.moves[c], self.joints.coordinates[b])
+        return self.graph.zero if slope.is_zero else self.node(self.balance.node_slopes[c, b])
+
+    def swing(self, s: int, b: int) -> Node:
+        """J of a weight."""
+        slope = self.graph.diff(self.joints.weights[s].move, self.joints.coordinates[b])
+        return self.graph.zero if slope.is_zero else self.own(self.slopes[s, b])
+
+    def inverse(self, b: int, d: int) -> Node:
+        key = min(b, d), max(b, d)
+        return self.node(self.balance.inverse[key]) if self.is_node else self._inverse[key]
+
+    def gain(self, c: int, b: int) -> Node:
+        return self.node(self.balance.gains[c, b]) if self.is_node else self._gains[c, b]
+
+    def mass(self, c: int, e: int) -> Node:
+        return self.node(self.balance.masses[min(c, e), max(c, e)])
+
+    def summed(self, terms: Sequence[Node]) -> Node:
+        return self.graph.sum([(one, 1.0) for one in terms])
+
+    # weights
+
+    def on(self, c: int) -> list[int]:
+        """The weights behind component ``c`` of the parent."""
+        return [s for s, one in enumerate(self.joints.weights) if one.component == c and self.hangs]
+
+    def weight(self, s: int) -> Node:
+        return self.joints.weights[s].mass
+
+    def bent(self, b: int, d: int) -> Node:
+        """An entry of J^T m J of the weights."""
+        every = range(len(self.joints.weights))
+        return self.summed([self.weight(s) * self.swing(s, b) * self.swing(s, d) for s in every])
+
+    def meeting(self, c: int, b: int) -> Node:
+        """An entry of m J of the weights behind a component."""
+        return self.summed([self.weight(s) * self.swing(s, b) for s in self.on(c)])
+
+    def weighed(self, c: int) -> list[Term]:
+        """Weights that nodes' joints carry behind their parents."""
+        if not self.is_node or not self.hangs:
+            return []
+        return [Term(self.domain, self.weight(s), self.at) for s in self.on(c)]
+
+    def met(self, c: int, b: int) -> list[Term]:
+        return [Term(self.domain, self.meeting(c, b), self.at)] if self.is_node and b in self.bends else []
+
+    def corner(self, b: int, d: int) -> list[Term]:
+        """J^T m J; 1 where the joint has no such coordinate."""
+        if not self.is_node:
+            return []
+        if d in self.bends:
+            return [Term(self.domain, self.bent(b, d), self.at)]
+        return [Term(self.domain, self.graph.one, self.at)] if b == d else []
+
+    @property
+    def at(self) -> Places:
+        assert self.joints.nodes is not None
+        return self.joints.nodes
+
+    def _eliminate(self) -> None:
+        """1 / (J^T m J), and m J / (J^T m J), of joints that carry weights alone."""
+        size, count = len(self.bends), self.domain.count
+        entries = {}
+        for b in self.bends:
+            for d in self.bends[b:]:
+                made = self.balance.total(count, [Term(self.domain, self.bent(b, d), self.every)])
+                self.first.append(made)
+                entries[b, d] = entries[d, b] = self.own(made)
+        determinant = self.balance.total(
+            count,
+            [
+                Term(
+                    self.domain,
+                    determinant_of([[entries[b, d] for d in self.bends] for b in self.bends], self.graph.one),
+                    self.every,
+                )
+            ],
+        )
+        self.first.append(determinant)
+        self.determinant = determinant
+        for b in self.bends:
+            for d in self.bends[b:]:
+                rows = [[entries[i, j] for j in range(size) if j != b] for i in range(size) if i != d]
+                sign = -1.0 if (b + d) % 2 else 1.0
+                node = sign * determinant_of(rows, self.graph.one) / self.own(determinant)
+                made = self.balance.total(count, [Term(self.domain, node, self.every)])
+                self.first.append(made)
+                self._inverse[b, d] = self.own(made)
+        for c in self.balance.axes:
+            for b in self.bends:
+                node = self.summed([self.meeting(c, d) * self.inverse(d, b) for d in self.bends])
+                if node.is_zero:
+                    self._gains[c, b] = self.graph.zero
+                    continue
+                made = self.balance.total(count, [Term(self.domain, node, self.every)])
+                self.first.append(made)
+                self._gains[c, b] = self.own(made)
+
+    def held(self, c: int, e: int) -> list[Term]:
+        """The mass of weights that hang from nodes."""
+        if self.is_node or self.joints.parents is None:
+            return []
+        node = self.summed([self.weight(s) for s in self.on(c)]) if c == e else self.graph.zero
+        node = node - self.summed([self.gain(c, b) * self.meeting(e, b) for b in self.bends])
+        return [Term(self.domain, node, self.joints.parents)]
+
+    # orders
+
+    def known(self, c: int) -> Node:
+        """M c - F of a node."""
+        balance = self.balance
+        terms = [self.mass(c, e) * self.node(balance.rest[e]) for e in balance.axes]
+        if balance.loads[c].terms:
+            terms.append(self.node(balance.loads[c]))
+        return self.summed(terms)
+
+    def freed(self, b: int) -> Node:
+        """Q - J^T R, as far as R is known."""
+        balance, joints = self.balance, self.joints
+        terms = []
+        if balance.forces.terms:
+            terms.append(balance.slots.symbol(self.domain, balance.forces, joints.rows[b]))
+        terms.append(-self.own(self.missing[b]))
+        if self.is_node:
+            terms += [-(self.slope(c, b) * self.known(c)) for c in balance.axes]
+        terms += [
+            -(self.swing(s, b) * self.weight(s) * self.own(self.rest[s])) for s in range(len(joints.weights))
+        ]
+        return self.summed(terms)
+
+    def _carried(self, c: int) -> Node:
+        """What goes on to the parent, whatever its children do."""
+        terms = [self.weight(s) * self.own(self.rest[s]) for s in self.on(c)]
+        terms += [self.gain(c, b) * self.freed(b) for b in self.bends]
+        return self.summed([*terms, self.known(c)] if self.is_node else terms)
+
+    def pulls(self, c: int) -> list[Term]:
+        if self.is_node or self.joints.parents is None:
+            return []
+        return [Term(self.domain, self._carried(c), self.joints.parents)]
+
+    def pushes(self, c: int) -> list[Term]:
+        return [Term(self.domain, self._carried(c), self.at)] if self.is_node else []
+
+    def holding(self, b: int) -> Node:
+        """q_ddot with parents at rest."""
+        terms = []
+        for d in self.bends:
+            left = self.own(self.free[d])
+            if self.is_node:
+                pulls = [self.slope(c, d) * self.node(self.balance.pull[c]) for c in self.balance.axes]
+                left = left - self.summed(pulls)
+            terms.append(self.inverse(b, d) * left)
+        return self.summed(terms)
+
+    def drifts(self, c: int) -> list[Term]:
+        if not self.is_node:
+            return []
+        terms = [self.slope(c, b) * self.holding(b) for b in self.bends]
+        return [Term(self.domain, self.summed([*terms, self.node(self.balance.rest[c])]), self.at)]
+
+    def changing(self, b: int) -> Node:
+        """q_ddot."""
+        carried = [self.gain(c, b) * self.pulled(c) for c in self.balance.axes]
+        return self.own(self.held_back[b]) - self.summed(carried)
+
+    def strains(self, c: int) -> list[Term]:
+        """R of nodes."""
+        if not self.is_node:
+            return []
+        balance = self.balance
+        terms = [self.mass(c, e) * self.accelerated_node(e) for e in balance.axes]
+        terms.append(self.node(balance.pull[c]))
+        if balance.loads[c].terms:
+            terms.append(self.node(balance.loads[c]))
+        return [Term(self.domain, self.summed(terms), self.at)]
+
+    def _strain(self, s: int) -> Node:
+        """m a of weights."""
+        one = self.joints.weights[s]
+        terms = [self.own(self.rest[s])]
+        terms += [self.swing(s, b) * self.changing(b) for b in self.bends]
+        if one.component is not None:
+            terms.append(self.pulled(one.component))
+        return one.mass * self.summed(terms)
+
+    def accelerated(self) -> list[Term]:
+        return [Term(self.domain, self.changing(b), self.joints.rows[b]) for b in self.bends]
+
+    # series
+
+    @cached_property
+    def local(self) -> Local:
+        """What the joints' series give."""
+        graph, joints, balance = self.graph, self.joints, self.balance
+        arranged = balance.arrange
+
+        def simple(node: Node) -> Node:
+            """The same with arrays in place of what is constant."""
+            (term,) = arranged(
+                Total(Source.TOTAL, self.domain.count, (Term(self.domain, node, self.every),))
+            ).terms
+            return term.node
+
+        terms: list[tuple[Term, Array]] = []
+        slopes: list[tuple[Term, Array]] = []
+        unknowns: dict[Node, None] = {}
+        work = [graph.zero for _ in self.bends]
+        moved = [(move, self.at, balance.rest[c], balance.strain[c]) for c, move in enumerate(joints.moves)]
+        moved += [
+            (weight.move, self.every, self.rest[s], self.strain[s]) for s, weight in enumerate(joints.weights)
+        ]
+        for k, (move, places, rest, strain) in enumerate(moved):
+            node = simple(move)
+            if node.kind is not node.kind.NUMBER:
+                rate = graph.ddt(graph.ddt(node))
+                terms.append((Term(self.domain, rate, places), rest))
+            force = balance.slots.symbol(self.domain, strain, places)
+            for b, symbol in zip(self.bends, joints.coordinates):
+                slope = graph.diff(node, symbol)
+                if slope.is_zero:
+                    continue
+                own = k < len(joints.moves)
+                to = balance.node_slopes[k, b] if own else self.slopes[k - len(joints.moves), b]
+                slopes.append((Term(self.domain, slope, places), to))
+                if slope.symbols & self.moving:
+                    work[b] = work[b] + slope * force
+                    unknowns[force] = None
+        for b, node in enumerate(work):
+            if not node.is_zero:
+                terms.append((Term(self.domain, simple(node), self.every), self.missing[b]))
+        change = [self.own(one) for one in self.change]
+        return Local(self.domain, [*terms, *slopes], len(slopes), joints.coordinates, [*unknowns], change)
+
+    @cached_property
+    def moving(self) -> int:
+        """The symbols of what moves."""
+        found = self.balance.system.time.symbols
+        for one in self.joints.coordinates:
+            found |= one.symbols
+        return found
+
+
+def determinant_of(rows: Sequence[Sequence[Node]], one: Node) -> Node:
+    """A determinant, by its first row."""
+    if not rows:
+        return one
+    total: Node | None = None
+    for j, entry in enumerate(rows[0]):
+        minor = determinant_of([[*row[:j], *row[j + 1 :]] for row in rows[1:]], one)
+        term = entry * minor if j % 2 == 0 else -(entry * minor)
+        total = term if total is None else total + term
+    assert total is not None
+    return total
