@@ -10,17 +10,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import reduce
 from operator import add
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-
-if TYPE_CHECKING:
-    from lagrange_cli.native.families.evaluation import Loop
 
 Key: TypeAlias = "tuple[Total, int]"
 """A total, and the number of the table of places where something is added to it."""

@@ -17,8 +17,9 @@ from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.native.families.evaluation import Evaluation, loops, needed, room
+from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.floors import FLOORS, write_floors
+from lagrange_cli.native.families.loops import loops, needed, room
 from lagrange_cli.native.families.series import LoopSeries, SeriesWriter, begin_sums
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Interface

@@ -14,7 +14,8 @@ import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Slots
-from lagrange_cli.native.families.evaluation import Evaluation, Loop, Writer
+from lagrange_cli.native.families.evaluation import Evaluation, Writer
+from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.function import Function
