@@ -178,3 +178,21 @@ lagrangian: sum(s_dot[i]**2/2 for i in range(N)) - sum(x[i]**2/2 for i in range(
     ):
         found = systems.family_system(read_spec(text.replace("HOW", how), "system.yaml"))
         assert (found is not None) is stay, how
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_what_falls_freely_falls_as_galileo_says(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(systems, "FEWEST", 0)
+    text = """
+sizes: {N: 9}
+parameters: {g: 9.81}
+coordinates: {"y[i in range(N)]": {initial: 2*i}}
+masses: {"ball[i in range(N)]": 1 + i}
+embedding: {"ball[i in range(N)]": "y[i]"}
+potential: sum((1 + i)*g*y[i] for i in range(N))
+"""
+    spec = read_spec(text, "system.yaml")
+    assert systems.family_system(spec) is not None
+    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, frozenset(["q"])))
+    found = run(ready, resolve_values(spec, {}), 0.0, 1.0, 2).data["q/y"][-1]
+    assert np.max(np.abs(found - (2 * np.arange(9) - 9.81 / 2))) < 1e-13
