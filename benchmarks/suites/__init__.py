@@ -17,7 +17,7 @@ SUITES = {
     "workprecision": "run time against error, for several tolerances: the figures",
     "chain": "5 to 1000 pendulums, integration alone",
     "bodies": "10 to 1000 bodies in space, integration alone",
-    "lattices": "chains of up to 100,000 beads and lattices of up to 300 x 300, integration alone",
+    "lattices": "chains of up to 100,000 beads, lattices of up to 300 x 300",
     "constraints": "constraints: run time against error, and chains",
     "testset": "constraints: errors of problems that are known, and long motions",
     "ensemble": "ten thousand double pendulums",
