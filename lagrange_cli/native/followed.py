@@ -52,7 +52,7 @@ def followed(
     smooth = guarded(residual, given) if stepping else Guarded(residual, given)
     residual = smooth.residual
     hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
-    # Newton's method does not tell how far multipliers may be off
+    # Newton's method gives no bound for the error of multipliers
     provable = stepping and not (residual.bent or unproven)
     hiding = provable and hides
     proven = provable and (proven or may_hide(residual))
