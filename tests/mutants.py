@@ -165,16 +165,18 @@ MUTATIONS = {
          SECTIONS + "test_crossings_lie_on_the_motion_that_solve_follows"),
     ),
     "the sign of h in Noether's current": Mutation(
-        "mechanics/noether.py", "terms += [(change.time * self.energy, -1.0)] if",
+        "mechanics/conserved/noether.py", "terms += [(change.time * self.energy, -1.0)] if",
         "terms += [(change.time * self.energy, 1.0)] if",
         ("tests/mechanics/test_symmetries.py::test_what_is_conserved",),
     ),
     "the sign of what L gains in Noether's current": Mutation(
-        "mechanics/noether.py", "[(change.gain, -1.0)] if", "[(change.gain, 1.0)] if",
+        "mechanics/conserved/noether.py", "[(change.gain, -1.0)] if", "[(change.gain, 1.0)] if",
         ("tests/mechanics/test_symmetries.py::test_what_is_conserved",),
     ),
     "the rate of a term of a conserved polynomial": Mutation(
-        "mechanics/columns.py", "(rate * x + value * x_rate) % p", "(rate * x - value * x_rate) % p",
+        "mechanics/conserved/columns.py",
+        "(rate * x + value * x_rate) % p",
+        "(rate * x - value * x_rate) % p",
         ("tests/mechanics/test_polynomial_integrals.py::test_published_integrals_are_found",),
     ),
     "the error of a product with a mass of a body": Mutation(

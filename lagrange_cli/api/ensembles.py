@@ -17,7 +17,7 @@ from lagrange_cli.run.monitor import Monitor
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
-    from lagrange_cli.run.ensemble import Ensemble
+    from lagrange_cli.run.ensembles.ensemble import Ensemble
 
 S = TypeVar("S", bound=Stored)
 WARNING = "warning: "

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.run.draws import KINDS, Draws
-from lagrange_cli.run.processors import processors
+from lagrange_cli.run.ensembles.draws import KINDS, Draws
+from lagrange_cli.run.ensembles.processors import processors
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -15,9 +15,9 @@ from lagrange_cli.api.system import System, content_of
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.run.derive import read_run
-from lagrange_cli.run.draws import draw_members
-from lagrange_cli.run.section import Crossed, take_section
-from lagrange_cli.run.section_request import CROSSINGS, DIRECTIONS, Asked, make_section
+from lagrange_cli.run.ensembles.draws import draw_members
+from lagrange_cli.run.sections.request import CROSSINGS, DIRECTIONS, Asked, make_section
+from lagrange_cli.run.sections.section import Crossed, take_section
 
 
 class Section(Stored):

@@ -1,5 +1,5 @@
 """What a system of families conserves: h, momenta of cyclic coordinates, and what displacements of all
-particles show by Noether's theorem (see ``mechanics.noether``).
+particles show by Noether's theorem (see ``mechanics.conserved.noether``).
 
 No member is written out: rates are compared with their terms at random states, for all members at once.
 """
@@ -18,7 +18,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import curved
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
-from lagrange_cli.mechanics.displacements import TURNS
+from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import grouped
 

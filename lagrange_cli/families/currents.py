@@ -11,7 +11,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.families.arrays import Array, Domain, Term, Total, total_of
 from lagrange_cli.families.description import Component, FamilySystem
-from lagrange_cli.mechanics.displacements import TURNS
+from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.spec.spec import grouped
 
 

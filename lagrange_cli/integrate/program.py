@@ -11,12 +11,12 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.convolutions import check_convolutions
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
-from lagrange_cli.mechanics.constancy import is_constant
-from lagrange_cli.mechanics.cuts import cuts
+from lagrange_cli.mechanics.conserved.constancy import is_constant
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.switches import switches
+from lagrange_cli.mechanics.switching.cuts import cuts
+from lagrange_cli.mechanics.switching.switches import switches
 from lagrange_cli.native.interface import SECTION
 from lagrange_cli.native.lanes import suits_lanes, with_lanes
 from lagrange_cli.native.llvm.length import SHORTER

@@ -22,9 +22,9 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.energetics import Energetics
-from lagrange_cli.mechanics.multiple_zeros import with_simple_zeros
 from lagrange_cli.mechanics.residual import Contact, Residual
 from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.switching.multiple_zeros import with_simple_zeros
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Event, Model
 from lagrange_cli.records import replace

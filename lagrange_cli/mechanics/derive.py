@@ -9,18 +9,22 @@ from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import independent, is_zero
 from lagrange_cli.mechanics.conservation import conservation
+from lagrange_cli.mechanics.constrained.pushed import (
+    refuse_undetermined,
+    uses_multipliers,
+    without_multipliers,
+)
+from lagrange_cli.mechanics.constrained.rigidity import refuse_strain
+from lagrange_cli.mechanics.constrained.thin import refuse_idle, refuse_spinning
+from lagrange_cli.mechanics.constrained.weightless import weightless
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulations import formulations, if_affordable, lowered
-from lagrange_cli.mechanics.jumps import refuse_jumps
-from lagrange_cli.mechanics.pushed import refuse_undetermined, uses_multipliers, without_multipliers
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.rigidity import refuse_strain
-from lagrange_cli.mechanics.saturation import saturated, saturated_rows
-from lagrange_cli.mechanics.thin import refuse_idle, refuse_spinning
-from lagrange_cli.mechanics.unchanging import refuse_unchanging
+from lagrange_cli.mechanics.switching.jumps import refuse_jumps
+from lagrange_cli.mechanics.switching.saturation import saturated, saturated_rows
+from lagrange_cli.mechanics.switching.unchanging import refuse_unchanging
 from lagrange_cli.mechanics.variables import graph_of, nonzero, numbered, variables
-from lagrange_cli.mechanics.weightless import weightless
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 

@@ -16,8 +16,8 @@ from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.zero import RANGE, Branches, Doubles, branching, zeros
-from lagrange_cli.mechanics.jumps import arguments, sides, terms_of
 from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.switching.jumps import arguments, sides, terms_of
 from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.model.model import Model
 

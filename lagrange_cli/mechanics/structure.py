@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.text import joined
-from lagrange_cli.mechanics.noether import Change, Noether
+from lagrange_cli.mechanics.conserved.noether import Change, Noether
+from lagrange_cli.mechanics.conserved.reasons import LONGEST, current_text, in_lowest_terms, term
+from lagrange_cli.mechanics.conserved.separation import coordinates_together
 from lagrange_cli.mechanics.omitted_work import in_short
-from lagrange_cli.mechanics.reasons import LONGEST, current_text, in_lowest_terms, term
 from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.separation import coordinates_together
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 

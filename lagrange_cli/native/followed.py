@@ -9,7 +9,7 @@ from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.guards.equations import guarded
 from lagrange_cli.mechanics.guards.guard import Guarded
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.saturation import saturated_each
+from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import dataclass
 
 

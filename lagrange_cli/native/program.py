@@ -10,10 +10,10 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.explicit import at_a_state
 from lagrange_cli.mechanics.explicit import unknowns as unknowns_of
-from lagrange_cli.mechanics.holding import at_a_held_state
+from lagrange_cli.mechanics.guards.holding import at_a_held_state
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.saturation import saturated_each
-from lagrange_cli.mechanics.switches import one_sided
+from lagrange_cli.mechanics.switching.saturation import saturated_each
+from lagrange_cli.mechanics.switching.switches import one_sided
 from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
 from lagrange_cli.native.followed import followed
 from lagrange_cli.native.interface import STEPPING, Interface

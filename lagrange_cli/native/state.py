@@ -184,7 +184,7 @@ class GuardRow:
     """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0; the
     ``direction`` in which an argument's sign must change for an event (0: any); the first of two rows whose
     rates are a ``limit`` plus the multiplier, and minus it, or 0 where the limit is 1; and of
-    those ``beside`` a break, whose rates tell whether there is one (see ``mechanics.cuts``)."""
+    those ``beside`` a break, whose rates tell whether there is one (see ``mechanics.switching.cuts``)."""
 
     role: Role
     row: int

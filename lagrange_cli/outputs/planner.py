@@ -10,7 +10,7 @@ from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.switches import switches
+from lagrange_cli.mechanics.switching.switches import switches
 from lagrange_cli.model.model import Model
 from lagrange_cli.outputs.recording import Dataset, Making
 from lagrange_cli.records import dataclass, field
@@ -45,7 +45,7 @@ class Planner:
 
     def further(self) -> Sequence[tuple[Conserved, Node]]:
         """Conserved quantities besides h and momenta of cyclic coordinates."""
-        from lagrange_cli.mechanics.symmetries import symmetries
+        from lagrange_cli.mechanics.conserved.symmetries import symmetries
 
         found = symmetries(self.model, self.residual.conserved)
         return [(one.conserved, one.node) for one in found]

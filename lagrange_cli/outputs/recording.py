@@ -88,7 +88,7 @@ class Dataset:
 
 NARROW, SWITCHES, CUTS = "narrow", "switches", "cuts"
 """Hidden forces (see ``mechanics.defect``), changes of switches (see ``mechanics.guards``), and jumps with
-atan2 (see ``mechanics.cuts``)."""
+atan2 (see ``mechanics.switching.cuts``)."""
 
 
 INDICES = "ijklmn"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.errors import Problem
     from lagrange_cli.expression.node import Node
     from lagrange_cli.mechanics.conservation import Conserved
-    from lagrange_cli.mechanics.frobenius import Integrability
+    from lagrange_cli.mechanics.constrained.frobenius import Integrability
     from lagrange_cli.model.model import Model
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
@@ -127,10 +127,10 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
 def of_members(spec: Spec, method: str) -> Mechanics:
     """The mechanics of any system, derived member by member."""
     from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
+    from lagrange_cli.mechanics.conserved.symmetries import symmetries
     from lagrange_cli.mechanics.derive import depending_on_time
     from lagrange_cli.mechanics.omitted_work import engine, has_forces
     from lagrange_cli.mechanics.structure import structure
-    from lagrange_cli.mechanics.symmetries import symmetries
 
     residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
     check_convolutions(residual, method, DOUBLE)
@@ -164,7 +164,7 @@ def velocity_constraints(
     model = mechanics.model
     if model is None or all(one.holonomic for one in model.constraints):
         return None, {}
-    from lagrange_cli.mechanics.frobenius import integrability
+    from lagrange_cli.mechanics.constrained.frobenius import integrability
 
     found = integrability(model, parameters)
     integrals = {}

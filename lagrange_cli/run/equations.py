@@ -101,15 +101,15 @@ def _refuse(spec: Spec) -> None:
 
     model = build_model(spec, GraphAlgebra())
     if jumping:
-        from lagrange_cli.mechanics.jumps import refuse_jumps
+        from lagrange_cli.mechanics.switching.jumps import refuse_jumps
 
         refuse_jumps(model)
     if spec.events:
-        from lagrange_cli.mechanics.unchanging import refuse_unchanging
+        from lagrange_cli.mechanics.switching.unchanging import refuse_unchanging
 
         refuse_unchanging(model)
     if spec.bodies:
-        from lagrange_cli.mechanics.thin import refuse_idle
+        from lagrange_cli.mechanics.constrained.thin import refuse_idle
 
         refuse_idle(model)
 
@@ -129,7 +129,7 @@ def further_conserved(model: Model[Node], equations: Equations) -> list[Conserve
     """Conserved quantities besides h and momenta of cyclic coordinates; ``model`` is that of the
     equations."""
     from lagrange_cli.mechanics.conservation import conservation
-    from lagrange_cli.mechanics.symmetries import symmetries
+    from lagrange_cli.mechanics.conserved.symmetries import symmetries
     from lagrange_cli.symbolic.equations import Conserved
     from lagrange_cli.symbolic.from_graph import from_graph
     from lagrange_cli.symbolic.grouping import neat

@@ -29,7 +29,7 @@ KINKED = "where", "sign", "abs", "min", "max", "sqrt", "norm"
 def check_energies(spec: Spec, parameters: Mapping[str, float]) -> None:
     """Raise ``SpecError`` if an energy jumps with these values of the parameters."""
     if may_switch(spec):
-        from lagrange_cli.mechanics.jumps import refuse_jumps_in_numbers
+        from lagrange_cli.mechanics.switching.jumps import refuse_jumps_in_numbers
 
         with located(spec):
             refuse_all_jumps(spec)
@@ -40,8 +40,8 @@ def check_members(spec: Spec, values: EnsembleValues) -> None:
     """Raise ``SpecError`` if an energy jumps with the values that a member has."""
     if not may_switch(spec):
         return
-    from lagrange_cli.mechanics.jumping_values import jumps_may_depend_on, may_jump
-    from lagrange_cli.mechanics.jumps import refuse_jumps_in_numbers
+    from lagrange_cli.mechanics.switching.jumping_values import jumps_may_depend_on, may_jump
+    from lagrange_cli.mechanics.switching.jumps import refuse_jumps_in_numbers
 
     with located(spec):
         model = refuse_all_jumps(spec)
@@ -60,7 +60,7 @@ def with_actions_judged(spec: Spec, prepared: Prepared) -> Prepared:
     if not names or not may_switch(spec):
         return prepared
     from lagrange_cli.integrate.methods.taylor import TaylorMethod
-    from lagrange_cli.mechanics.jumping_values import jumps_may_depend_on
+    from lagrange_cli.mechanics.switching.jumping_values import jumps_may_depend_on
 
     if not isinstance(prepared.follower, TaylorMethod) or not jumps_may_depend_on(symbolic(spec), names):
         return prepared
@@ -69,7 +69,7 @@ def with_actions_judged(spec: Spec, prepared: Prepared) -> Prepared:
 
 def judge(spec: Spec, prepared: Prepared) -> Callable[[Array], str]:
     """What finds the energy that jumps with values of a program's parameters (see ``Judge``)."""
-    from lagrange_cli.mechanics.jumps import refuse_jumps_in_numbers
+    from lagrange_cli.mechanics.switching.jumps import refuse_jumps_in_numbers
 
     names, found = prepared.machine.program.parameters, dict[tuple[float, ...], str]()
 
@@ -109,7 +109,7 @@ def may_switch(spec: Spec) -> bool:
 
 def refuse_all_jumps(spec: Spec) -> Model[Node]:
     """Raises ``InfiniteForce`` for what jumps whatever the parameters are; gives the model that has them."""
-    from lagrange_cli.mechanics.jumps import refuse_jumps
+    from lagrange_cli.mechanics.switching.jumps import refuse_jumps
 
     model = symbolic(spec)
     refuse_jumps(model)

@@ -18,8 +18,8 @@ def with_reactions(spec: Spec, equations: Equations) -> Equations:
     Raises ``UsageError`` where none is.
     """
     from lagrange_cli.expression.exact import ExactGraphAlgebra
+    from lagrange_cli.mechanics.constrained.reactions import Reactions
     from lagrange_cli.mechanics.explicit import at_rates
-    from lagrange_cli.mechanics.reactions import Reactions
     from lagrange_cli.model.build import build_model
     from lagrange_cli.symbolic.from_graph import from_graph
     from lagrange_cli.symbolic.reactions import reaction

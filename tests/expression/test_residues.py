@@ -13,7 +13,7 @@ from lagrange_cli.expression.modular import Equations, fraction_of, solved
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.residues import LARGE, SMALL, NoValue, Residues
-from lagrange_cli.mechanics.recognition import Recognition
+from lagrange_cli.mechanics.conserved.recognition import Recognition
 
 IDENTITIES = [
     "sin(x)**2 + cos(x)**2 - 1",

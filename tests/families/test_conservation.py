@@ -16,7 +16,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.mechanics.conservation import Conserved
-from lagrange_cli.mechanics.symmetries import symmetries
+from lagrange_cli.mechanics.conserved.symmetries import symmetries
 from lagrange_cli.native.families import jets
 from lagrange_cli.run.check import classify
 from lagrange_cli.run.classification import as_text

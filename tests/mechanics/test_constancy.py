@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.mechanics.constancy import is_constant
+from lagrange_cli.mechanics.conserved.constancy import is_constant
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
 from lagrange_cli.spec.surface import with_surface

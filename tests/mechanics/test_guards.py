@@ -7,7 +7,7 @@ import pytest
 from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.limits import Work
 from lagrange_cli.mechanics.guards.equations import guarded
-from lagrange_cli.mechanics.switches import switches, vanishes_with
+from lagrange_cli.mechanics.switching.switches import switches, vanishes_with
 from tests.support.motion import residual_of
 
 LINE = """

@@ -7,8 +7,8 @@ import pytest
 
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.mechanics.derive import derive
-from lagrange_cli.mechanics.jumping_values import jumps_may_depend_on, may_jump
-from lagrange_cli.mechanics.jumps import refuse_jumps, refuse_jumps_in_numbers
+from lagrange_cli.mechanics.switching.jumping_values import jumps_may_depend_on, may_jump
+from lagrange_cli.mechanics.switching.jumps import refuse_jumps, refuse_jumps_in_numbers
 from tests.support.command import lagrange
 from tests.support.motion import model_of
 

@@ -14,11 +14,11 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.derive import derive
-from lagrange_cli.mechanics.jumps import refuse_jumps
 from lagrange_cli.mechanics.matrices import connected
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import Row
-from lagrange_cli.mechanics.saturation import saturated
+from lagrange_cli.mechanics.switching.jumps import refuse_jumps
+from lagrange_cli.mechanics.switching.saturation import saturated
 from lagrange_cli.mechanics.variables import graph_of, nonzero, variables
 from lagrange_cli.model.build import build_model
 from lagrange_cli.series.lowering import lower

@@ -9,9 +9,9 @@ from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.residues import LARGE
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.mechanics.noether import Noether
-from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals
-from lagrange_cli.mechanics.symmetries import symmetries
+from lagrange_cli.mechanics.conserved.noether import Noether
+from lagrange_cli.mechanics.conserved.polynomial_integrals import PolynomialIntegrals
+from lagrange_cli.mechanics.conserved.symmetries import symmetries
 from tests.support.motion import follow, residual_of
 
 PLANE = """

@@ -9,7 +9,7 @@ import pytest
 
 from lagrange_cli.expression.exact import ExactGraphAlgebra
 from lagrange_cli.mechanics.conservation import conservation
-from lagrange_cli.mechanics.symmetries import symmetries
+from lagrange_cli.mechanics.conserved.symmetries import symmetries
 from lagrange_cli.model.build import build_model
 from tests.support.motion import follow, residual_of, spec_of
 

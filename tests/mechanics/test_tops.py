@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lagrange_cli.mechanics.symmetries import symmetries
+from lagrange_cli.mechanics.conserved.symmetries import symmetries
 from tests.support.motion import follow, residual_of
 
 TOP = """

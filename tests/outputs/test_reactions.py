@@ -8,7 +8,7 @@ import pytest
 import lagrange_cli as lagrange
 from lagrange_cli.errors import NotDefined
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
-from lagrange_cli.mechanics.reactions import Reactions
+from lagrange_cli.mechanics.constrained.reactions import Reactions
 from lagrange_cli.outputs.plan import make_plan
 from tests.support.motion import (
     follow,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli.errors import FileError, LagrangeError, UsageError
-from lagrange_cli.run.draws import Draws, draw_members, grid
-from lagrange_cli.run.members import Members
+from lagrange_cli.run.ensembles.draws import Draws, draw_members, grid
+from lagrange_cli.run.ensembles.members import Members
 from lagrange_cli.spec.read import read_spec
 from tests.support.command import SYSTEMS
 

@@ -11,8 +11,8 @@ from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS, PARTICLE_OUTPUTS
 from lagrange_cli.run.derive import read_run
-from lagrange_cli.run.ensemble import make_ensemble
-from lagrange_cli.run.members import Members
+from lagrange_cli.run.ensembles.ensemble import make_ensemble
+from lagrange_cli.run.ensembles.members import Members
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.settings.samples import DEFAULT_SAMPLES, sample_times
 from lagrange_cli.run.settings.settings import check_defaults, resolve_settings

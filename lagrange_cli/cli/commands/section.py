@@ -18,16 +18,16 @@ from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import replace
+from lagrange_cli.run.ensembles.processors import processors
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, Stage, ignore
-from lagrange_cli.run.processors import processors
 from lagrange_cli.run.request import CSV
 from lagrange_cli.run.timings import Stopwatch
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.draws import Draws
-    from lagrange_cli.run.ensemble import Ensemble
-    from lagrange_cli.run.section_request import Asked
+    from lagrange_cli.run.ensembles.draws import Draws
+    from lagrange_cli.run.ensembles.ensemble import Ensemble
+    from lagrange_cli.run.sections.request import Asked
 
 CROSSINGS = 1000
 DIRECTIONS = "rising", "falling", "either"
@@ -100,7 +100,7 @@ def section(
     lagrange section henon_heiles.yaml --where x --over y0=-0.2:0.4:31
     lagrange section driven_damped_pendulum.yaml --every 2*pi/Omega --over A=1:1.5:500
     """
-    from lagrange_cli.run.section_request import Asked
+    from lagrange_cli.run.sections.request import Asked
 
     if (where is None) == (every is None):
         raise UsageError("give one of --where EXPRESSION, as in --where x, and --every PERIOD")
@@ -125,7 +125,7 @@ def take(system: str, asked: Invocation, cut: Asked, draws: Draws, threads: int)
     with watch.stage("import"):
         from lagrange_cli.cli.report.motion import say_finished
         from lagrange_cli.cli.report.section import say_crossed
-        from lagrange_cli.run.section import take_section
+        from lagrange_cli.run.sections.section import take_section
 
         given = {"command": "'lagrange section'", **draws.options_given(), **given_of(cut)}
         target = find_output(
@@ -152,8 +152,8 @@ def read_section(system: str, asked: Invocation, cut: Asked, draws: Draws, stage
     request, content = asked.request, read_bytes(system)
     with stage("import"):
         from lagrange_cli.run.derive import read_run
-        from lagrange_cli.run.draws import draw_members
-        from lagrange_cli.run.section_request import make_section
+        from lagrange_cli.run.ensembles.draws import draw_members
+        from lagrange_cli.run.sections.request import make_section
     with stage("parse"):
         spec, _ = read_run(content, display_name(system), request.sizes, lambda spec, problems: None)
         members = draw_members(spec, draws, request.overrides) if draws.any else None

@@ -16,14 +16,14 @@ from lagrange_cli.cli.output import Invocation, find_output, output_name, refuse
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
+from lagrange_cli.run.ensembles.processors import processors
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, Stage, ignore
-from lagrange_cli.run.processors import processors
 from lagrange_cli.run.timings import Stopwatch
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.draws import Draws
-    from lagrange_cli.run.ensemble import Ensemble
+    from lagrange_cli.run.ensembles.draws import Draws
+    from lagrange_cli.run.ensembles.ensemble import Ensemble
 
 
 @click.command("sweep")
@@ -65,7 +65,7 @@ def sweep_system(system: str, asked: Invocation, draws: Draws, threads: int) -> 
     with watch.stage("import"):
         from lagrange_cli.cli.report.ensemble import say_swept
         from lagrange_cli.cli.report.motion import say_finished
-        from lagrange_cli.run.sweep import sweep as sweep_ensemble
+        from lagrange_cli.run.ensembles.sweep import sweep as sweep_ensemble
 
         name = output_name(system, asked.output, "_sweep")
         target = find_output(system, name, asked, {"command": "'lagrange sweep'", **draws.options_given()})
@@ -89,8 +89,8 @@ def read_ensemble(system: str, asked: Invocation, draws: Draws, stage: Stage) ->
     content = read_bytes(system)
     with stage("import"):
         from lagrange_cli.run.derive import read_run
-        from lagrange_cli.run.draws import draw_members
-        from lagrange_cli.run.ensemble import make_ensemble
+        from lagrange_cli.run.ensembles.draws import draw_members
+        from lagrange_cli.run.ensembles.ensemble import make_ensemble
     with stage("parse"):
         spec, _ = read_run(content, display_name(system), request.sizes, lambda spec, problems: None)
         return make_ensemble(spec, draw_members(spec, draws, request.overrides), request)

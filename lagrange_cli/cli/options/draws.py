@@ -66,7 +66,7 @@ def draw_options(command: Command) -> Command:
         table: str | None,
         **given: Any,
     ) -> Any:
-        from lagrange_cli.run.draws import Draws
+        from lagrange_cli.run.ensembles.draws import Draws
 
         return command(draws=Draws(over, random, table, members, seed), **given)
 

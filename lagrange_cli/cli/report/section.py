@@ -12,7 +12,7 @@ from lagrange_cli.run.request import HDF5
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
-    from lagrange_cli.run.section import Crossed
+    from lagrange_cli.run.sections.section import Crossed
 
 
 def say_crossed(crossed: Crossed, seconds: Seconds, began: float, asked: Invocation) -> int:

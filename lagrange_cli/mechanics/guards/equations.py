@@ -6,14 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.mechanics.cuts import Cut, cuts
 from lagrange_cli.mechanics.guards.forces import by_forces, mixes
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.guards.held import held_by_multipliers, with_auxiliary
 from lagrange_cli.mechanics.guards.modes import Modes
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
-from lagrange_cli.mechanics.switches import has_rates, switches
+from lagrange_cli.mechanics.switching.cuts import Cut, cuts
+from lagrange_cli.mechanics.switching.switches import has_rates, switches
 from lagrange_cli.mechanics.variables import nonzero
 from lagrange_cli.records import replace
 

@@ -15,7 +15,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
-from lagrange_cli.mechanics.switches import has_rates
+from lagrange_cli.mechanics.switching.switches import has_rates
 from lagrange_cli.records import replace
 
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.cuts import Cut
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.switching.cuts import Cut
 from lagrange_cli.records import dataclass
 
 

@@ -11,7 +11,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.guards.guard import Guard, Rest
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt
-from lagrange_cli.mechanics.switches import Merging, switches, vanishes_with, where_zero
+from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with, where_zero
 from lagrange_cli.records import replace
 
 

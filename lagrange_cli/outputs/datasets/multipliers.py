@@ -14,7 +14,7 @@ def plan(planner: Planner) -> None:
         planner.need_forces("multipliers")
     nodes = {one.name: one.multiplier for one in planner.model.constraints}
     if planner.model.redundant:
-        from lagrange_cli.mechanics.redundancy import multipliers_of_least_norm
+        from lagrange_cli.mechanics.constrained.redundancy import multipliers_of_least_norm
 
         nodes = multipliers_of_least_norm(planner.model)
     for family in planner.constraints:

@@ -15,7 +15,7 @@ def with_least_norm(model: Model[Node]) -> Mapping[str, Node]:
     """The observables, with the multipliers of least norm where these are not unique."""
     if not model.redundant:
         return model.observables
-    from lagrange_cli.mechanics.redundancy import multipliers_of_least_norm
+    from lagrange_cli.mechanics.constrained.redundancy import multipliers_of_least_norm
 
     least = multipliers_of_least_norm(model)
     values = {one.multiplier: least[one.name] for one in (*model.constraints, *model.redundant)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.vocabulary import COMPONENTS
-from lagrange_cli.mechanics.reactions import Reactions
+from lagrange_cli.mechanics.constrained.reactions import Reactions
 from lagrange_cli.outputs.planner import Planner
 
 

@@ -19,7 +19,7 @@ from lagrange_cli.expression.vocabulary import (
 from lagrange_cli.families.conservation import constants_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import group_of, particle_families
-from lagrange_cli.mechanics.displacements import TURNS
+from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped

@@ -24,9 +24,9 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import joined
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.conservation import Conserved
-from lagrange_cli.mechanics.noether import Noether
-from lagrange_cli.mechanics.reactions import InSpace
-from lagrange_cli.mechanics.reasons import term
+from lagrange_cli.mechanics.conserved.noether import Noether
+from lagrange_cli.mechanics.conserved.reasons import term
+from lagrange_cli.mechanics.constrained.reactions import InSpace
 from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables

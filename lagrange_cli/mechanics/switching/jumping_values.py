@@ -15,7 +15,8 @@ import numpy.typing as npt
 from lagrange_cli.expression.arrays import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.jumps import (
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.switching.jumps import (
     HALVINGS,
     MOST_SYMBOLS,
     NEARBY,
@@ -28,7 +29,6 @@ from lagrange_cli.mechanics.jumps import (
     parts,
     sides,
 )
-from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 

@@ -16,7 +16,7 @@ from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.limits import way_out
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.members import (
+from lagrange_cli.run.ensembles.members import (
     LOGNORMAL,
     LOGUNIFORM,
     MOST,
@@ -28,8 +28,8 @@ from lagrange_cli.run.members import (
     Members,
     combine,
 )
+from lagrange_cli.run.ensembles.table import read_table
 from lagrange_cli.run.source import STANDARD_INPUT
-from lagrange_cli.run.table import read_table
 from lagrange_cli.spec.evaluation import settable
 
 if TYPE_CHECKING:

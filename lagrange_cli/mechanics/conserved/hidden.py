@@ -19,10 +19,10 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.mechanics.conserved.noether import Noether
+from lagrange_cli.mechanics.conserved.reasons import term
+from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.embedding import Embedding
-from lagrange_cli.mechanics.noether import Noether
-from lagrange_cli.mechanics.reasons import term
-from lagrange_cli.mechanics.separation import terms_of_sum
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.records import dataclass

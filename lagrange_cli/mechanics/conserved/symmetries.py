@@ -15,20 +15,20 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.conservation import Conserved, broken, conservation
-from lagrange_cli.mechanics.displacements import Trial, displacements, rotations_about_the_centre
-from lagrange_cli.mechanics.embedding import Embedding
-from lagrange_cli.mechanics.energetics import Energetics
-from lagrange_cli.mechanics.gauge import acting
-from lagrange_cli.mechanics.hidden import candidates, described, is_turning
-from lagrange_cli.mechanics.noether import Change, Noether
-from lagrange_cli.mechanics.reasons import (
+from lagrange_cli.mechanics.conserved.displacements import Trial, displacements, rotations_about_the_centre
+from lagrange_cli.mechanics.conserved.hidden import candidates, described, is_turning
+from lagrange_cli.mechanics.conserved.noether import Change, Noether
+from lagrange_cli.mechanics.conserved.reasons import (
     current_text,
     is_constant,
     reason,
     unchanged,
 )
+from lagrange_cli.mechanics.conserved.separation import separate_energies
+from lagrange_cli.mechanics.embedding import Embedding
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.gauge import acting
 from lagrange_cli.mechanics.relations import Relations, dependent
-from lagrange_cli.mechanics.separation import separate_energies
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.events import changes_of
@@ -59,7 +59,9 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
     energy = model.potential if model.lagrangian is None else model.lagrangian
     if any(one.kind is Kind.SWITCH for one in reachable([energy])):
-        from lagrange_cli.mechanics.saturation import released  # loaded where something was saturated
+        from lagrange_cli.mechanics.switching.saturation import (
+            released,  # loaded where something was saturated
+        )
 
         model = released(model)
     search = _Search(model, known)
@@ -152,7 +154,7 @@ class _Search:
         """Translations, rotations and boosts: all are proven at once, as they have most terms in common."""
         trials = [*displacements(self.model, self.embedding)]
         if any(one.body for one in self.model.particles):
-            from lagrange_cli.mechanics.spins import spins
+            from lagrange_cli.mechanics.conserved.spins import spins
 
             trials += [Trial(*one) for one in spins(self.model, self.embedding)]
         trials += rotations_about_the_centre(self.model, self.embedding)
@@ -283,7 +285,7 @@ class _Search:
         """The integral of a heavy top that belongs to no symmetry."""
         if self.model.spec is None or not self.model.spec.bodies or "h" not in self.names:
             return
-        from lagrange_cli.mechanics.tops import kovalevskaya  # and all about bodies
+        from lagrange_cli.mechanics.conserved.tops import kovalevskaya  # and all about bodies
 
         found = kovalevskaya(self.model, self.noether)
         if found is not None:
@@ -295,7 +297,9 @@ class _Search:
         freedoms = len(self.model.q) - len(self.model.constraints)
         if "h" not in self.names or freedoms < 2 or len(self.model.q) > MOST_IN_POLYNOMIALS:
             return
-        from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals  # and what it needs
+        from lagrange_cli.mechanics.conserved.polynomial_integrals import (
+            PolynomialIntegrals,  # and what it needs
+        )
 
         known = [*self.kept, *(one.node for one in self.found)]
         for one in PolynomialIntegrals(self.model, self.noether, known).found():

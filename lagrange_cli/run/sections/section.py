@@ -12,7 +12,7 @@ from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.native.interface import SECTION, STROBE
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import units_of
-from lagrange_cli.run.ensemble import (
+from lagrange_cli.run.ensembles.ensemble import (
     Ensemble,
     alone,
     how_they_ended,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.request import Request
-    from lagrange_cli.run.section_files import SectionFile
+    from lagrange_cli.run.sections.files import SectionFile
     from lagrange_cli.store.target import Target
 
 LARGEST = 2**28
@@ -219,7 +219,7 @@ def file_of(
     stream: BinaryIO | None,
 ) -> SectionFile:
     """Where the crossings go."""
-    from lagrange_cli.run.section_files import Grid, Single, Table
+    from lagrange_cli.run.sections.files import Grid, Single, Table
 
     if request.format == CSV:
         return Table(ensemble, prepared, start, units, stream)

@@ -7,9 +7,9 @@ from functools import cached_property
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.mechanics.conserved.noether import Change
+from lagrange_cli.mechanics.conserved.reasons import momentum_text, turning_text
 from lagrange_cli.mechanics.embedding import Component, Embedding
-from lagrange_cli.mechanics.noether import Change
-from lagrange_cli.mechanics.reasons import momentum_text, turning_text
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.records import dataclass, field

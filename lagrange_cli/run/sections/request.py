@@ -11,14 +11,14 @@ from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.domains import within_domain
-from lagrange_cli.run.ensemble import Cut, Ensemble, families_of, with_common_times
+from lagrange_cli.run.ensembles.ensemble import Cut, Ensemble, families_of, with_common_times
 from lagrange_cli.run.start import consistent_ensemble
 from lagrange_cli.spec.surface import with_surface
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lagrange_cli.run.members import Members
+    from lagrange_cli.run.ensembles.members import Members
     from lagrange_cli.run.request import Request
     from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.ensemble import EnsembleValues, Number
@@ -48,7 +48,7 @@ def make_section(spec: Spec, members: Members | None, request: Request, asked: A
     Raises ``UsageError`` where the request makes no sense, or a value is out of range.
     """
     from lagrange_cli.integrate.ensemble.method import Section
-    from lagrange_cli.run.members import Members
+    from lagrange_cli.run.ensembles.members import Members
     from lagrange_cli.spec.ensemble import EnsembleValues, resolve_ensemble
     from lagrange_cli.spec.values import resolve_long_values, resolve_values
 

@@ -11,7 +11,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import solved
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.residues import NoValue, Residues
-from lagrange_cli.mechanics.noether import Noether
+from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model

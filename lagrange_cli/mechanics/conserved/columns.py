@@ -9,8 +9,8 @@ from functools import cached_property
 from lagrange_cli.expression.modular import Equations
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import text_of
-from lagrange_cli.mechanics.ansatz import Powers, Term, Variables
-from lagrange_cli.mechanics.residue_states import State, States
+from lagrange_cli.mechanics.conserved.ansatz import Powers, Term, Variables
+from lagrange_cli.mechanics.conserved.residue_states import State, States
 from lagrange_cli.records import dataclass
 
 SPARE = 4

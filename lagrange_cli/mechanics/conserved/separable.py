@@ -13,8 +13,8 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.mechanics.ansatz import Term, Variables, powers
-from lagrange_cli.mechanics.noether import Noether
+from lagrange_cli.mechanics.conserved.ansatz import Term, Variables, powers
+from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model

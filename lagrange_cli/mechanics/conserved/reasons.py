@@ -10,7 +10,7 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.mechanics.noether import Change, Noether
+from lagrange_cli.mechanics.conserved.noether import Change, Noether
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
-    from lagrange_cli.run.members import Members
+    from lagrange_cli.run.ensembles.members import Members
     from lagrange_cli.run.request import Request
     from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.ensemble import EnsembleValues

@@ -7,8 +7,8 @@ from operator import or_
 
 from lagrange_cli.errors import Undetermined
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.constrained.redundancy import coupled
 from lagrange_cli.mechanics.constraints import Constraints
-from lagrange_cli.mechanics.redundancy import coupled
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace

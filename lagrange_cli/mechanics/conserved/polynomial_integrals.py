@@ -17,7 +17,7 @@ from lagrange_cli.expression.modular import Equations
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.residues import LARGE, SMALL
 from lagrange_cli.expression.text import joined
-from lagrange_cli.mechanics.ansatz import (
+from lagrange_cli.mechanics.conserved.ansatz import (
     Material,
     Powers,
     Term,
@@ -29,12 +29,12 @@ from lagrange_cli.mechanics.ansatz import (
     terms,
     variables_in_space,
 )
-from lagrange_cli.mechanics.columns import Columns, name_of
-from lagrange_cli.mechanics.noether import Noether
-from lagrange_cli.mechanics.reasons import term as term_text
-from lagrange_cli.mechanics.recognition import Recognition
-from lagrange_cli.mechanics.residue_states import States
-from lagrange_cli.mechanics.separable import functions_of, separable
+from lagrange_cli.mechanics.conserved.columns import Columns, name_of
+from lagrange_cli.mechanics.conserved.noether import Noether
+from lagrange_cli.mechanics.conserved.reasons import term as term_text
+from lagrange_cli.mechanics.conserved.recognition import Recognition
+from lagrange_cli.mechanics.conserved.residue_states import States
+from lagrange_cli.mechanics.conserved.separable import functions_of, separable
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.embedding import Component, Embedding
-from lagrange_cli.mechanics.noether import Change
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.model.orientation import cross

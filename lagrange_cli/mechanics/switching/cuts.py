@@ -12,7 +12,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.mechanics.substitution import rebuilt
-from lagrange_cli.mechanics.switches import where_zero
+from lagrange_cli.mechanics.switching.switches import where_zero
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass

@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.explicit import Holder, Unknowns, at_rates, unknowns
 from lagrange_cli.mechanics.guards.equations import guarded_values
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.switches import has_rates, switches, vanishes_with
+from lagrange_cli.mechanics.switching.switches import has_rates, switches, vanishes_with
 from lagrange_cli.mechanics.variables import rate
 from lagrange_cli.records import replace
 

@@ -14,8 +14,8 @@ from itertools import combinations_with_replacement
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import COMPONENTS, velocity_name
 from lagrange_cli.expression.written import as_written
-from lagrange_cli.mechanics.noether import Noether
-from lagrange_cli.mechanics.separation import terms_of_sum
+from lagrange_cli.mechanics.conserved.noether import Noether
+from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, field

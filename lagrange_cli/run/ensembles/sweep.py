@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.run.attributes import units_of
-from lagrange_cli.run.ensemble import (
+from lagrange_cli.run.ensembles.ensemble import (
     Ensemble,
     alone,
     dimensions,
@@ -19,7 +19,7 @@ from lagrange_cli.run.ensemble import (
     series,
     told,
 )
-from lagrange_cli.run.members_kept import MembersKept
+from lagrange_cli.run.ensembles.kept import MembersKept
 from lagrange_cli.run.monitor import SILENT, Monitor, watched
 from lagrange_cli.run.resume import Start, begun
 from lagrange_cli.run.settings.settings import tell_empty
