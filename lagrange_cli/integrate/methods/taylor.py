@@ -135,7 +135,8 @@ class TaylorMethod:
 
 def stopped(end: End, accelerations: Array) -> End:
     """The end of a motion that could not go on."""
-    if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER) and np.max(np.abs(end.state)) > GREAT:
+    largest = np.fmax.reduce(np.abs(end.state))
+    if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER) and largest > GREAT:
         return replace(end, ending=Ending.OVERFLOW)
     return replace(end, accelerations=accelerations)
 
