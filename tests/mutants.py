@@ -167,17 +167,17 @@ MUTATIONS = {
     "the sign of h in Noether's current": Mutation(
         "mechanics/conserved/noether.py", "terms += [(change.time * self.energy, -1.0)] if",
         "terms += [(change.time * self.energy, 1.0)] if",
-        ("tests/mechanics/test_symmetries.py::test_what_is_conserved",),
+        ("tests/mechanics/conserved/test_symmetries.py::test_what_is_conserved",),
     ),
     "the sign of what L gains in Noether's current": Mutation(
         "mechanics/conserved/noether.py", "[(change.gain, -1.0)] if", "[(change.gain, 1.0)] if",
-        ("tests/mechanics/test_symmetries.py::test_what_is_conserved",),
+        ("tests/mechanics/conserved/test_symmetries.py::test_what_is_conserved",),
     ),
     "the rate of a term of a conserved polynomial": Mutation(
         "mechanics/conserved/columns.py",
         "(rate * x + value * x_rate) % p",
         "(rate * x - value * x_rate) % p",
-        ("tests/mechanics/test_polynomial_integrals.py::test_published_integrals_are_found",),
+        ("tests/mechanics/conserved/test_polynomial_integrals.py::test_published_integrals_are_found",),
     ),
     "the error of a product with a mass of a body": Mutation(
         "native/recurrences/expansion.py", "kind.add(kind.add(rest, lost), error)", "kind.add(rest, error)",
