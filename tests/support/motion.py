@@ -187,6 +187,10 @@ def error(found: Iterable[float], known: Iterable[mpmath.mpf]) -> float:
         return float(max(abs(x - y) for x, y in pairs) / max(abs(y) for _, y in pairs))
 
 
+HUGE = 1e300
+"""Arguments beyond this are refused where real values are asked for."""
+
+
 class ManyDigits:
     """``Algebra[mpc]``: the expression language in mpmath's arithmetic, at its precision of the moment.
 
@@ -208,6 +212,8 @@ class ManyDigits:
     def function(self, name: str, arguments: Sequence[mpmath.mpf]) -> mpmath.mpf:
         if self.real and any(isinstance(argument, mpmath.mpc) for argument in arguments):
             raise ValueError(f"{name} of a complex number")
+        if self.real and any(abs(argument) > HUGE for argument in arguments):
+            raise OverflowError(f"{name} of a huge number")  # for its sine, pi would need millions of digits
         if name in ("abs", "min", "max"):
             return {"abs": abs, "min": min, "max": max}[name](*arguments)
         if name == "atan2" and not self.real:
