@@ -20,7 +20,8 @@ from functools import cached_property
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.kinds import Arranged, Kind, NodeArrays
+from lagrange_cli.native.families.kinds import Kind
+from lagrange_cli.native.families.node_arrays import Arranged, NodeArrays
 
 
 class Balance(NodeArrays):

@@ -6,7 +6,7 @@ are is decided for all members at once, by arrays of numpy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,15 +14,15 @@ import sympy
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder
-from lagrange_cli.expression.index_arrays import holding, inner, integers, taken
+from lagrange_cli.expression.index_arrays import holding, inner, integers
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
 from lagrange_cli.families.builder import recursion
 from lagrange_cli.families.groups import Group, group_of, particle_families
-from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
+from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
 from lagrange_cli.symbolic.indexed.conditions import (
     Condition,
     Joined,
@@ -48,41 +48,6 @@ from lagrange_cli.symbolic.indexed.whole import Span, Whole, named, number, oper
 LETTERS = "ijklmnabcdefgh"
 MOST_PIECES = 30
 """Into which a sum is split."""
-
-
-class Split(Exception):
-    """Members differ in kind: where ``condition`` holds they are of one."""
-
-    def __init__(self, condition: Condition) -> None:
-        super().__init__()
-        self.condition = condition
-
-
-class Frame(dict[str, Any]):
-    """Where an expression stands: the values of indices for all its ``count`` members (and sizes), and what
-    they are in terms of the indices of the loops around it (``names``), whose values are ``arrays``."""
-
-    def __init__(
-        self, values: Mapping[str, Any], count: int, names: Mapping[str, Whole], arrays: Mapping[str, Any]
-    ) -> None:
-        super().__init__(values)
-        self.count, self.names, self.arrays = count, names, arrays
-
-    def part(self, which: Any) -> Frame:
-        """The same for some of the members."""
-        arrays = {name: np.broadcast_to(one, self.count)[which] for name, one in self.arrays.items()}
-        return Frame(taken(self, which), len(which), self.names, arrays)
-
-
-@dataclass(frozen=True)
-class Kind:
-    """Members of a family that are written alike: the ``loops`` through them, the ``indices`` of a member,
-    and where their expression stands."""
-
-    loops: tuple[Loop, ...]
-    indices: tuple[Whole, ...]
-    tree: Tree
-    frame: Frame
 
 
 class WrittenBuilder(Builder):

@@ -24,8 +24,9 @@ from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
-from lagrange_cli.symbolic.families.builder import Frame, Kind, Split, WrittenBuilder
+from lagrange_cli.symbolic.families.builder import WrittenBuilder
 from lagrange_cli.symbolic.families.derivatives import Part, parts
+from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
 from lagrange_cli.symbolic.families.lines import Line, Lines
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
