@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.methods.settling import Settling
-from lagrange_cli.integrate.methods.stepper import outer_rows
+from lagrange_cli.integrate.methods.workspace import outer_rows
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import compile_program
 from lagrange_cli.native.orders import order_for

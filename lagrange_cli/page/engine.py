@@ -9,7 +9,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import TIME
-from lagrange_cli.integrate.methods.stepper import outer_rows
+from lagrange_cli.integrate.methods.workspace import outer_rows
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.native.compilation.webassembly import compile_webassembly
 from lagrange_cli.native.interface import INFO, Interface

@@ -109,7 +109,7 @@ def stepper(case: Case, machine: Machine, size: int) -> Stepper:
     parameters = np.array([one.parameters[name] for one in given for name in program.parameters], np.float64)
     state = np.concatenate([x for one in given for x in (one.q, one.v, np.zeros(len(program.integrals)))])
     made = Stepper(machine, parameters, state, case.times(), size)
-    made._work[:] = made._trial[:] = np.nan
+    made.space.work[:] = made.space.trial[:] = np.nan
     return made
 
 
@@ -129,10 +129,14 @@ def advance(stepper: Stepper, case: Case, steps: int, first: int, size: int, pau
     times = case.times()
     wanted = times.chunk(first, size)
     padded, last = np.concatenate([wanted, np.full(LANES, np.nan)]), first + len(wanted) == times.count
-    stop = stepper._advance(times.stop, padded, 0, len(wanted), last, pause)
-    done, taken = map(int, stepper._info[:2])
+    stop = stepper.space.advance(times.stop, padded, 0, len(wanted), last, pause)
+    done, taken = map(int, stepper.space.info[:2])
     return Piece(
-        stop, steps + taken, first + done, stepper.samples[:, :done].copy(), stepper._memory.tobytes()
+        stop,
+        steps + taken,
+        first + done,
+        stepper.space.samples[:, :done].copy(),
+        stepper.space.memory.tobytes(),
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import lagrange_cli.integrate.methods.stepper as stepping
+import lagrange_cli.integrate.methods.workspace as workspace
 from lagrange_cli.cli.main import main
 from lagrange_cli.integrate.hearing import ENDING, _steppers, asked_by
 from lagrange_cli.native.interface import HALTED, INFO, Stop
@@ -57,15 +58,15 @@ def test_a_step_that_was_left_is_taken_anew_with_the_same_bits(tmp_path, monkeyp
     (tmp_path / "a.yaml").write_text(FREE)
     run = ["solve", "a.yaml", "--outputs", "q,v,action,ledger", "--precision", precision, "--quiet", "-o"]
     assert main([*run, "whole.h5"]) == 0
-    advance, left = stepping.Stepper._advance, []
+    advance, left = workspace.Workspace.advance, []
 
-    def halted(self: stepping.Stepper, *given: float) -> Stop:
-        self._info[HALTED] = not left or left[-1][1] > 0  # at every other call
+    def halted(self: workspace.Workspace, *given: float) -> Stop:
+        self.info[HALTED] = not left or left[-1][1] > 0  # at every other call
         stop = advance(self, *given)
-        left.append((stop, int(self._info[1])))
+        left.append((stop, int(self.info[1])))
         return stop
 
-    monkeypatch.setattr(stepping.Stepper, "_advance", halted)
+    monkeypatch.setattr(workspace.Workspace, "advance", halted)
     monkeypatch.setattr(stepping, "HEEDED", 0)
     assert main([*run, "left.h5"]) == 0
     assert (Stop.PAUSE, 0) in left

@@ -16,10 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.integrate.methods.workspace import Workspace
 
 DEGREE, LOWER = 14, 12
 AWAY = 1 / 75
@@ -27,6 +29,8 @@ AWAY = 1 / 75
 HALVINGS = 10
 AGREED, SATISFIED, ACCELERATED = 1e-10, 1e-9, 1e-5
 """How well the polynomials, the constraints and the accelerations must agree, relative to the motion."""
+PROJECTIONS = 4
+"""How often the state behind is moved to the constraints."""
 
 
 @dataclass(frozen=True)
@@ -84,3 +88,42 @@ def _fitted(
     if states is None or not np.all(np.isfinite(states)):
         return None
     return np.asarray(np.linalg.solve(chebyshev.chebvander(points, degree), states.T))
+
+
+def passed(space: Workspace, origin: Array, end: float) -> Passage | None:
+    """Move the motion beyond the singular configuration that it has stopped at, if what leads beyond is
+    believed and ends before ``end``. ``origin`` is the memory at an earlier time."""
+    layout, memory, singular = space.layout, space.memory.copy(), space.t
+    longest = singular - float(origin[layout.time])
+    for way in passages(singular, longest, lambda times: space.again(origin, times)):
+        if way.stop < end:
+            space.memory[:] = memory
+            _go(space, way)
+            if _believed(space, way):
+                space.memory[layout.at(Clock.PROJECTIONS)] = memory[layout.at(Clock.PROJECTIONS)] + 1
+                return way
+    space.memory[:] = memory
+    return None
+
+
+def _go(space: Workspace, way: Passage) -> None:
+    """To the end of a passage, as a motion begins."""
+    layout, memory = space.layout, space.memory
+    memory[layout.part(0)] = way.at(np.array([way.stop]))[:, 0]
+    for rest in (layout.part(1), slice(layout.third, layout.third + layout.width)):
+        memory[rest] = 0.0
+    memory[[layout.at(one) for one in (*BEGINNING, Clock.REFUSED, Clock.REFUSED_BEYOND)]] = 0.0
+    memory[layout.time], memory[layout.at(Clock.TIME_LOW)] = way.stop, 0.0
+    for _ in range(PROJECTIONS):
+        space.project()
+
+
+def _believed(space: Workspace, way: Passage) -> bool:
+    """Whether the state there satisfies the constraints, and the accelerations are the equations' own."""
+    layout = space.layout
+    motion = way.at(np.array([way.stop]))[layout.motion, 0]
+    moved, scale = np.abs(space.memory[layout.motion] - motion), float(np.max(np.abs(motion)))
+    rates, due = space.rates()[layout.q], way.rates(way.stop)[layout.v]
+    size = float(np.max(np.abs(due))) + scale
+    satisfied = float(np.max(moved)) <= SATISFIED * scale
+    return satisfied and float(np.max(np.abs(rates - due))) <= ACCELERATED * size

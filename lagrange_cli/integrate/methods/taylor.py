@@ -101,12 +101,12 @@ class TaylorMethod:
             before_end = last and checkpoints.ends is not None and program.parts == 1 and len(wanted) > 0
             stop, done = stepper.fill(wanted, first, last and not before_end, pause)
             first += done
-            samples = stepper.taken(done)
+            samples = stepper.space.taken(done)
             if before_end and stop is Stop.SAMPLES:
-                kept = int(np.count_nonzero(stepper.passed(wanted)))
+                kept = int(np.count_nonzero(stepper.space.passed(wanted)))
                 accept(wanted[:kept], samples[:, :kept])
                 begin = first - done
-                known = kept > 0 or begin == 0 or bool(stepper.passed(times.chunk(begin - 1, 1))[0])
+                known = kept > 0 or begin == 0 or bool(stepper.space.passed(times.chunk(begin - 1, 1))[0])
                 if checkpoints.ends is not None and known and not stepper.limited:
                     checkpoints.ends(stepper.snapshot(begin + kept))
                 wanted, samples, done = wanted[kept:], samples[:, kept:], done - kept
@@ -114,23 +114,23 @@ class TaylorMethod:
             accept(wanted[:done], samples)
             if stepper.finished is not None:
                 ending, detail = stepper.finished.ending, stepper.finished.detail
-                return end(ending, stepper.t, stepper.state, detail)
+                return end(ending, stepper.space.t, stepper.space.state, detail)
             if stop is Stop.NOT_FINITE and stepper.finite():
                 stop = (
                     Stop.UNDERFLOW
                 )  # the equations are, but a singularity is so near that the series is not
             if stop in ENDINGS:
-                ended = end(ENDINGS[stop], stepper.t, stepper.state)
+                ended = end(ENDINGS[stop], stepper.space.t, stepper.space.state)
                 return ended if stop is Stop.END else stopped(ended, stepper.accelerations())
-            if stop is Stop.PAUSE or pause(stepper.t):
+            if stop is Stop.PAUSE or pause(stepper.space.t):
                 snapshot = stepper.snapshot(first)
                 if halted:
-                    t, state = stepper.t, stepper.state
+                    t, state = stepper.space.t, stepper.space.state
                     if stop is not Stop.PAUSE:  # the step that holds the last sample began before it
                         t, state = float(wanted[-1]), samples[:, -1].copy()
                     return end(Ending.INTERRUPTED, t, state, at=snapshot)
                 checkpoints.keep(snapshot)
-            stepper.swap()
+            stepper.space.swap()
 
 
 def stopped(end: End, accelerations: Array) -> End:

@@ -49,13 +49,13 @@ class PairDivision(Division):
     edge, provable = 0.0, 2.0**-42
 
     def asked(self, left: Real, place: Pair) -> Real:
-        f, unit = self.f, self.units.part
+        f, unit = self.f, self.parts.units.part
         length, fresh = f.variable(left), f.variable(Bit(f, "true"))
 
         def again(other: Real) -> None:
             unit.set(other)
             fresh.set(Bit(f, "false"))
-            self.expand(place)
+            self.parts.expand(place)
 
         with f.forever() as rounds:
             used = unit.get()

@@ -13,9 +13,10 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, accepted
-from lagrange_cli.native.stepping.division import Division, Part, Places, Units
+from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.parts import Part, Parts, Places, Units
 from lagrange_cli.native.stepping.proof import Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures, followed
 from lagrange_cli.native.stepping.step_size import StepSize
@@ -255,20 +256,20 @@ class Steps(ABC):
             return self._has_proven(f, (t + low) + place[0], arrays, series, length, units.part.get())
 
         at = Places(trial, f.pointer("%work"), arrays, series)
-        given = f, quadratures, self.sums, at, self.state.width, units, expand
+        parts = Parts(f, quadratures, self.sums, at, self.state.width, units, expand)
         made = self.division(
-            *given, prove if self.integrands else None, lambda: self.halted(f), tires=self.constrained
+            parts, prove if self.integrands else None, lambda: self.halted(f), tires=self.constrained
         )
 
         def samples(part: Part) -> Integer:
             zero = f.constant(0.0)
-            return made.samples(
+            return parts.samples(
                 index, Integer(f, "%last"), part, lambda instant: difference((instant, zero), (t, low))
             )
 
         whole = made.divide(t, (h, hl), samples, index)
         with f.when(~whole):
-            made.lose_samples(index, Integer(f, "%last"))
-        made.give(f.pointer("%state"), self.state.third if self.parts > 1 else 0, whole)
+            parts.lose_samples(index, Integer(f, "%last"))
+        parts.give(f.pointer("%state"), self.state.third if self.parts > 1 else 0, whole)
         f.give()
         return f

@@ -25,4 +25,4 @@ def test_a_corner_that_is_far_is_not_what_stops_a_motion():
     stepper = Stepper(machine, np.empty(0), state.ravel(), Times(0.0, 10.0, 2, 10.0), 2)
     assert stepper._settling is not None
     assert not stepper._settling.cross()
-    assert stepper.t == 0.0
+    assert stepper.space.t == 0.0

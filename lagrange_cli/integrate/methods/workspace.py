@@ -1,0 +1,119 @@
+"""``Workspace``: the arrays of one motion that compiled code works on, and the calls of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.native.compilation.machine import Machine
+from lagrange_cli.native.interface import INFO, Interface, Stop
+from lagrange_cli.native.state import LANES, Clock
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MOST_STEPS = 1 << 40
+"""More than are ever taken at once."""
+
+
+class Workspace:
+    """``memory`` is what the motion goes on from (see ``native.state``), ``work`` and ``trial`` are scratch,
+    ``info`` is what calls tell; ``samples`` (rows, size + LANES) holds what ``advance`` has made."""
+
+    def __init__(self, machine: Machine, state: Array, start: float, size: int) -> None:
+        program = machine.program
+        self.machine, self.layout, self.outer = machine, program.inner, outer_rows(program)
+        self.constants = aligned(max(1, program.constants))
+        self.memory, self.work = aligned(self.layout.memory), aligned(program.work)
+        self.trial = aligned(program.trial)
+        self.info = np.zeros(INFO, dtype=np.int64)
+        for part, given in enumerate(state.reshape(program.parts, -1)):
+            self.memory[self.layout.part(part)][self.outer] = given
+        self.memory[self.layout.time] = start
+        self.samples = np.empty((program.parts * self.layout.rows, size + LANES))
+        self._spare: Array | None = None
+
+    @property
+    def t(self) -> float:
+        """The time reached."""
+        return float(self.memory[self.layout.time])
+
+    @property
+    def state(self) -> Array:
+        """q, v and the integrals at that time."""
+        return np.array(self.memory[self.layout.part(0)][self.outer])
+
+    def passed(self, times: Array) -> NDArray[np.bool_]:
+        """Which of some instants are not after the time reached."""
+        return np.asarray(times - self.t - self.memory[self.layout.at(Clock.TIME_LOW)] <= 0)
+
+    def rates(self) -> Array:
+        """The rates of velocities and integrals at the state reached."""
+        self.work[:] = 0.0  # what is not finite would spread
+        rates = np.empty(self.layout.rows)
+        self.machine.accelerate(
+            self.constants.ctypes.data,
+            self.t,
+            self.memory.ctypes.data,
+            self.work.ctypes.data,
+            rates.ctypes.data,
+        )
+        return rates
+
+    def advance(self, stop: float, wanted: Array, done: int, count: int, last: bool, pause: int) -> Stop:
+        """Step until ``stop``, or until ``count`` of the ``wanted`` samples from the one numbered ``done``
+        are taken, or ``pause`` steps are; why it ended. ``wanted`` has LANES more instants, which are nan."""
+        assert self.machine.advance is not None
+        return Stop(
+            self.machine.advance(
+                self.constants.ctypes.data, self.memory.ctypes.data, self.work.ctypes.data,
+                self.trial.ctypes.data, stop, wanted.ctypes.data + 8 * done, count,
+                self.samples.ctypes.data + 8 * done, self.samples.shape[1], last, pause,
+                self.info.ctypes.data,
+            )
+        )  # fmt: skip
+
+    def project(self) -> None:
+        """Move the state to the constraints."""
+        assert self.machine.project is not None
+        self.machine.project(self.constants.ctypes.data, self.memory.ctypes.data)
+
+    def again(self, origin: Array, times: Array) -> Array | None:
+        """The states (rows, n) at times, on the way from the memory ``origin`` once more; None if the motion
+        does not reach the last of them."""
+        info, samples, memory = self.info.copy(), self.samples, self.memory.copy()
+        self.memory[:], self.info[:] = origin, 0
+        self.samples = np.empty((self.layout.rows, len(times) + LANES))
+        stop = self.advance(float(times[-1]), padded(times), 0, len(times), True, MOST_STEPS)
+        found = self.samples[:, : len(times)]
+        complete = stop is Stop.END and int(self.info[0]) == len(times)
+        self.memory[:], self.info[:], self.samples = memory, info, samples
+        return found if complete else None
+
+    def taken(self, done: int) -> Array:
+        """The first samples: rows q, v and the integrals, of every part."""
+        samples = self.samples[:, :done]
+        if not self.machine.program.auxiliary:
+            return samples
+        parts = self.machine.program.parts
+        rows = samples.reshape(parts, self.layout.rows, done)[:, self.outer]
+        return np.ascontiguousarray(rows.reshape(parts * len(self.outer), done))
+
+    def swap(self) -> None:
+        """Leave ``samples`` as they are until the next ``swap``: go on in other memory."""
+        spare = np.empty_like(self.samples) if self._spare is None else self._spare
+        self.samples, self._spare = spare, self.samples
+
+
+def padded(wanted: Array) -> Array:
+    """Instants of samples as ``advance`` takes them."""
+    return np.concatenate([wanted, np.full(LANES, np.nan)])
+
+
+def outer_rows(program: Interface) -> NDArray[np.intp]:
+    """The rows of q, v and the integrals among those that steps have."""
+    inner, own = program.inner, program.degrees
+    integrals = np.arange(inner.integrals.start, inner.rows)
+    return np.concatenate([np.arange(own), inner.degrees + np.arange(own), integrals])

@@ -1,0 +1,217 @@
+"""The integrals over one part of a step of the motion: at its end, at the samples within it, and what is
+expected of the integrands at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import nullcontext
+
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.stepping.acceptance import allowance
+from lagrange_cli.native.stepping.lengths import Row
+from lagrange_cli.native.stepping.quadratures import Quadratures
+from lagrange_cli.native.stepping.step_size import ENDLESS
+from lagrange_cli.native.stepping.sums import Pair, Sums, difference
+from lagrange_cli.records import dataclass, replace
+
+NAN = "0x7FF8000000000000"
+ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
+KNOWN = LOW_RATES
+"""The arrays of ``Places`` behind the state within the step, by number; low parts of states take one more. Of
+short parts the integrals that are known are marked."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """The state at the beginning of a step and the series there; the arrays that the parts of the step take,
+    and the series of a part.
+
+    The arrays (``interface.ARRAYS``) are the state within the step and that at the end of a part, with low
+    parts; the rates expected there, how far off they may be, and their low parts.
+    """
+
+    begin: Pointer
+    work: Pointer
+    arrays: Pointer
+    there: Pointer
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a step: from ``start`` to ``end``, ``h`` long.
+
+    It may be so ``short`` that the integrand is taken to be constant, and so because the integrand is
+    ``steep`` there; it may be the ``last`` one.
+    """
+
+    start: Pair
+    end: Pair
+    h: Pair
+    short: Bit
+    steep: Bit
+    last: Bit
+
+
+@dataclass
+class Units:
+    """Units of time: of the series of the step, and of those of its parts."""
+
+    step: Real
+    part: Variable[Real]
+
+
+def choice(f: Function, where: Bit, yes: Pair, no: Pair) -> Pair:
+    """One number or the other."""
+    return f.select(where, yes[0], no[0]), f.select(where, yes[1], no[1])
+
+
+class Parts:
+    """Writes into ``f`` what is computed of a part. In the state low parts are ``low`` rows behind.
+
+    ``expand`` is to compute the series at a place of the step, in ``units.part``, where the state is already.
+    """
+
+    def __init__(
+        self, f: Function, quadratures: Quadratures, sums: Sums, at: Places, low: int, units: Units,
+        expand: Callable[[Pair], None],
+    ) -> None:  # fmt: skip
+        self.f, self.at, self.low, self.sums, self.units = f, at, low, sums, units
+        self.lengths, self.own, self.bounds = quadratures.lengths, quadratures.own, quadratures.bounds
+        self.quadratures, self.expand = quadratures, expand
+
+    # states and arrays
+
+    def array(self, number: int) -> Pointer:
+        """One of the arrays."""
+        return self.f.place(self.at.arrays, number * self.lengths.width) if number else self.at.arrays
+
+    def put(self, row: Row, value: Pair, to: Pointer, where: Bit | None = None) -> None:
+        """Store a number and its low part, or where that holds only."""
+        for shift, one in zip((0, self.low), value):
+            row.put(one if where is None else self.f.select(where, one, row.at(to, shift)), to, shift)
+
+    def begin(self) -> None:
+        """All parts begin with the integrals that the step begins with."""
+        with self.lengths.each(self.f) as row:
+            self.put(row, (row.at(self.at.begin), row.at(self.at.begin, self.low)), self.at.arrays)
+
+    def go(self, place: Pair) -> None:
+        """The motion at a place of the step, and the series there; the integrals stay as they are."""
+        f, at, sums = self.f, self.at, self.sums
+        with self.lengths.each(f) as row:
+            moves = ~row.among(*self.own.leading)
+            with f.when(moves) if self.lengths.together == 1 else nullcontext():
+                old = sums.state(f, row, at.begin, self.low, self.lengths.wide(f, place[0]))
+                change = sums.change(f, row, at.work, place, self.units.step)
+                self.put(row, sums.sum(f, old, change), at.arrays, moves)
+        self.expand(place)
+
+    # integrals
+
+    def rate(self, row: Row) -> Pair:
+        """The integrand at the beginning of a part."""
+        series, inverse = row.series(self.at.there), self.f.constant(1.0) / self.units.part.get()
+        if not self.sums.beyond:
+            return series[1], self.f.zero(row.lengths.lanes)
+        return series[1] * inverse, series[1 + self.sums.beyond] * inverse
+
+    def integral(self, row: Row, part: Part, h: Pair) -> Pair:
+        """An integral within ``h`` of the beginning of a part. A rate that is not finite counts as 0: what
+        lies beyond tells whether it may be."""
+        f, sums, lengths = self.f, self.sums, row.lengths
+        summed = sums.change(f, row, self.at.there, h, self.units.part.get())
+        linear = sums.product(f, (self.known(row), self.known(row, 1)), (lengths.wide(f, h[0]), h[1]))
+        change = choice(f, part.short, linear, summed)
+        return sums.sum(f, (row.at(self.at.arrays), row.at(self.at.arrays, self.low)), change)
+
+    def known(self, row: Row, part: int = 0) -> Real:
+        """A rate, or 0."""
+        rate = self.rate(row)[part]
+        return self.f.select(self.f.magnitude(rate) < ENDLESS, rate, self.f.zero(rate.lanes))
+
+    def add(self, part: Part, usual: Real, t: Real) -> None:
+        """The integrals at the end of a part, and what is expected of the integrands there."""
+        f, own, h = self.f, self.own, part.h[0]
+        allowed = allowance(f, self.bounds, t, usual, h)
+        with own.velocities(f) as row:
+            new, old = self.integral(row, part, part.h), row.at(self.at.arrays)
+            speed, low = self.sums.slope(f, row, self.at.there, part.h, self.units.part.get())
+            lesser = f.smaller(f.magnitude(new[0]), f.magnitude(old))
+            most = allowed.of(f, own, f.magnitude(speed) + f.magnitude(self.rate(row)[0]), lesser)
+            most = most + own.wide(f, self.quadratures.nothing(f, h))
+            most = f.select(part.short, f.magnitude(self.known(row)), most)
+            self.put(row, new, self.array(ENDED))
+            for number, value in ((RATES, speed), (ALLOWED, most), (LOW_RATES, low)):
+                row.put(value, self.array(number))
+        with f.when(part.short), own.velocities(f) as row:  # nothing is expected of these
+            row.put(self.rate(row)[0], self.array(RATES))
+            row.put(f.zero(own.lanes), self.array(KNOWN))
+
+    def accepted(self) -> Bit:
+        """Whether the series at the end of a part agree with what was expected."""
+        f, zero = self.f, self.f.constant(0.0)
+        given = self.array(RATES), self.array(ALLOWED), zero, f.constant(1.0), Bit(f, "false"), zero
+        low = (self.array(LOW_RATES), f.constant(1.0) / self.units.part.get()) if self.sums.beyond else ()
+        return f.call(Bit, "integrals_accepted", self.at.there, *given, *low, self.array(ENDED))
+
+    def accept(self, good: Bit) -> None:
+        """Go on with the integrals at the end of a part."""
+        ended = self.array(ENDED)
+        with self.f.when(good), self.own.velocities(self.f) as row:
+            self.put(row, (row.at(ended), row.at(ended, self.low)), self.at.arrays)
+
+    def give(self, state: Pointer, third: int, whole: Bit) -> None:
+        """The integrals of all parts as those of the state; no numbers where the parts are not the whole
+        step. Third parts, if there are any, become 0."""
+        f, none = self.f, self.f.splat(Real(self.f, NAN, 1), self.own.lanes)
+        with self.own.velocities(f) as row:
+            value = row.at(self.at.arrays), row.at(self.at.arrays, self.low)
+            every = row.moving(f.splat(Bit(f, "true", 1), self.own.lanes))
+            self.put(row, choice(f, whole, value, (none, none)), state, every)
+            if third:
+                row.put(f.constant(0.0), state, third)
+
+    def lose_samples(self, index: Variable[Integer], last: Integer) -> None:
+        """Samples from ``index`` to before ``last`` are nan: the parts have not reached them."""
+        f, (first, count) = self.f, self.own.followed
+        none = Real(f, NAN, 1)
+        with f.section() as done, f.forever() as rounds:
+            with f.when(index.get() >= last):
+                done.leave()
+            with f.loop(first, first + count, tested=False) as i:
+                place = i * Integer(f, "%stride") + index.get()
+                f.store(none, "%out", place)
+                if self.sums.beyond:
+                    f.store(none, "%out", place + Integer(f, "%beyond"))
+            index.set(index.get() + 1)
+            rounds.go_on()
+
+    def sample(self, part: Part, dt: Pair, index: Integer) -> None:
+        """One sample: rows of ``%out`` are ``%stride`` apart, low parts ``%beyond`` behind."""
+        f, (first, count) = self.f, self.own.followed
+        one, h = replace(self.own, lanes=1, together=1), difference(dt, part.start)
+        with f.loop(first, first + count, tested=False) as i:
+            high, low = self.integral(Row(one, f, i), part, h)
+            place = i * Integer(f, "%stride") + index
+            f.store(high, "%out", place)
+            if self.sums.beyond:
+                f.store(low, "%out", place + Integer(f, "%beyond"))
+
+    def samples(
+        self, index: Variable[Integer], last: Integer, part: Part, since: Callable[[Real], Pair]
+    ) -> Integer:
+        """Write the samples of a part from ``index`` to before ``last``, at times ``since`` the beginning of
+        the step: the first one beyond."""
+        f, reached = self.f, self.f.variable(index.get())
+        with f.section() as done, f.forever() as rounds:
+            with f.when(reached.get() >= last):
+                done.leave()
+            dt = since(f.load("%times", reached.get()))
+            with f.when(~((difference(dt, part.end)[0] <= 0.0) | part.last)):
+                done.leave()
+            self.sample(part, dt, reached.get())
+            reached.set(reached.get() + 1)
+            rounds.go_on()
+        return reached.get()
