@@ -1,7 +1,7 @@
 """The canonical form of an expression: an expanded sum of monomials, shortened by trigonometric identities.
 
     sin^2 + cos^2 = 1        1 - sin^2 = cos^2        1 - cos^2 = sin^2
-    cosh^2 - sinh^2 = 1
+    cosh^2 - sinh^2 = 1      1 + sinh^2 = cosh^2      cosh^2 - 1 = sinh^2
     cos a cos b + sin a sin b = cos(a - b)            cos a cos b - sin a sin b = cos(a + b)
     sin a cos b - cos a sin b = sin(a - b)            sin a cos b + cos a sin b = sin(a + b)
 
@@ -14,7 +14,7 @@ shortened when it is expanded.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
 import sympy
@@ -159,8 +159,13 @@ def is_reducible(base: sympy.Expr, exponent: Fraction) -> bool:
 
 def contract(terms: Terms) -> Terms:
     """The sum, contracted until no rule shortens it."""
+    return contract_by((contract_switches, contract_squares, contract_angles), terms)
+
+
+def contract_by(rules: Sequence[Callable[[Terms, Monomial], bool]], terms: Terms) -> Terms:
+    """The sum, contracted by one rule after the other."""
     terms = dict(terms)
-    for rule in (contract_switches, contract_squares, contract_angles):
+    for rule in rules:
         changed = True
         while changed:
             changed = False
@@ -194,6 +199,7 @@ def contract_squares(terms: Terms, monomial: Monomial) -> bool:
         if type(base) not in PARTNERS or exponent < TWO:
             continue
         partner_type, sign = PARTNERS[type(base)]
+        constant = -1 if base.func is sympy.sinh else 1
         coefficient = terms[monomial]
         rest = combine(monomial, frozenset({(base, -TWO)}))
         partner = combine(rest, frozenset({(partner_type(*base.args), TWO)}))
@@ -201,13 +207,13 @@ def contract_squares(terms: Terms, monomial: Monomial) -> bool:
         if other is not None and (coefficient < 0) == (sign * other < 0):
             # a f^2 + b g^2 = s (f^2 + sign g^2) + ..., with the smaller coefficient s wholly used up
             shared = min(coefficient, sign * other, key=abs)
-            constant = -shared if base.func is sympy.sinh else shared
             add_into(terms, {monomial: -shared, partner: -sign * shared})
-            add_into(terms, {rest: constant})
+            add_into(terms, {rest: constant * shared})
             return True
-        if terms.get(rest) == -coefficient and base.func in WAVES:
-            add_into(terms, {monomial: -coefficient, rest: coefficient})
-            add_into(terms, {partner: -coefficient})
+        if terms.get(rest) == -constant * coefficient:
+            # f^2 - c = -sign g^2
+            add_into(terms, {monomial: -coefficient, rest: constant * coefficient})
+            add_into(terms, {partner: -sign * coefficient})
             return True
     return False
 

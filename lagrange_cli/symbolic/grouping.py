@@ -8,10 +8,12 @@ from fractions import Fraction
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, settled, to_terms
+from lagrange_cli.symbolic.common_denominators import over_one_denominator
 from lagrange_cli.symbolic.monomials import (
     Monomial,
     Terms,
     TooLargeError,
+    combine,
     common_factor,
     degree,
     divide,
@@ -19,7 +21,9 @@ from lagrange_cli.symbolic.monomials import (
     term,
 )
 from lagrange_cli.symbolic.order import Order, Role
-from lagrange_cli.symbolic.work import charge, check_size, size_of
+from lagrange_cli.symbolic.perfect_powers import powers
+from lagrange_cli.symbolic.squares import shortest
+from lagrange_cli.symbolic.work import COUNTER, charge, check_size, size_of
 
 LONGEST = 5000
 """Terms and factors beyond which an expression is not multiplied out where that makes it longer."""
@@ -41,7 +45,7 @@ def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
 
 
 def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
-    """As ``tidy``, but powers of sums, as in k*(x - l)**2/2, are not expanded where that is shorter.
+    """As ``tidy``, but powers of sums, as in k*(x - l)**2/2, are expanded only where that is shorter.
 
     This applies only to terms that depend on nothing faster than ``fastest``: others have to be collected.
     """
@@ -49,11 +53,17 @@ def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
     others = sympy.S.Zero
     for part in sympy.Add.make_args(check_size(expression)):
         short = with_settled_sums(part)
-        if short is None or order.role(part) > fastest or size_of(short) >= size_of(tidy(part, order)):
+        if short is None or order.role(part) > fastest or is_shorter(tidy(part, order), short):
             others += part
         else:
             kept += short
     return kept + tidy(others, order)
+
+
+def is_shorter(expanded: sympy.Expr, short: sympy.Expr) -> bool:
+    """Whether an expanded form is shorter than one with powers of sums, and is not such a power itself."""
+    powers_left = any(is_power_of_sum(factor) for factor in sympy.Mul.make_args(expanded))
+    return size_of(expanded) < size_of(short) and not powers_left
 
 
 def with_settled_sums(part: sympy.Expr) -> sympy.Expr | None:
@@ -76,21 +86,44 @@ def group(terms: Terms, order: Order) -> sympy.Expr:
     """The sum of the terms, collected by their velocities, accelerations and roots."""
     groups: dict[Monomial, Terms] = {}
     for monomial, coefficient in terms.items():
-        moving = frozenset(item for item in monomial if is_grouped_by(item, order))
+        moving = frozenset(item for item in monomial if is_of_motion(item, order))
         groups.setdefault(moving, {})[monomial - moving] = coefficient
-    return sympy.Add(
-        *(
-            term(moving) * (factored(inner, order) if moving else collected(inner, order))
-            for moving, inner in groups.items()
-        )
-    )
+    return sympy.Add(*(with_denominators(moving, inner, order) for moving, inner in groups.items()))
 
 
-def is_grouped_by(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
-    """Whether terms are collected by this factor of a monomial: x_dot, theta_ddot, lambda, a distance."""
+def with_denominators(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
+    """The sum, times velocities and accelerations: collected by roots and denominators, or over one
+    denominator where that is shorter."""
+    groups: dict[Monomial, Terms] = {}
+    terms = shortest(terms)
+    for monomial, coefficient in terms.items():
+        roots = frozenset(item for item in monomial if is_sum(item, order))
+        groups.setdefault(roots, {})[monomial - roots] = coefficient
+    each = sympy.Add(*(once(combine(moving, roots), inner, order) for roots, inner in groups.items()))
+    joined = over_one_denominator(terms)
+    if joined is None:
+        return each
+    numerator, denominator = joined
+    if not numerator:
+        return sympy.S.Zero
+    one = once(combine(moving, denominator), numerator, order)
+    return one if size_of(one) < size_of(each) else each
+
+
+def once(factor: Monomial, terms: Terms, order: Order) -> sympy.Expr:
+    """A common factor of terms, written once."""
+    return term(factor) * factored(terms, order) if factor else collected(terms, order)
+
+
+def is_of_motion(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
+    """Whether terms are collected by this factor of a monomial: x_dot, theta_ddot, lambda."""
     base, exponent = item
-    if order.is_motion(base) or order.role(base) is Role.MULTIPLIER:
-        return exponent > 0
+    return (order.is_motion(base) or order.role(base) is Role.MULTIPLIER) and exponent > 0
+
+
+def is_sum(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
+    """Whether terms are collected by this factor of a monomial: a distance."""
+    base, _ = item
     return bool(base.is_Add) and order.role(base) > Role.PARAMETER
 
 
@@ -102,6 +135,47 @@ def factored(terms: Terms, order: Order) -> sympy.Expr:
 
 
 def collected(terms: Terms, order: Order) -> sympy.Expr:
+    """The sum with powers of shorter ones, or by functions of the coordinates: the shortest of these."""
+    found = [by_functions(terms, order)]
+    fixed = {m: c for m, c in terms.items() if all(order.role(base) is Role.PARAMETER for base, _ in m)}
+    for first in ({}, fixed) if 0 < len(fixed) < len(terms) else ({},):
+        power = in_powers({m: c for m, c in terms.items() if m not in first}, order)
+        if power is not None:
+            found.append(by_functions(first, order) + power)
+    return min(found, key=size_of) if len(found) > 1 else found[0]
+
+
+def in_powers(terms: Terms, order: Order) -> sympy.Expr | None:
+    """The sum as a product of powers of shorter ones, if it is one."""
+    content, number = common_factor(terms)
+    number = with_leading_sign(terms, number, order)
+    split = powers(divide(terms, content, number))
+    if split is None:
+        return None
+    scale, found = split
+    factors = (by_functions(factor, order) ** exponent for factor, exponent in found)
+    return multiplied(term(content, number * scale), sympy.Mul(*factors))
+
+
+def by_functions(terms: Terms, order: Order) -> sympy.Expr:
+    """The sum, collected by sines and the like that multiply several terms, where that is shorter."""
+    groups: dict[Monomial, Terms] = {}
+    for monomial, coefficient in terms.items():
+        functions = frozenset(item for item in monomial if is_function_of_motion(item[0], order))
+        groups.setdefault(functions, {})[monomial - functions] = coefficient
+    found = by_coordinates(terms, order)
+    if all(len(inner) == 1 for functions, inner in groups.items() if functions):
+        return found
+    other = sympy.Add(*(once(functions, inner, order) for functions, inner in groups.items()))
+    return other if size_of(other) < size_of(found) else found
+
+
+def is_function_of_motion(base: sympy.Expr, order: Order) -> bool:
+    """Whether it is a function of coordinates or t, as sin(theta) is."""
+    return bool(base.is_Function) and order.role(base) > Role.PARAMETER
+
+
+def by_coordinates(terms: Terms, order: Order) -> sympy.Expr:
     """The sum, with the parameters that multiply each function of the coordinates collected."""
     groups: dict[Monomial, Terms] = {}
     for monomial, coefficient in terms.items():
@@ -118,9 +192,19 @@ def times_constant(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
     rest = from_terms(inner)
     mixed = any(exponent > 1 or len(m) > 1 for m in terms for _, exponent in m - content)
     if len(terms) > 2 and mixed and is_factored(inner):
-        charge(STEPS_TO_FACTOR * len(inner) * (1 + degree(inner)))
-        rest = sympy.factor(rest)  # m2**2 + 2*m2*m3 + m3**2
+        rest = split(rest, inner)  # m2**2 + 2*m2*m3 + m3**2
     return multiplied(term(moving) * term(content, number), rest)
+
+
+def split(polynomial: sympy.Expr, terms: Terms) -> sympy.Expr:
+    """A polynomial with these terms as a product. The same ones occur in many equations."""
+    found = COUNTER.factored.get(polynomial)
+    if found is None:
+        charge(STEPS_TO_FACTOR * len(terms) * (1 + degree(terms)))
+        found = sympy.factor(polynomial)
+        if COUNTER.work is not None:
+            COUNTER.factored[polynomial] = found
+    return found
 
 
 def is_factored(terms: Terms) -> bool:

@@ -22,6 +22,8 @@ from lagrange_cli.symbolic.monomials import (
     term,
 )
 from lagrange_cli.symbolic.order import Order
+from lagrange_cli.symbolic.rings import ring_of
+from lagrange_cli.symbolic.squares import shortest
 from lagrange_cli.symbolic.work import charge, size_of
 
 LARGEST_BLOCK = 3
@@ -59,8 +61,7 @@ def solve(
                 return None
             rows = [[to_terms(matrix[i][j]) for j in block] for i in block]
             column = [to_terms(right[i]) for i in block]
-            shortened = contract if len(block) <= LARGEST_BLOCK else in_sines
-            determinant = shortened(determinant_of(rows))
+            determinant = shortest(contract(determinant_of(rows)))
             if not determinant:
                 raise Singular
             for position, index in enumerate(block):
@@ -68,32 +69,13 @@ def solve(
                     [column[i] if j == position else rows[i][j] for j in range(len(block))]
                     for i in range(len(block))
                 ]
-                found = solution[index] = quotient(shortened(determinant_of(replaced)), determinant, order)
+                numerator = shortest(contract(determinant_of(replaced)))
+                found = solution[index] = quotient(numerator, determinant, order)
                 if size_of(found) > longest:
                     return None
     except TooLargeError:
         return None
     return tuple(solution)
-
-
-def in_sines(terms: Terms) -> Terms:
-    """The sum, contracted as it is or with all cos^2 = 1 - sin^2, whichever is shorter: of high powers
-    contraction finds no shortest form."""
-    plain = contract(terms)
-    found: Terms = {}
-    for monomial, coefficient in plain.items():
-        product: Terms = {ONE: coefficient}
-        for base, exponent in monomial:
-            factor: Terms = {frozenset({(base, exponent)}): Fraction(1)}
-            if isinstance(base, sympy.cos) and exponent.denominator == 1 and exponent >= 2:
-                square = {ONE: Fraction(1), frozenset({(sympy.sin(*base.args), Fraction(2))}): Fraction(-1)}
-                factor = {frozenset({(base, Fraction(1))}) if exponent % 2 else ONE: Fraction(1)}
-                for _ in range(int(exponent) // 2):
-                    factor = multiply(factor, square)
-            product = multiply(product, factor)
-        add_into(found, product)
-    found = contract(found)
-    return found if len(found) < len(plain) else plain
 
 
 def blocks(matrix: Sequence[Sequence[sympy.Expr]]) -> list[list[int]]:
@@ -145,34 +127,11 @@ def reduced(numerator: Terms, denominator: Terms) -> tuple[Terms, Terms]:
     """Both sums divided by their greatest common divisor, as polynomials in all they contain."""
     content, number = common_factor(numerator)
     polynomial = divide(numerator, content, number)
-    bases = sorted({base for terms in (polynomial, denominator) for m in terms for base, _ in m}, key=str)
-    exponents = [e for terms in (polynomial, denominator) for m in terms for _, e in m]
-    highest = max(degree(polynomial), degree(denominator))
-    if not bases or any(e.denominator != 1 or e < 0 for e in exponents) or highest > HIGHEST_FRACTION:
+    ring, highest = ring_of(polynomial, denominator), max(degree(polynomial), degree(denominator))
+    if ring is None or highest > HIGHEST_FRACTION:
         return numerator, denominator
     charge(STEPS_TO_CANCEL * (len(polynomial) + len(denominator)) * (1 + highest))
-    from sympy.polys.domains import QQ
-    from sympy.polys.rings import PolyRing
-
-    ring = PolyRing([f"x{i}" for i in range(len(bases))], QQ)
-
-    def to_ring(terms: Terms) -> sympy.Expr:
-        return ring.from_dict(
-            {
-                tuple(int(dict(monomial).get(base, 0)) for base in bases): QQ(c.numerator, c.denominator)
-                for monomial, c in terms.items()
-            }
-        )
-
-    def from_ring(element: sympy.Expr) -> Terms:
-        return {
-            frozenset((base, Fraction(e)) for base, e in zip(bases, powers, strict=True) if e): Fraction(
-                int(c.numerator), int(c.denominator)
-            )
-            for powers, c in element.terms()
-        }
-
-    top, bottom = to_ring(polynomial).cancel(to_ring(denominator))
-    scale, rest = common_factor(from_ring(bottom))
-    above = divide(from_ring(top), combine(scale, frozenset((b, -e) for b, e in content)), rest / number)
-    return above, divide(from_ring(bottom), scale, rest)
+    top, bottom = ring.polynomial(polynomial).cancel(ring.polynomial(denominator))
+    scale, rest = common_factor(ring.terms(bottom))
+    above = divide(ring.terms(top), combine(scale, frozenset((b, -e) for b, e in content)), rest / number)
+    return above, divide(ring.terms(bottom), scale, rest)

@@ -48,6 +48,7 @@ class Counter:
     def __init__(self) -> None:
         self.work: Work | None = None
         self.settled: dict[sympy.Expr, sympy.Expr] = {}
+        self.factored: dict[sympy.Expr, sympy.Expr] = {}
 
 
 COUNTER = Counter()
@@ -80,6 +81,7 @@ def counting(work: Work | None = None) -> Iterator[None]:
             setattr(owner, name, attribute)
         COUNTER.work = None
         COUNTER.settled.clear()
+        COUNTER.factored.clear()
 
 
 def counting_calls(attribute: Any, steps: int, work: Work) -> Any:

@@ -1,0 +1,52 @@
+"""Sums of monomials as polynomials in all the bases that they contain."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from lagrange_cli.records import dataclass
+from lagrange_cli.symbolic.monomials import Terms
+
+
+@dataclass(frozen=True)
+class Ring:
+    """Polynomials in ``bases`` with rational coefficients; ``ring`` is sympy's."""
+
+    bases: tuple[sympy.Expr, ...]
+    ring: Any
+
+    def polynomial(self, terms: Terms) -> Any:
+        """A sum as an element of the ring."""
+        rational = self.ring.domain
+        return self.ring.from_dict(
+            {
+                tuple(int(dict(monomial).get(base, 0)) for base in self.bases): rational(
+                    c.numerator, c.denominator
+                )
+                for monomial, c in terms.items()
+            }
+        )
+
+    def terms(self, element: Any) -> Terms:
+        """The sum that an element is."""
+        return {
+            frozenset((base, Fraction(e)) for base, e in zip(self.bases, powers, strict=True) if e): Fraction(
+                int(c.numerator), int(c.denominator)
+            )
+            for powers, c in element.terms()
+        }
+
+
+def ring_of(*sums: Terms) -> Ring | None:
+    """The ring of some sums, or None where they are no polynomials: of roots, or of negative powers."""
+    factors = {item for terms in sums for monomial in terms for item in monomial}
+    if not factors or any(e.denominator != 1 or e < 0 for _, e in factors):
+        return None
+    from sympy.polys.domains import QQ
+    from sympy.polys.rings import PolyRing
+
+    bases = sorted({base for base, _ in factors}, key=str)
+    return Ring(tuple(bases), PolyRing([f"x{i}" for i in range(len(bases))], QQ))
