@@ -186,7 +186,7 @@ class Described:
             families=spec.families,
         )
 
-    def particles(self) -> list[tuple[tuple[Total, ...], tuple[str, ...]]]:
+    def particles(self) -> list[tuple[tuple[Total, ...], Sequence[str]]]:
         """The positions of each family of particles, and the members' names."""
         from lagrange_cli.families.groups import particle_families
         from lagrange_cli.spec.spec import grouped

@@ -21,11 +21,12 @@ from lagrange_cli.records import replace
 from lagrange_cli.spec.kinds import Kind, Meaning, comes_to
 from lagrange_cli.spec.order import Needs
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.settled import Settled
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Family
 
 if TYPE_CHECKING:
-    pass
+    from lagrange_cli.spec.whole import Part
 
 
 class Unsound(Exception):
@@ -40,8 +41,7 @@ class Meanings:
         self.table: dict[str, Meaning] = {}
         self.bound: dict[str, Meaning] = {}
         """What ``NAME.multiplier`` stands for, by the constraint's name: these are names of their own."""
-        self.values: dict[str, Any] = {}
-        self._members: set[str] = set()
+        self.values = Settled()
         self._alike: dict[str, Any] = {}
 
     def declare(
@@ -67,10 +67,10 @@ class Meanings:
             self.problems.broken.add(name)  # either may be meant
             return False
         self.table[name] = Meaning(what, comes_to(what), value, place, family)
-        members = family.members if family else (name,)
-        self._members.update(members)
-        if value is not None:
-            self.values.update(dict.fromkeys(members, value))
+        if value is not None and family is not None:
+            self.values.settle_part(family, None, value)
+        elif value is not None:
+            self.values.settle(name, value)
         return True
 
     @contextmanager
@@ -78,21 +78,21 @@ class Meanings:
         """Let expressions contain further names for a while, which are free: the parameters of a curve."""
         own = {name: Meaning(Kind.PARAMETER, frozenset({Kind.PARAMETER}), scalar()) for name in free}
         self.table |= own
-        self.values |= {name: scalar() for name in own}
+        for name in own:
+            self.values.settle(name, scalar())
         try:
             yield
         finally:
             for name in own:
-                del self.table[name], self.values[name]
+                del self.table[name]
+                self.values.forget(name)
 
     def declare_coordinates(self, coordinates: Sequence[tuple[str, Place, Family | None]]) -> None:
         """Enter coordinates and their velocities."""
         for name, place, family in coordinates:
             self.declare(name, Kind.COORDINATE, place, scalar(), family)
         for name, place, family in coordinates:
-            if family is not None:
-                members = tuple(map(velocity_name, family.members))
-                family = replace(family, name=velocity_name(family.name), members=members)
+            family = None if family is None else family.renamed(velocity_name(name))
             self.declare(velocity_name(name), Kind.VELOCITY, place, scalar(), family)
 
     def declare_multiplier(self, constraint: str, place: Place | None, family: Family | None) -> None:
@@ -103,8 +103,15 @@ class Meanings:
     def settle(self, name: str, kinds: frozenset[Kind], value: Any) -> None:
         """Set the kinds and bounds of a declared definition or particle, or of a member of a family of
         them."""
-        base = family_name(name)
-        self.values[name] = value
+        self.values.settle(name, value)
+        self._meaning(family_name(name), kinds, value)
+
+    def settle_part(self, family: Family, part: Part[Any] | None, kinds: frozenset[Kind], value: Any) -> None:
+        """The same for all members of a part of a family at once."""
+        self.values.settle_part(family, part, value)
+        self._meaning(family.name, kinds, value)
+
+    def _meaning(self, base: str, kinds: frozenset[Kind], value: Any) -> None:
         known = self.table[base]
         if known.value is not value or known.kinds != kinds:
             self.table[base] = replace(known, kinds=kinds, value=value)
@@ -125,9 +132,8 @@ class Meanings:
             return scalar()
         if name not in self.values:
             meaning = self.table[family_name(name)]
-            if name in self._members:
+            if meaning.family is None or name in meaning.family.members:
                 raise Needs(name) if meaning.what in (Kind.PARAMETER, Kind.DEFINITION) else Unsound
-            assert meaning.family is not None
             raise NoMember(meaning.family.hint(name))
         value = self.values[name]
         if value is None:
@@ -146,8 +152,8 @@ class Meanings:
         not settled yet."""
         if name not in self._alike:
             family = self.table[name].family
-            found = [self.values.get(one) for one in family.members] if family is not None else [None]
-            if any(one is None for one in found):
+            found = None if family is None else self.values.of_family(family)
+            if found is None or any(one is None for one in found):
                 return None
             self._alike[name] = largest(found)
         return self._alike[name]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from lagrange_cli.expression.syntax import Span, Tree, has_decimals
-from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
 
@@ -37,28 +37,9 @@ class Expression:
                 return passage.place(Span(span.start - offset, span.stop - offset))
         return self.place
 
-
-@dataclass(frozen=True)
-class Family:
-    """Quantities of one name: ``members`` are called ``u[0,0]``, ``u[0,1]`` and so on, the last index
-    fastest, and ``shape`` says how far each index runs. ``axes`` are the indices' names in the output."""
-
-    name: str
-    shape: tuple[int, ...]
-    members: tuple[str, ...]
-    axes: tuple[str, ...]
-
-    @property
-    def label(self) -> str:
-        """The family as it is called in texts: ``u[i,j]``."""
-        return member_name(self.name, "ijklmn"[: len(self.shape)]) if self.shape else self.name
-
-    def hint(self, name: str) -> str:
-        """The range of its members, as a hint where another was used."""
-        if "-" in name:
-            return "indices count from 0; write u[(i - 1) % N] for a ring"
-        first, last = self.members[0], self.members[-1]
-        return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
+    def member(self, name: str, indices: Mapping[str, int]) -> Expression:
+        """The one of a member of a family."""
+        return replace(self, indices=indices)
 
 
 def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
@@ -88,6 +69,10 @@ class Parameter:
     unit: str = ""
     description: str = ""
 
+    def member(self, name: str, indices: Mapping[str, int]) -> Parameter:
+        """A member of a family."""
+        return replace(self, name=name, value=replace(self.value, indices=indices))
+
 
 @dataclass(frozen=True)
 class Coordinate:
@@ -99,6 +84,11 @@ class Coordinate:
     velocity: Expression | None
     unit: str = ""
     description: str = ""
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Coordinate:
+        """A member of a family."""
+        initial, velocity = (one and replace(one, indices=indices) for one in (self.initial, self.velocity))
+        return replace(self, name=name, initial=initial, velocity=velocity)
 
 
 SURFACE = "--where"
@@ -165,7 +155,7 @@ class Transformation:
     """Other coordinates of the same system. ``replaced`` are coordinates of the file as functions of the new
     ``coordinates``, of those that stay, of t and of parameters. ``families`` are those of the new ones."""
 
-    coordinates: tuple[Coordinate, ...]
+    coordinates: Sequence[Coordinate]
     replaced: Mapping[str, Expression]
     families: Mapping[str, Family]
     place: Place
@@ -272,8 +262,8 @@ class Spec:
     text: str
     name: str
     description: str
-    parameters: tuple[Parameter, ...]
-    coordinates: tuple[Coordinate, ...]
+    parameters: Sequence[Parameter]
+    coordinates: Sequence[Coordinate]
     definitions: Mapping[str, Expression]
     masses: Mapping[str, Expression]
     embedding: Mapping[str, Expression]
