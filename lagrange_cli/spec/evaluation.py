@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.errors import UsageError
@@ -14,12 +14,23 @@ from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
-from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
+from lagrange_cli.expression.vocabulary import (
+    COMPONENTS,
+    CONSTANTS,
+    VELOCITY_SUFFIX,
+    family_name,
+    member_name,
+    velocity_name,
+)
 from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.spec import Expression, Inertia, Spec, distinct
+from lagrange_cli.spec.spec import Expression, Inertia, Spec
+from lagrange_cli.spec.whole import Members, Part, groups_by_name, groups_of, names_of, statements
+
+MANY = 100
+"""The number of members of a family from which on they are evaluated together."""
 
 
 def evaluate_run(
@@ -36,13 +47,9 @@ def evaluate_run(
         UsageError, SpecError: as ``resolve_values``.
     """
     evaluation = constants_of(spec, overrides, algebra, given, problems)
-    q = [evaluation.initial(coordinate.name, coordinate.initial, None) for coordinate in spec.coordinates]
-    v = [
-        evaluation.initial(velocity_name(coordinate.name), coordinate.velocity, 0.0)
-        for coordinate in spec.coordinates
-    ]
-    for coordinate, value in zip(spec.coordinates, q, strict=True):
-        if value is None and not spec.constraints:  # else these determine it
+    q, v = evaluation.state("initial", None), evaluation.state("velocity", 0.0)
+    if None in q and not spec.constraints:  # else these determine it
+        for coordinate in (one for one, value in zip(spec.coordinates, q) if value is None):
             evaluation.problems.add_once(
                 coordinate.place,
                 f"coordinate '{coordinate.name}' has no initial value",
@@ -89,96 +96,154 @@ class Evaluation:
         self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
         self.trees: dict[str, list[Tree]] = {}
         """The trees of parameters and definitions, those of all members of a family together."""
-        for name, one in spec.definitions.items():
-            self.trees.setdefault(family_name(name), []).append(one.tree)
-        for each in spec.parameters:
-            tree = self.overrides.get(each.name, each.value.tree)
-            self.trees.setdefault(family_name(each.name), []).append(tree)
-        self.unknown = {each.name for each in spec.parameters}
+        for base, one in groups_by_name(spec.definitions).items():
+            self.trees[base] = [written.tree for written in statements(one)]
+        for each in groups_of(spec.parameters):
+            self.trees[each.name] = [written.value.tree for written in statements(each)]
+        for name, tree in self.overrides.items():
+            if name in self.trees:  # it is no member of a family
+                self.trees[name] = [tree]
+            elif family_name(name) in self.trees:
+                self.trees[family_name(name)].append(tree)
+        self.unknown = set(names_of(spec.parameters))
         """Parameters that have no value yet."""
-        self.names = {*self.unknown, *spec.definitions}
         self.values: dict[str, Any] = {}
         self.times: dict[str, Any] = {}
         self.definitions: dict[str, Value] = {}
         self.builder = Builder(self._scope, algebra, spec.sizes)
         self.states = Builder(self._scope, algebra, spec.sizes, fades=True)
         """For initial values, where exp(-1000) is as good as 0: the tail of a bump over many members."""
+        self.arrays: dict[str, Any] = {}
+        """The values of families as arrays, where they have been asked for."""
 
     def _parsed(self, name: str, text: str) -> Tree:
-        parameters = [parameter.name for parameter in self.spec.parameters]
         try:
             tree = parse(text)
             for one in names(tree):
-                self._check_name(one, parameters)
+                self._check_name(one)
         except ExpressionError as error:
             raise _usage(f"--set {name}={text}", error) from error
         return tree
 
-    def _check_name(self, one: Name, parameters: list[str]) -> None:
+    def _check_name(self, one: Name) -> None:
         """Raise ExpressionError unless the name stands for a parameter, or may once its index is known."""
-        known = (
-            {*map(family_name, parameters)} if one.indices else {*parameters, *self.spec.sizes, *CONSTANTS}
-        )
-        if one.identifier in known:
+        parameters = names_of(self.spec.parameters)
+        if one.identifier in (parameters.bases if one.indices else (*self.spec.sizes, *CONSTANTS)):
+            return
+        if not one.indices and one.identifier in parameters:
             return
         if one.identifier.lower() in ("nan", "inf", "infinity"):
             raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
         raise ExpressionError(
-            one.span, f"unknown name '{one.identifier}'", _settable_hint(one.identifier, parameters)
+            one.span, f"unknown name '{one.identifier}'", _settable_hint(one.identifier, [*parameters])
         )
 
     def parameters(self) -> None:
         """Evaluate all of them; an override may change what depends on what."""
-        given = {parameter.name: parameter.value for parameter in self.spec.parameters}
+        known = names_of(self.spec.parameters)
+        groups, cycles = known.bases, list[list[str]]()
 
         def compute(name: str) -> None:
+            group = groups.get(name)
+            if isinstance(group, Members):
+                for part in group.parts:
+                    found = self._together(part, part.item.value)
+                    if found is not None:
+                        self._take(dict(zip(group.names_of_part(part), found)))
+                    rest = (one for one in group.names_of_part(part) if one in self.unknown)
+                    cycles.extend(on_demand(rest, compute)[1])
+                return
             if name in self.given or name in self.overrides:
                 value = self._override(name)
             else:
-                value = self._value(given[name], f"parameter '{name}'")
+                value = self._value(known.item(name).value, f"parameter '{name}'")
             if value is not None:
                 self.values[name] = value
             self.unknown.discard(name)
 
-        _, cycles = on_demand(given, compute)
+        cycles += on_demand(groups, compute)[1]
         for cycle in cycles:
             name = next((one for one in cycle if one in self.overrides), cycle[0])
             raise UsageError(f"--set {name}={self.texts.get(name, '')}: depends on itself: {chain(cycle)}")
         self.unknown.clear()
-        self.values = {name: self.values[name] for name in given if name in self.values}
+        self.values = {
+            name: self.values[name] for name in names_of(self.spec.parameters) if name in self.values
+        }
+
+    def _take(self, found: Mapping[str, float]) -> None:
+        """Use the values of parameters that the file gives, but for those given otherwise."""
+        replaced = {*self.given, *self.overrides}
+        new = {name: value for name, value in found.items() if name not in replaced}
+        self.values |= new
+        self.unknown -= new.keys()
 
     def constants(self) -> None:
         """Evaluate those definitions that masses, initial values and times use: they are made of parameters
         only."""
-        users = [*self.spec.masses.values(), *self.spec.solve.times.values()]
-        users += [x for body in self.spec.bodies.values() for x in body.inertia.entries]
-        users += [x for one in self.spec.coordinates for x in (one.initial, one.velocity) if x is not None]
-        needed = set().union(*(_bases(user.tree) for user in distinct(users)))
+        users = [one.tree for group in groups_by_name(self.spec.masses).values() for one in statements(group)]
+        users += [one.tree for one in self.spec.solve.times.values()]
+        users += [x.tree for body in self.spec.bodies.values() for x in body.inertia.entries]
+        for group in groups_of(self.spec.coordinates):
+            for one in statements(group):
+                users += [x.tree for x in (one.initial, one.velocity) if x is not None]
+        needed = set().union(*map(_bases, users))
         pending = [*needed]
         while pending:
             for tree in self.trees.get(pending.pop(), ()):
                 pending += _bases(tree) - needed
                 needed |= _bases(tree)
-        for name, definition in self.spec.definitions.items():
-            if family_name(name) in needed and self.problems.trusts(definition.tree):
-                try:
-                    self.definitions[name] = self.builder.build(definition.tree, definition.indices)
-                except Unsound:
-                    continue
-                except ExpressionError as error:
-                    self._blame(definition, error, f"definition '{name}'")
+        for name, definition in groups_by_name(self.spec.definitions).items():
+            if name in needed and not isinstance(definition, Members):
+                self._constant(name, definition)
+            elif name in needed and isinstance(definition, Members):
+                self._constants(definition)
+
+    def _constants(self, group: Members[Expression]) -> None:
+        """Evaluate a family of definitions."""
+        if group.order is not None:  # members are made of others
+            for name, definition in zip(group.names, group):
+                self._constant(name, definition)
+            return
+        for part in group.parts:
+            found = self._together(part, part.item)
+            if found is not None:
+                self.definitions.update(zip(group.names_of_part(part), found))
+            else:
+                for name, definition in zip(group.names_of_part(part), group.of_part(part)):
+                    self._constant(name, definition)
+
+    def _constant(self, name: str, definition: Expression) -> None:
+        """Evaluate a definition."""
+        if not self.problems.trusts(definition.tree):
+            return
+        try:
+            self.definitions[name] = self.builder.build(definition.tree, definition.indices)
+        except Unsound:
+            return
+        except ExpressionError as error:
+            self._blame(definition, error, f"definition '{name}'")
 
     def masses(self) -> None:
         """Check that each is greater than 0."""
-        for particle, mass in self.spec.masses.items():
-            value = self._value(mass, f"mass of '{particle}'")
-            if value is not None and not self.algebra.positive(value):
-                span = Span(0, len(mass.text))
-                hint = "masses are greater than 0; leave out a particle without mass"
-                error = ExpressionError(span, f"the value {float(value):g} is not positive", hint)
-                self._blame(mass, error, f"mass of '{particle}'")
+        for particle, group in groups_by_name(self.spec.masses).items():
+            if not isinstance(group, Members):
+                self._mass(particle, group)
+                continue
+            for part in group.parts:
+                found = self._together(part, part.item)
+                if found is None or min(found) <= 0:
+                    for name, mass in zip(group.names_of_part(part), group.of_part(part)):
+                        self._mass(name, mass)
         for name, body in self.spec.bodies.items():
             self._inertia(name, body.inertia)
+
+    def _mass(self, particle: str, mass: Expression) -> None:
+        value = self._value(mass, f"mass of '{particle}'")
+        if value is not None and not self.algebra.positive(value):
+            span = Span(0, len(mass.text))
+            hint = "masses are greater than 0; leave out a particle without mass"
+            error = ExpressionError(span, f"the value {float(value):g} is not positive", hint)
+            self._blame(mass, error, f"mass of '{particle}'")
 
     def _inertia(self, name: str, inertia: Inertia) -> None:
         """Check that a solid has sizes greater than 0, and that moments of inertia are those of some body."""
@@ -202,7 +267,36 @@ class Evaluation:
             if value is not None:
                 self.times[name] = value
 
-    def initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
+    def state(self, field: str, default: float | None) -> list[Any]:
+        """The ``initial`` values or those of each ``velocity`` of all coordinates, ``default`` where none is
+        given."""
+        naming = velocity_name if field == "velocity" else str
+        found: list[Any] = []
+        for group in groups_of(self.spec.coordinates):
+            if not isinstance(group, Members):
+                found.append(self._initial(naming(group.name), getattr(group, field), default))
+                continue
+            family = group.family.renamed(naming(group.name))
+            made: list[Any] = [default] * len(group)
+            given = {
+                name: k for name in (*self.given, *self.overrides) if (k := family.number(name)) is not None
+            }
+            for part in group.parts:
+                expression: Expression | None = getattr(part.item, field)
+                numbers = None if expression is None else self._together(part, expression, fades=True)
+                if expression is None or numbers is not None:
+                    for k, value in zip(group.numbers_of_part(part), numbers or ()):
+                        made[k] = value
+                    continue
+                for k, one in zip(group.numbers_of_part(part), group.of_part(part)):
+                    if family.members[k] not in given:
+                        made[k] = self._initial(family.members[k], getattr(one, field), default)
+            for name, k in given.items():
+                made[k] = self._initial(name, None, default)
+            found += made
+        return found
+
+    def _initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
         """The initial value of the coordinate or velocity ``name``, or ``default`` where none is given."""
         if name in self.given or name in self.overrides:
             value = self._override(name)
@@ -211,6 +305,34 @@ class Evaluation:
             return default
         value = self._value(expression, f"initial value of '{name}'", self.states)
         return 0.0 if value is None else value
+
+    def _together(
+        self, part: Part[Any], expression: Expression, *, fades: bool = False
+    ) -> Sequence[float] | None:
+        """The numbers of many members at once; None where they have to be found one by one."""
+        if type(self.algebra) is not NumberAlgebra or part.count < MANY:
+            return None
+        if not self.problems.trusts(expression.tree):
+            return None
+        from lagrange_cli.spec.together import Together
+
+        try:
+            builder = Together(self._scope, self._array, self.spec.sizes, fades=fades)
+            found = builder.of_part(expression.tree, part)
+        except (NoMember, Unsound):
+            return None
+        return None if found is None else found.tolist()
+
+    def _array(self, base: str) -> Any:
+        """The values of a complete family of numbers in its shape, if all of them are known."""
+        from lagrange_cli.spec.together import array_of
+
+        if base not in self.arrays:
+            for section, known in (("parameters", self.values), ("definitions", self.definitions)):
+                family = self.spec.families.get(section, {}).get(base)
+                if family is not None and (found := array_of(family, known)) is not None:
+                    self.arrays[base] = found
+        return self.arrays.get(base)
 
     def _scope(self, name: str) -> Value:
         base, _, component = name.partition(".")
@@ -222,7 +344,8 @@ class Evaluation:
             value = self.definitions[base]
             return value[COMPONENTS.index(component)] if component else value
         family = self.spec.families.get("parameters", {}).get(family_name(base))
-        if base in self.names or family is None or self.problems.found:
+        known = base in self.spec.definitions or base in names_of(self.spec.parameters)
+        if known or family is None or self.problems.found:
             raise Unsound  # follows from a problem already noted
         raise NoMember(family.hint(base))
 
@@ -281,11 +404,18 @@ def settable(spec: Spec, name: str, asked: str) -> str:
                 found = member_name(tree.identifier, [integer(i, spec.sizes) for i in tree.indices])
         except ExpressionError as error:
             raise _usage(asked, error) from error
-    coordinates = [coordinate.name for coordinate in spec.coordinates]
-    known = [*(one.name for one in spec.parameters), *coordinates, *map(velocity_name, coordinates)]
-    if found not in known:
+    parameters, coordinates = names_of(spec.parameters), names_of(spec.coordinates)
+    if found not in parameters and found not in coordinates and moved_by(found) not in coordinates:
+        known = [*parameters, *coordinates, *map(velocity_name, coordinates)]
         raise UsageError(f"{asked}: unknown name '{found}'; {_settable_hint(found, known)}")
     return found
+
+
+def moved_by(velocity: str) -> str:
+    """The coordinate that something is the velocity of, if it is one: ``u[1]`` for ``u_dot[1]``."""
+    base, bracket, index = velocity.partition("[")
+    coordinate = base.removesuffix(VELOCITY_SUFFIX) + bracket + index
+    return "" if coordinate == velocity else coordinate
 
 
 def _bases(tree: Tree) -> set[str]:

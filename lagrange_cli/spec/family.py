@@ -166,6 +166,11 @@ class Family:
         assert isinstance(self.members, MemberNames)
         return replace(self, name=name, members=MemberNames(name, self.members.places))
 
+    def number(self, name: str) -> int | None:
+        """Which member has this name; None where none has."""
+        assert isinstance(self.members, MemberNames)
+        return self.members.number(name)
+
     @property
     def complete(self) -> bool:
         """Whether every index from 0 on has a member."""

@@ -10,7 +10,7 @@ from math import prod
 from typing import Any, Generic, Protocol, TypeVar, overload
 
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.family import Family, MemberNames, Place
+from lagrange_cli.spec.family import Family, Grid, MemberNames, Place
 
 
 class Template(Protocol):
@@ -104,6 +104,16 @@ class Members(Sequence[T]):
         base, item = self.family.name, part.item
         for place in part.places:
             yield item.member(f"{base}[{','.join(map(str, place))}]", part.values(place))
+
+    def names_of_part(self, part: Part[T]) -> Iterator[str]:
+        """The names of the members of one part."""
+        return iter(self._names if len(self.parts) == 1 else MemberNames(self.name, Grid(part.ranges)))
+
+    def numbers_of_part(self, part: Part[T]) -> Iterable[int]:
+        """Which members of the family they are."""
+        if len(self.parts) == 1:
+            return range(len(self))
+        return (number for place in part.places if (number := self._names.places.number(place)) is not None)
 
     @property
     def names(self) -> Iterable[str]:
@@ -231,6 +241,50 @@ class _Pairs(ItemsView[str, T]):
 
     def __iter__(self) -> Iterator[tuple[str, T]]:
         return zip(self._mapping, self._mapping.values())
+
+
+class SectionNames(Sequence[str]):
+    """The names of the items of a section, in which families are whole."""
+
+    def __init__(self, section: Sequence[Any]) -> None:
+        self._section = section
+        self.bases = {one.name: one for one in groups_of(section)}
+
+    def __len__(self) -> int:
+        return len(self._section)
+
+    @overload
+    def __getitem__(self, number: int) -> str: ...
+    @overload
+    def __getitem__(self, number: slice) -> Sequence[str]: ...
+    def __getitem__(self, number: Any) -> Any:
+        found = self._section[number]
+        return [one.name for one in found] if isinstance(number, slice) else found.name
+
+    def __iter__(self) -> Iterator[str]:
+        for one in groups_of(self._section):
+            if isinstance(one, Members):
+                yield from one.names
+            else:
+                yield one.name
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and self.item(name) is not None
+
+    def item(self, name: str) -> Any:
+        """The item of this name, or None."""
+        group = self.bases.get(name.partition("[")[0])
+        return group.named(name) if isinstance(group, Members) else self.bases.get(name)
+
+
+def names_of(section: Sequence[Any]) -> SectionNames:
+    """The names of its items."""
+    return SectionNames(section)
+
+
+def statements(group: T | Members[T]) -> list[T]:
+    """What is written: an item of its own, or those of a family."""
+    return [part.item for part in group.parts] if isinstance(group, Members) else [group]
 
 
 def groups_of(section: Sequence[T]) -> Sequence[T | Members[T]]:
