@@ -32,7 +32,7 @@ from lagrange_cli.spec.spec import (
     Transformation,
     Wanted,
 )
-from lagrange_cli.spec.whole import Members, by_name, groups_of, in_order
+from lagrange_cli.spec.whole import WrittenFamily, by_name, groups_of, in_order
 
 W = TypeVar("W", bound=Written)
 
@@ -116,13 +116,13 @@ class _Checker:
     def embedding(self) -> Mapping[str, Expression]:
         groups = groups_of(self.draft.entries("embedding"))
         for group in groups:
-            if isinstance(group, Members):
+            if isinstance(group, WrittenFamily):
                 self._positions(group)
             else:
                 self._position(group)
         return given_by_name(groups)
 
-    def _positions(self, group: Members[Entry]) -> None:
+    def _positions(self, group: WrittenFamily[Entry]) -> None:
         """Check the positions of a family of particles."""
         for part in group.parts:
             members = group.of_part(part)
@@ -172,11 +172,11 @@ class _Checker:
                     self._expression(entry, entry.value, section, row.of is None or entry.name in known)
         return given_by_name(groups)
 
-    def _unknown(self, group: Entry | Members[Entry], known: Owners) -> Iterator[Entry]:
+    def _unknown(self, group: Entry | WrittenFamily[Entry], known: Owners) -> Iterator[Entry]:
         """What belongs to something unknown: of a family, the first member that does of each part."""
-        if isinstance(group, Members) and all(known.have(group.family, part) for part in group.parts):
+        if isinstance(group, WrittenFamily) and all(known.have(group.family, part) for part in group.parts):
             return
-        for one in [[group]] if not isinstance(group, Members) else map(group.of_part, group.parts):
+        for one in [[group]] if not isinstance(group, WrittenFamily) else map(group.of_part, group.parts):
             yield from islice((entry for entry in one if entry.name not in known), 1)
 
     def _expression(self, entry: Entry, value: Expression, section: str, owned: bool) -> None:
@@ -252,12 +252,12 @@ class _Checker:
             self.problems.add_once(value.place, message, f"write {_components(expected)}")
 
 
-def mapped(groups: Sequence[W | Members[W]], function: Callable[[W], Any]) -> list[Any]:
+def mapped(groups: Sequence[W | WrittenFamily[W]], function: Callable[[W], Any]) -> list[Any]:
     """What ``function`` makes of each item, and of each statement of families; without those of which it is
     None."""
     found: list[Any] = []
     for one in groups:
-        if not isinstance(one, Members):
+        if not isinstance(one, WrittenFamily):
             made = function(one)
             found += [] if made is None else [made]
         elif all(function(part.item) is not None for part in one.parts):
@@ -265,11 +265,11 @@ def mapped(groups: Sequence[W | Members[W]], function: Callable[[W], Any]) -> li
     return found
 
 
-def given_by_name(groups: Sequence[Entry | Members[Entry]]) -> Mapping[str, Expression]:
+def given_by_name(groups: Sequence[Entry | WrittenFamily[Entry]]) -> Mapping[str, Expression]:
     """The values that entries give, by their names."""
     found: dict[str, Any] = {}
     for one in groups:
-        if not isinstance(one, Members):
+        if not isinstance(one, WrittenFamily):
             found |= {} if one.value is None else {one.name: one.value}
         elif all(part.item.value is not None for part in one.parts):
             found[one.name] = one.mapped(lambda entry: entry.value)

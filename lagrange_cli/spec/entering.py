@@ -17,7 +17,7 @@ from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Family
-from lagrange_cli.spec.whole import Members, Part, groups_of
+from lagrange_cli.spec.whole import Part, WrittenFamily, groups_of
 
 
 def enter_names(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Names:
@@ -67,7 +67,7 @@ class _Entering:
             name = family_name(entry.name)
             if name not in seen:
                 seen.add(name)
-                first = entry[0] if isinstance(entry, Members) else entry
+                first = entry[0] if isinstance(entry, WrittenFamily) else entry
                 yield name, first.place, self._family(section, name)
 
     def _family(self, section: str, name: str) -> Family | None:
@@ -94,7 +94,7 @@ def siblings(draft: Draft) -> dict[int, Part[Any]]:
         for row in SECTIONS.rows
         if row.family
         for group in groups_of(draft.sections.get(row.key, ()))
-        if isinstance(group, Members)
+        if isinstance(group, WrittenFamily)
         for part in group.parts
         if part.axes
         for one in part.item.expressions

@@ -27,7 +27,7 @@ from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Inertia, Spec
-from lagrange_cli.spec.whole import Members, Part, groups_by_name, groups_of, names_of, statements
+from lagrange_cli.spec.whole import Part, WrittenFamily, groups_by_name, groups_of, names_of, statements
 
 MANY = 100
 """The number of members of a family from which on they are evaluated together."""
@@ -145,7 +145,7 @@ class Evaluation:
 
         def compute(name: str) -> None:
             group = groups.get(name)
-            if isinstance(group, Members):
+            if isinstance(group, WrittenFamily):
                 for part in group.parts:
                     found = self._together(part, part.item.value)
                     if found is not None:
@@ -193,12 +193,12 @@ class Evaluation:
                 pending += _bases(tree) - needed
                 needed |= _bases(tree)
         for name, definition in groups_by_name(self.spec.definitions).items():
-            if name in needed and not isinstance(definition, Members):
+            if name in needed and not isinstance(definition, WrittenFamily):
                 self._constant(name, definition)
-            elif name in needed and isinstance(definition, Members):
+            elif name in needed and isinstance(definition, WrittenFamily):
                 self._constants(definition)
 
-    def _constants(self, group: Members[Expression]) -> None:
+    def _constants(self, group: WrittenFamily[Expression]) -> None:
         """Evaluate a family of definitions."""
         if group.order is not None:  # members are made of others
             for name, definition in zip(group.names, group):
@@ -226,7 +226,7 @@ class Evaluation:
     def masses(self) -> None:
         """Check that each is greater than 0."""
         for particle, group in groups_by_name(self.spec.masses).items():
-            if not isinstance(group, Members):
+            if not isinstance(group, WrittenFamily):
                 self._mass(particle, group)
                 continue
             for part in group.parts:
@@ -273,7 +273,7 @@ class Evaluation:
         naming = velocity_name if field == "velocity" else str
         found: list[Any] = []
         for group in groups_of(self.spec.coordinates):
-            if not isinstance(group, Members):
+            if not isinstance(group, WrittenFamily):
                 found.append(self._initial(naming(group.name), getattr(group, field), default))
                 continue
             family = group.family.renamed(naming(group.name))

@@ -22,7 +22,7 @@ from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place as FilePlace
-from lagrange_cli.spec.whole import Members, Part, in_order
+from lagrange_cli.spec.whole import Part, WrittenFamily, in_order
 
 MAX_MEMBERS = whole("members")
 """Members of all the families of a file, each section counted by itself."""
@@ -110,7 +110,7 @@ class _Expander:
         grouped: dict[str, list[One]] = {}
         for entry in entries:
             grouped.setdefault(entry.name, []).append(entry)
-        found: list[One | Members[One]] = []
+        found: list[One | WrittenFamily[One]] = []
         families: dict[str, Family] = {}
         for name, pieces in grouped.items():
             if not any(piece.key.axes or _is_list(piece) for piece in pieces):
@@ -122,7 +122,7 @@ class _Expander:
                 self.problems.broken.add(name)
                 continue
             families[name] = family
-            found.append(Members(family, tuple(parts)))
+            found.append(WrittenFamily(family, tuple(parts)))
         return in_order(found), families
 
     def _parts(self, pieces: list[One]) -> list[Part[One]]:

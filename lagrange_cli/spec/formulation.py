@@ -9,7 +9,7 @@ from lagrange_cli.expression.near import near_hint
 from lagrange_cli.spec.draft import Draft, Entry
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import WHOLE_FILE
-from lagrange_cli.spec.whole import Members, by_name, groups_by_name, groups_of
+from lagrange_cli.spec.whole import WrittenFamily, by_name, groups_by_name, groups_of
 
 
 def check_formulation(draft: Draft, problems: Problems) -> None:
@@ -55,9 +55,9 @@ def _partners(
     families = groups_by_name(partners)
     for base, group in groups_by_name(entries).items():
         other = families.get(base)
-        if not isinstance(group, Members):
+        if not isinstance(group, WrittenFamily):
             alone = [group] if base not in partners else []
-        elif isinstance(other, Members) and group.family.members == other.family.members:
+        elif isinstance(other, WrittenFamily) and group.family.members == other.family.members:
             continue
         else:
             alone = [entry for entry in group if entry.name not in partners]

@@ -10,6 +10,7 @@ from lagrange_cli.expression.index_arrays import Places, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.many_bounds import Many
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
+from lagrange_cli.spec.family import Family, Grid, MemberNames
 from lagrange_cli.spec.kinds import Meaning
 from lagrange_cli.spec.settled import Settled
 from lagrange_cli.spec.whole import Part
@@ -68,3 +69,18 @@ def indices_of(part: Part[Any]) -> dict[str, Places]:
     axes = [np.arange(one.start, one.stop, one.step, dtype=np.int64) for one in part.ranges]
     values = np.meshgrid(*axes, indexing="ij")
     return {name: one.ravel() for name, one in zip(part.indices, values) if name}
+
+
+def numbers_of(family: Family, part: Part[Any]) -> Places:
+    """Which members of a family those of a part are, in the order of their places (members,)."""
+    if part.count == len(family.members):
+        return np.arange(part.count)
+    assert isinstance(family.members, MemberNames)
+    places = family.members.places
+    if not isinstance(places, Grid):
+        return np.array([*map(places.number, part.places)], dtype=np.int64)
+    found = np.zeros(1, dtype=np.int64)
+    for own, values in zip(part.ranges, places.ranges):
+        ranks = (np.arange(own.start, own.stop, own.step) - values.start) // values.step
+        found = (found[:, None] * len(values) + ranks).ravel()
+    return found

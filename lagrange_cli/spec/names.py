@@ -34,7 +34,7 @@ from lagrange_cli.spec.kinds import Kind, Meaning, Rule
 from lagrange_cli.spec.meanings import Meanings, Unsound
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Expression
-from lagrange_cli.spec.whole import Members, Part
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.many_bounds import BoundsBuilder
@@ -102,10 +102,10 @@ class Names(Meanings):
         together = self._together(expression)
         return None if together is None else (kinds, together)
 
-    def apart(self, group: W | Members[W]) -> Iterator[W]:
+    def apart(self, group: W | WrittenFamily[W]) -> Iterator[W]:
         """What has to be checked of something written: itself, or of the members of a family those that are
         not like others which have been checked."""
-        if not isinstance(group, Members):
+        if not isinstance(group, WrittenFamily):
             yield group
             return
         for part in group.parts:

@@ -13,7 +13,7 @@ from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.spec.table import Row
-from lagrange_cli.spec.whole import Members, Part, groups_of
+from lagrange_cli.spec.whole import Part, WrittenFamily, groups_of
 
 FORCES_ON = {Kind.PARTICLE: "forces", Kind.BODY: "torques", Kind.COORDINATE: "generalized_forces"}
 """The section for what acts on each."""
@@ -23,10 +23,10 @@ class Owners:
     """The names that the entries of a section may have, where they are names of something else."""
 
     def __init__(self, groups: Iterable[Any]) -> None:
-        self._families: dict[str, Members[Any]] = {}
+        self._families: dict[str, WrittenFamily[Any]] = {}
         self._single: dict[str, None] = {}
         for one in groups:
-            if isinstance(one, Members):
+            if isinstance(one, WrittenFamily):
                 self._families[one.name] = one
             else:
                 self._single[one.name] = None

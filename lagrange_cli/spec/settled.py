@@ -14,6 +14,8 @@ class Settled:
 
     def __init__(self) -> None:
         self._own: dict[str, Any] = {}
+        self._members: dict[str, dict[str, Any]] = {}
+        """Those of them that are members of families, by family."""
         self._names: dict[str, MemberNames] = {}
         self._parts: dict[str, list[tuple[Part[Any] | None, Any]]] = {}
         """By family: parts, or None for the whole of it, and the bounds of their members."""
@@ -22,12 +24,16 @@ class Settled:
         """One that may go on by itself."""
         found = Settled()
         found._own, found._names = {**self._own}, {**self._names}
+        found._members = {name: {**members} for name, members in self._members.items()}
         found._parts = {name: [*parts] for name, parts in self._parts.items()}
         return found
 
     def settle(self, name: str, value: Any) -> None:
         """Set the bounds of one name."""
         self._own[name] = value
+        base, bracket, _ = name.partition("[")
+        if bracket:
+            self._members.setdefault(base, {})[name] = value
 
     def settle_part(self, family: Family, part: Part[Any] | None, value: Any) -> None:
         """Set those of the members of a part of a family, or of all members."""
@@ -72,8 +78,8 @@ class Settled:
         parts = self._parts.get(family.name, [])
         found = [value for _, value in parts]
         if all(part is not None for part, _ in parts):
-            own = [self._own[name] for name in family.members if name in self._own] if self._own else []
-            found += own
+            own = self._members.get(family.name, {})
+            found += own.values()
             if sum(part.count for part, _ in parts if part is not None) + len(own) != len(family.members):
                 return None
         return found

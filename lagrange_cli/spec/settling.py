@@ -16,7 +16,7 @@ from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.order import chain, dependency_order, on_demand
 from lagrange_cli.spec.spec import Expression, distinct
-from lagrange_cli.spec.whole import Members, Part, groups_of
+from lagrange_cli.spec.whole import Part, WrittenFamily, groups_of
 
 W = TypeVar("W", bound=Written)
 
@@ -53,7 +53,7 @@ class Settling:
 
     names: Names
 
-    def settle_all(self, entries: Sequence[W], what: Kind, section: str) -> list[W | Members[W]]:
+    def settle_all(self, entries: Sequence[W], what: Kind, section: str) -> list[W | WrittenFamily[W]]:
         """Check and settle parameters or definitions; in the order in which each uses earlier ones only.
 
         Families are put in order as a whole, then the members of each among themselves.
@@ -61,19 +61,19 @@ class Settling:
         groups = {one.name: one for one in groups_of(entries)}
         uses = {name: self._uses(one) for name, one in groups.items()}
         for name, one in groups.items():
-            if isinstance(one, Members):
+            if isinstance(one, WrittenFamily):
                 uses[name].discard(name)
         order, cycles = dependency_order(uses)
         for stuck in groups.keys() - set(order):
             group = groups[stuck]
-            if isinstance(group, Members):
+            if isinstance(group, WrittenFamily):
                 self.settle_part(group.family, None, what, frozenset(), None)
             else:
                 self.settle(stuck, what, frozenset(), None)
-        found: list[W | Members[W]] = []
+        found: list[W | WrittenFamily[W]] = []
         for name in order:
             group = groups[name]
-            if isinstance(group, Members):
+            if isinstance(group, WrittenFamily):
                 settled, circles = self._family(group, what, section)
             else:
                 settled, circles = group, []
@@ -83,7 +83,7 @@ class Settling:
             cycles += circles
         for cycle in cycles:
             first = groups[family_name(cycle[0])]
-            if isinstance(first, Members):
+            if isinstance(first, WrittenFamily):
                 first = first.named(cycle[0]) or first[0]
             self.names.problems.add_once(
                 first.place,
@@ -93,8 +93,8 @@ class Settling:
         return found
 
     def _family(
-        self, group: Members[W], what: Kind, section: str
-    ) -> tuple[W | Members[W] | None, list[list[str]]]:
+        self, group: WrittenFamily[W], what: Kind, section: str
+    ) -> tuple[W | WrittenFamily[W] | None, list[list[str]]]:
         """Settle the members of a family, those that are alike at once. The family, in the order in which its
         members can be computed, and the cycles among them; None where there are some."""
         if group.name in self.names.table:
@@ -118,7 +118,7 @@ class Settling:
         found = (group.family.members.place(name) for name in settled)
         return group.ordered(tuple(place for place in found if place is not None)), cycles
 
-    def _apart(self, group: Members[W], what: Kind, section: str) -> Iterator[W]:
+    def _apart(self, group: WrittenFamily[W], what: Kind, section: str) -> Iterator[W]:
         """Settle the members of a family that are alike, and yield the others."""
         for part in group.parts:
             first, value = next(group.of_part(part)), expression_of(part.item)
@@ -166,9 +166,9 @@ class Settling:
         meaning = self.names.table[base]
         return meaning.kinds if meaning.family is not None and meaning.value is not None else frozenset()
 
-    def _uses(self, group: W | Members[W]) -> set[str]:
+    def _uses(self, group: W | WrittenFamily[W]) -> set[str]:
         """The names that something uses, or the members of a family."""
-        written = [part.item for part in group.parts] if isinstance(group, Members) else [group]
+        written = [part.item for part in group.parts] if isinstance(group, WrittenFamily) else [group]
         given = [value for one in written if (value := expression_of(one)) is not None]
         return {name.base for one in distinct(given) for name in names(one.tree)}
 

@@ -10,6 +10,7 @@ from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
+from lagrange_cli.spec.whole import bases_of
 
 T = TypeVar("T")
 
@@ -53,7 +54,7 @@ def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
 def grouped(names: Iterable[str], families: Mapping[str, Family]) -> tuple[Family, ...]:
     """``names`` by family, in their order; a name of its own is a family of shape ()."""
     found: dict[str, Family] = {}
-    for name in names:
+    for name in bases_of(names):
         base = name.partition("[")[0]
         found.setdefault(base, families.get(base) or Family(name, (), (name,), ()))
     return tuple(found.values())

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lagrange_cli.spec.spec import Body, Event, Expression, Family, Inertia, Orientation, Spec
-from lagrange_cli.spec.whole import Members, groups_by_name, groups_of
+from lagrange_cli.spec.whole import WrittenFamily, groups_by_name, groups_of
 
 NUMBERS = frozenset({"parameters", "coordinates"})
 """Only the names of these count: their values are passed to compiled code as it runs."""
@@ -30,7 +30,7 @@ def structure(spec: Spec) -> dict[str, Any]:
 
 def listed(group: Any) -> Any:
     """Something that only the name of counts of: of a family, the range of each index besides."""
-    if not isinstance(group, Members):
+    if not isinstance(group, WrittenFamily):
         return group.name
     return [group.name, *([ends(one) for one in part.ranges] for part in group.parts), group.order]
 
@@ -55,7 +55,7 @@ def plain(value: object) -> Any:
         return [value.form, value.sequence, plain(value.entries)]
     if isinstance(value, Body):
         return [plain(value.inertia), plain(value.orientation)]
-    if isinstance(value, Members):
+    if isinstance(value, WrittenFamily):
         parts = [[plain(one.item), one.indices, [ends(x) for x in one.ranges]] for one in value.parts]
         return [parts, value.order]
     if isinstance(value, Mapping):

@@ -64,7 +64,7 @@ class Part(Generic[T]):
         return {name: value for name, value in zip(self.indices, place) if name}
 
 
-class Members(Sequence[T]):
+class WrittenFamily(Sequence[T]):
     """The members of a family of a section, in the ``order`` of these places if that is not that of their
     names."""
 
@@ -137,24 +137,24 @@ class Members(Sequence[T]):
         place = self._names.place(name)
         return None if place is None else self.at(place)
 
-    def mapped(self, function: Callable[[T], U]) -> Members[U]:
+    def mapped(self, function: Callable[[T], U]) -> WrittenFamily[U]:
         """What ``function`` makes of every statement."""
         parts = tuple(Part(function(part.item), part.indices, part.ranges) for part in self.parts)
-        return Members(self.family, parts, self.order)
+        return WrittenFamily(self.family, parts, self.order)
 
-    def ordered(self, order: tuple[Place, ...]) -> Members[T]:
+    def ordered(self, order: tuple[Place, ...]) -> WrittenFamily[T]:
         """The same in another order."""
-        return Members(self.family, self.parts, None if order == tuple(self._names.places) else order)
+        return WrittenFamily(self.family, self.parts, None if order == tuple(self._names.places) else order)
 
 
 class Items(Sequence[T]):
     """A section in its order: ``groups`` are items of their own and families."""
 
-    def __init__(self, groups: Sequence[T | Members[T]]) -> None:
+    def __init__(self, groups: Sequence[T | WrittenFamily[T]]) -> None:
         self.groups = tuple(groups)
         self._starts: list[int] = [0]
         for one in self.groups:
-            self._starts.append(self._starts[-1] + (len(one) if isinstance(one, Members) else 1))
+            self._starts.append(self._starts[-1] + (len(one) if isinstance(one, WrittenFamily) else 1))
 
     def __len__(self) -> int:
         return self._starts[-1]
@@ -169,11 +169,11 @@ class Items(Sequence[T]):
         number = range(len(self))[number]
         group = bisect_right(self._starts, number) - 1
         one = self.groups[group]
-        return one[number - self._starts[group]] if isinstance(one, Members) else one
+        return one[number - self._starts[group]] if isinstance(one, WrittenFamily) else one
 
     def __iter__(self) -> Iterator[T]:
         for one in self.groups:
-            if isinstance(one, Members):
+            if isinstance(one, WrittenFamily):
                 yield from one
             else:
                 yield one
@@ -193,19 +193,19 @@ class Items(Sequence[T]):
 class ByName(Mapping[str, T]):
     """What a section gives by name: ``groups`` has items of their own, and families by theirs."""
 
-    def __init__(self, groups: Mapping[str, T | Members[T]]) -> None:
+    def __init__(self, groups: Mapping[str, T | WrittenFamily[T]]) -> None:
         self.groups = groups
 
     def __len__(self) -> int:
-        return sum(len(one) if isinstance(one, Members) else 1 for one in self.groups.values())
+        return sum(len(one) if isinstance(one, WrittenFamily) else 1 for one in self.groups.values())
 
     def __getitem__(self, name: str) -> T:
         group = self.groups.get(name.partition("[")[0])
-        if isinstance(group, Members):
+        if isinstance(group, WrittenFamily):
             group = group.named(name)
         elif group is None or "[" in name:
             group = self.groups.get(name)
-        if group is None or isinstance(group, Members):
+        if group is None or isinstance(group, WrittenFamily):
             raise KeyError(name)
         return group
 
@@ -214,7 +214,7 @@ class ByName(Mapping[str, T]):
 
     def __iter__(self) -> Iterator[str]:
         for name, one in self.groups.items():
-            if isinstance(one, Members):
+            if isinstance(one, WrittenFamily):
                 yield from one.names
             else:
                 yield name
@@ -250,6 +250,15 @@ class SectionNames(Sequence[str]):
         self._section = section
         self.bases = {one.name: one for one in groups_of(section)}
 
+    @property
+    def starts(self) -> dict[str, int]:
+        """The numbers of the items, of families those of their first members."""
+        found, first = {}, 0
+        for name, one in self.bases.items():
+            found[name] = first
+            first += len(one) if isinstance(one, WrittenFamily) else 1
+        return found
+
     def __len__(self) -> int:
         return len(self._section)
 
@@ -263,7 +272,7 @@ class SectionNames(Sequence[str]):
 
     def __iter__(self) -> Iterator[str]:
         for one in groups_of(self._section):
-            if isinstance(one, Members):
+            if isinstance(one, WrittenFamily):
                 yield from one.names
             else:
                 yield one.name
@@ -274,7 +283,7 @@ class SectionNames(Sequence[str]):
     def item(self, name: str) -> Any:
         """The item of this name, or None."""
         group = self.bases.get(name.partition("[")[0])
-        return group.named(name) if isinstance(group, Members) else self.bases.get(name)
+        return group.named(name) if isinstance(group, WrittenFamily) else self.bases.get(name)
 
 
 def names_of(section: Sequence[Any]) -> SectionNames:
@@ -282,27 +291,34 @@ def names_of(section: Sequence[Any]) -> SectionNames:
     return SectionNames(section)
 
 
-def statements(group: T | Members[T]) -> list[T]:
+def bases_of(names: Iterable[str]) -> Iterable[str]:
+    """The names, each family once where they are those of a whole section."""
+    if isinstance(names, SectionNames):
+        return names.bases
+    return names.groups if isinstance(names, ByName) else names
+
+
+def statements(group: T | WrittenFamily[T]) -> list[T]:
     """What is written: an item of its own, or those of a family."""
-    return [part.item for part in group.parts] if isinstance(group, Members) else [group]
+    return [part.item for part in group.parts] if isinstance(group, WrittenFamily) else [group]
 
 
-def groups_of(section: Sequence[T]) -> Sequence[T | Members[T]]:
+def groups_of(section: Sequence[T]) -> Sequence[T | WrittenFamily[T]]:
     """The items of a section, in which families are whole."""
     return section.groups if isinstance(section, Items) else section
 
 
-def groups_by_name(section: Mapping[str, T]) -> Mapping[str, T | Members[T]]:
+def groups_by_name(section: Mapping[str, T]) -> Mapping[str, T | WrittenFamily[T]]:
     """What a section gives by name, in which families are whole."""
     return section.groups if isinstance(section, ByName) else section
 
 
 def in_order(groups: Sequence[Any]) -> Sequence[Any]:
     """The section that has these groups."""
-    return Items(groups) if any(isinstance(one, Members) for one in groups) else tuple(groups)
+    return Items(groups) if any(isinstance(one, WrittenFamily) for one in groups) else tuple(groups)
 
 
 def by_name(groups: Mapping[str, Any]) -> Mapping[str, Any]:
     """The same of what is given by name."""
-    whole = any(isinstance(one, Members) for one in groups.values())
+    whole = any(isinstance(one, WrittenFamily) for one in groups.values())
     return ByName(groups) if whole else dict(groups)

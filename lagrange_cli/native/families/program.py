@@ -41,6 +41,7 @@ from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.steps import STRAIGHT
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
+from lagrange_cli.spec.whole import names_of
 
 Observed = Mapping[str, tuple[Total, int]]
 """Quantities by name: where each of them is."""
@@ -109,7 +110,7 @@ class _Writer:
     @property
     def parameters(self) -> tuple[str, ...]:
         """The names of all parameters, in the order in which they are given."""
-        return tuple(one.name for one in self.system.spec.parameters)
+        return tuple(names_of(self.system.spec.parameters))
 
     def place(self, array: Array, count: int) -> None:
         self.places[array] = self.size
