@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from lagrange_cli.expression.syntax import Span, Tree, has_decimals
@@ -10,7 +10,7 @@ from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
-from lagrange_cli.spec.whole import bases_of
+from lagrange_cli.spec.whole import bases_of, firsts_of, written
 
 T = TypeVar("T")
 
@@ -292,9 +292,18 @@ class Spec:
 
     @property
     def moving(self) -> Iterator[Expression]:
-        """What the equations of motion and the events are made of."""
+        """What the equations of motion and the events are made of; of members of a family that are written
+        alike the first."""
+        return self._moving(written)
+
+    @property
+    def moving_members(self) -> Iterator[Expression]:
+        """The same of all members."""
+        return self._moving(lambda section: section.values())
+
+    def _moving(self, of: Callable[[Mapping[str, Expression]], Iterable[Expression]]) -> Iterator[Expression]:
         for section in (self.embedding, self.potential, *self.forces.values()):
-            yield from section.values()
+            yield from of(section)
         for body in self.bodies.values():
             yield from body.expressions
         if self.lagrangian is not None:
@@ -306,8 +315,8 @@ class Spec:
     def decimals(self) -> bool:
         """Whether a number in what the equations of motion are made of has a decimal point or an exponent."""
         further = (self.masses, self.definitions, self.all_constraints)
-        written = (*self.moving, *(one for section in further for one in section.values()))
-        return any(has_decimals(one.tree) for one in distinct(written))
+        given = (*self.moving, *(one for section in further for one in written(section)))
+        return any(has_decimals(one.tree) for one in distinct(given))
 
     @property
     def independent(self) -> Spec:
@@ -336,4 +345,5 @@ def has_units(spec: Spec) -> bool:
     """Whether the file gives any unit."""
     if spec.time_unit:
         return True
-    return any(one.unit for one in spec.parameters) or any(one.unit for one in spec.coordinates)
+    parameters, coordinates = firsts_of(spec.parameters), firsts_of(spec.coordinates)
+    return any(one.unit for one in parameters) or any(one.unit for one in coordinates)

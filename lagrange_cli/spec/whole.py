@@ -298,6 +298,26 @@ def bases_of(names: Iterable[str]) -> Iterable[str]:
     return names.groups if isinstance(names, ByName) else names
 
 
+def written(section: Mapping[str, T]) -> Iterator[T]:
+    """What a section gives; of members of a family that are written alike the first."""
+    for one in groups_by_name(section).values():
+        yield from firsts(one)
+
+
+def firsts_of(section: Sequence[T]) -> Iterator[T]:
+    """The same of a section that is a sequence."""
+    for one in groups_of(section):
+        yield from firsts(one)
+
+
+def firsts(group: T | WrittenFamily[T]) -> Iterator[T]:
+    """An item of its own; of a family the first of the members that are written alike."""
+    if not isinstance(group, WrittenFamily):
+        yield group
+    else:
+        yield from map(group.at, sorted(next(part.places) for part in group.parts))
+
+
 def statements(group: T | WrittenFamily[T]) -> list[T]:
     """What is written: an item of its own, or those of a family."""
     return [part.item for part in group.parts] if isinstance(group, WrittenFamily) else [group]
