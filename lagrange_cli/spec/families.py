@@ -138,8 +138,8 @@ class _Expander:
                     "give all members of a family the same number of indices",
                 )
                 return []
-            for part in self._piece(piece):
-                again = taken.again(part)
+            for part, order in self._piece(piece):
+                again = taken.again(part, order)
                 if again is not None:
                     place, other = again
                     self.problems.add(
@@ -153,8 +153,8 @@ class _Expander:
                 return []
         return found
 
-    def _piece(self, piece: One) -> list[Part[One]]:
-        """The members that one entry gives; none where the entry is wrong."""
+    def _piece(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]]:
+        """The members that one entry gives, and its ranges as they are written; none where it is wrong."""
         if isinstance(piece, Declared) and _is_list(piece):
             return self._list(piece)
         ranges = [self._range(piece, axis) for axis in piece.key.axes]
@@ -162,9 +162,10 @@ class _Expander:
         if len(known) < len(ranges) or not self._count(piece, prod(map(len, known))):
             return []
         self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
-        return [Part(piece, tuple(axis.index for axis in piece.key.axes), tuple(map(ascending, known)))]
+        part = Part(piece, tuple(axis.index for axis in piece.key.axes), tuple(map(ascending, known)))
+        return [(part, known)]
 
-    def _list(self, piece: Declared) -> list[Part[Declared]]:
+    def _list(self, piece: Declared) -> list[tuple[Part[Declared], tuple[range, ...]]]:
         values = piece.fields["value"]
         if piece.key.axes:
             self.problems.add(
@@ -175,10 +176,9 @@ class _Expander:
             return []
         if not self._count(piece, len(values)):
             return []
-        return [
-            Part(replace(piece, fields={**piece.fields, "value": value}), ("",), (range(i, i + 1),))
-            for i, value in enumerate(values)
-        ]
+        items = (replace(piece, fields={**piece.fields, "value": value}) for value in values)
+        ranges = ((range(i, i + 1),) for i in range(len(values)))
+        return [(Part(item, ("",), own), own) for item, own in zip(items, ranges)]
 
     def _range(self, piece: One, axis: Axis) -> range | None:
         """The values of one index of a key."""
@@ -285,9 +285,12 @@ class _Taken(Generic[One]):
         self._wide: list[Part[One]] = []
         self._single: dict[Place, Part[One]] = {}
 
-    def again(self, part: Part[One]) -> tuple[Place, Part[One]] | None:
-        """Add the places of a part; the first one that was taken before, and what has it."""
-        twice = [(place, other) for other in self._wide if (place := first_common(part, other)) is not None]
+    def again(self, part: Part[One], order: tuple[range, ...]) -> tuple[Place, Part[One]] | None:
+        """Add the places of a part. The first of them in this ``order`` that was taken before, and what has
+        it."""
+        twice = [
+            (place, other) for other in self._wide if (place := first_common(order, other.ranges)) is not None
+        ]
         if part.count == 1:
             place = next(part.places)
             twice += [(place, self._single[place])] if place in self._single else []
@@ -295,17 +298,28 @@ class _Taken(Generic[One]):
         else:
             twice += [(place, other) for place, other in self._single.items() if part.has(place)]
             self._wide.append(part)
-        return min(twice, key=lambda one: one[0], default=None)
+        ranks = (
+            ([values.index(x) for x, values in zip(place, order)], place, other) for place, other in twice
+        )
+        found = min(ranks, key=lambda one: one[0], default=None)
+        return None if found is None else found[1:]
 
 
-def first_common(part: Part[One], other: Part[One]) -> Place | None:
-    """The first place that two parts have in common; None where there is none."""
-    found = [next(common(one, two), None) for one, two in zip(part.ranges, other.ranges)]
+def first_common(order: tuple[range, ...], others: tuple[range, ...]) -> Place | None:
+    """The first place, in this order, that some places have in common with others; None if there is none."""
+    found = [next(common(one, two), None) for one, two in zip(order, others)]
     return None if None in found else tuple(one for one in found if one is not None)
 
 
 def common(one: range, other: range) -> Iterator[int]:
-    """The numbers in both of two ascending ranges: from where both have begun, the differences to the steps
-    of the other come again after as many numbers as a step is long."""
+    """The numbers in a range that are also in another, which ascends: from where both have begun, the
+    differences to the steps of the other come again after as many numbers as its step."""
+    if one.step < 0:
+        return (-value for value in common(negative(one), negative(other[::-1])))
     first = max(0, -((one.start - other.start) // one.step))
     return (value for value in one[first : first + other.step] if value in other)
+
+
+def negative(values: range) -> range:
+    """The numbers with the other sign."""
+    return range(-values.start, -values.stop, -values.step)
