@@ -304,6 +304,14 @@ def written(section: Mapping[str, T]) -> Iterator[T]:
         yield from firsts(one)
 
 
+def written_by_family(section: Mapping[str, T]) -> dict[str, list[T]]:
+    """The same by the names of families, and of what is none."""
+    found: dict[str, list[T]] = {}
+    for name, one in groups_by_name(section).items():
+        found.setdefault(name.partition("[")[0], []).extend(firsts(one))
+    return found
+
+
 def firsts_of(section: Sequence[T]) -> Iterator[T]:
     """The same of a section that is a sequence."""
     for one in groups_of(section):
