@@ -268,19 +268,19 @@ class _Writer:
 
     def runs(self) -> list[Run]:
         """The observed quantities in parts that follow one another in one total."""
-        found: list[Run] = []
-        latest: dict[Total, int] = {}
+        found: list[tuple[Total, list[int]]] = []
+        latest: dict[Total, list[int]] = {}
         for row, (total, index) in enumerate(self.observed.values()):
             here = self.lasting.changed[total]
             if here in latest:
-                last = found[latest[here]]
-                step = last.step if last.count > 1 else row - last.row
-                if last.start + last.count == index and last.row + last.count * step == row:
-                    found[latest[here]] = replace(last, step=step, count=last.count + 1)
+                first, step, start, count = latest[here]
+                step = step if count > 1 else row - first
+                if start + count == index and first + count * step == row:
+                    latest[here][1:] = step, start, count + 1
                     continue
-            latest[here] = len(found)
-            found.append(Run(row, 1, here, index, 1))
-        return found
+            latest[here] = [row, 1, index, 1]
+            found.append((here, latest[here]))
+        return [Run(row, step, total, start, count) for total, (row, step, start, count) in found]
 
     def prepare(self) -> str:
         """``@prepare``: constants, and arrays that last."""
