@@ -58,7 +58,7 @@ def evaluate_run(
             )
     if problems is None:
         evaluation.problems.stop_if_any()
-    return evaluation.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v), evaluation.times
+    return evaluation.values, tuple([x or 0.0 for x in q]), tuple([x or 0.0 for x in v]), evaluation.times
 
 
 def constants_of(

@@ -99,16 +99,16 @@ class MemberNames(Sequence[str]):
 
     def __iter__(self) -> Iterator[str]:
         if self._all is None:
-            self._all = [*self._listed()]
+            self._all = self._listed()
         return iter(self._all)
 
-    def _listed(self) -> Iterator[str]:
+    def _listed(self) -> list[str]:
         if not isinstance(self.places, Grid):
-            return (member_name(self.base, place) for place in self.places)
+            return [member_name(self.base, place) for place in self.places]
         *outer, last = self.places.ranges
         ends = [f"{i}]" for i in last]
-        begins = ("".join(f"{i}," for i in place) for place in product(*outer))
-        return (f"{self.base}[{begin}{end}" for begin in begins for end in ends)
+        begins = ["".join(map("{},".format, place)) for place in product(*outer)]
+        return [f"{self.base}[{begin}{end}" for begin in begins for end in ends]
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and self.number(name) is not None

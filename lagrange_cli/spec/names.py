@@ -271,11 +271,22 @@ class SumBuilder(Builder):
         self._table = names
 
     def _sum(self, tree: Sum, indices: Mapping[str, int]) -> Any:
-        if len(counted(tree, indices)) >= MANY:
+        if rounds(tree, indices) >= MANY:
             found = self._table.many.bounds(tree, indices)
             if found is not None:
                 return found
         return super()._sum(tree, indices)
+
+
+def rounds(tree: Sum, indices: Mapping[str, int]) -> int:
+    """About how many terms a sum has, with those of sums that it is a sum of."""
+    values = counted(tree, indices)
+    if not isinstance(tree.body, Sum) or not 0 < len(values) < MANY:
+        return len(values)
+    try:
+        return len(values) * rounds(tree.body, {**indices, tree.index: values[-1]})
+    except ExpressionError:  # which is reported by who goes through the terms
+        return len(values)
 
 
 def unknown(bounds: Any) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, ItemsView, Iterable, Iterator, Mapping, Sequence, ValuesView
-from itertools import product
+from itertools import chain, product
 from math import prod
 from typing import Any, Generic, Protocol, TypeVar, overload
 
@@ -271,11 +271,10 @@ class SectionNames(Sequence[str]):
         return [one.name for one in found] if isinstance(number, slice) else found.name
 
     def __iter__(self) -> Iterator[str]:
-        for one in groups_of(self._section):
-            if isinstance(one, WrittenFamily):
-                yield from one.names
-            else:
-                yield one.name
+        groups = groups_of(self._section)
+        return chain.from_iterable(
+            one.names if isinstance(one, WrittenFamily) else (one.name,) for one in groups
+        )
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and self.item(name) is not None
