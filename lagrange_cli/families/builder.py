@@ -22,8 +22,9 @@ from lagrange_cli.expression.syntax import Tree as Syntax
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
 from lagrange_cli.families.arrays import Array, Chain, Domain, Slots, Source, Term, Total, Tree, total_of
 from lagrange_cli.families.groups import Group, Rows, group_of, particle_families
+from lagrange_cli.spec.content import groups_of, names_of
 from lagrange_cli.spec.spec import Parameter, Spec, grouped
-from lagrange_cli.spec.whole import WrittenFamily, groups_of, names_of
+from lagrange_cli.spec.whole import WrittenFamily
 
 DEEPEST = 3
 """How often members of a family may stand in one another's definitions: x[i] = x[i - 1] + ... is unwound."""

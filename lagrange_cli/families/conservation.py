@@ -20,8 +20,8 @@ from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
 from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import grouped
-from lagrange_cli.spec.whole import names_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -12,8 +12,8 @@ from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.families.arrays import Array, Domain, Term, Total, total_of
 from lagrange_cli.families.description import Component, FamilySystem
 from lagrange_cli.mechanics.conserved.displacements import TURNS
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import grouped
-from lagrange_cli.spec.whole import names_of
 
 
 def current(system: FamilySystem, quantity: str) -> Total:

@@ -11,8 +11,8 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Total
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
-from lagrange_cli.spec.whole import names_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,11 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Tree
 from lagrange_cli.families.arrays import Array, Domain
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import groups_by_name
 from lagrange_cli.spec.family import MemberNames
 from lagrange_cli.spec.members import indices_of, numbers_of
 from lagrange_cli.spec.spec import Expression, Family, Spec
-from lagrange_cli.spec.whole import Part, WrittenFamily, groups_by_name
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 
 @dataclass(frozen=True, eq=False)

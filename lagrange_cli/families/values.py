@@ -9,8 +9,8 @@ import numpy as np
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Source, Term, Total
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
-from lagrange_cli.spec.whole import names_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -28,7 +28,7 @@ from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.planner import Planner
 from lagrange_cli.outputs.recording import NARROW, Recording
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.whole import names_of
+from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation

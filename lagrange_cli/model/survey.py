@@ -30,10 +30,10 @@ from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import firsts_of, written_by_family
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family, distinct
-from lagrange_cli.spec.whole import firsts_of, written_by_family
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_pure, simplified, times_within
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.content import firsts_of
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Spec, by_family, has_units
-from lagrange_cli.spec.whole import firsts_of
 
 UNNAMED = "the unit of t"
 """Stands for the unit of t where the file has no unit of time at all."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.records import replace
 from lagrange_cli.run.derive import located
+from lagrange_cli.spec.content import groups_by_name, written
 from lagrange_cli.spec.spec import distinct
-from lagrange_cli.spec.whole import groups_by_name, written
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node

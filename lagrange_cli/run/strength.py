@@ -10,8 +10,8 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.syntax import Number, Tree, children
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
+from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
-from lagrange_cli.spec.whole import written
 
 if TYPE_CHECKING:
     from lagrange_cli.run.settings.settings import Settings

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import by_name, groups_of, in_order
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.entering import enter_names
@@ -32,13 +33,13 @@ from lagrange_cli.spec.spec import (
     Transformation,
     Wanted,
 )
-from lagrange_cli.spec.whole import WrittenFamily, by_name, groups_of, in_order
+from lagrange_cli.spec.whole import WrittenFamily
 
 W = TypeVar("W", bound=Written)
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
-    """The draft, its families written out, as a ``Spec``; what is wrong is added to ``problems``."""
+    """The draft, its families known, as a ``Spec``; what is wrong is added to ``problems``."""
     checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
     parameters = checker.parameters()
     definitions = checker.definitions()

@@ -9,6 +9,7 @@ from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family_name
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.draft import Draft
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.meanings import scalar
@@ -17,7 +18,7 @@ from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Family
-from lagrange_cli.spec.whole import Part, WrittenFamily, groups_of
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 
 def enter_names(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Names:

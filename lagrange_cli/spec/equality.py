@@ -13,9 +13,9 @@ from lagrange_cli.expression.syntax import (
     sums,
 )
 from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.spec.content import firsts_of, written
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression, Spec, by_family, distinct
-from lagrange_cli.spec.whole import firsts_of, written
 
 
 def doubtful_equalities(spec: Spec) -> Iterator[tuple[Place, str]]:

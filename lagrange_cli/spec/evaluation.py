@@ -1,4 +1,4 @@
-"""The values of parameters, definitions and the initial state over any algebra of numbers."""
+"""The values of parameters and definitions over any algebra of numbers, and what is checked of them."""
 
 from __future__ import annotations
 
@@ -8,57 +8,25 @@ from typing import Any
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder, NoMember
-from lagrange_cli.expression.confusions import rate_of
-from lagrange_cli.expression.indices import integer
-from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
 from lagrange_cli.expression.vocabulary import (
     COMPONENTS,
     CONSTANTS,
-    VELOCITY_SUFFIX,
     family_name,
-    member_name,
-    velocity_name,
 )
+from lagrange_cli.spec.content import groups_by_name, groups_of, names_of, statements
 from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.settable import settable, settable_hint, wrong_usage
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Inertia, Spec
-from lagrange_cli.spec.whole import Part, WrittenFamily, groups_by_name, groups_of, names_of, statements
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 MANY = 100
 """The number of members of a family from which on they are evaluated together."""
-
-
-def evaluate_run(
-    spec: Spec,
-    overrides: Mapping[str, str],
-    algebra: NumberAlgebra,
-    given: Mapping[str, Any],
-    problems: Problems | None = None,
-) -> tuple[dict[str, Any], tuple[Any, ...], tuple[Any, ...], dict[str, Any]]:
-    """Parameters, q, v and times of ``solve`` over any algebra of numbers; ``given`` are values in place of
-    the file's, by the names that the spec has for them.
-
-    Raises:
-        UsageError, SpecError: as ``resolve_values``.
-    """
-    evaluation = constants_of(spec, overrides, algebra, given, problems)
-    q, v = evaluation.state("initial", None), evaluation.state("velocity", 0.0)
-    if None in q and not spec.constraints:  # else these determine it
-        for coordinate in (one for one, value in zip(spec.coordinates, q) if value is None):
-            evaluation.problems.add_once(
-                coordinate.place,
-                f"coordinate '{coordinate.name}' has no initial value",
-                f"write {family_name(coordinate.name)}{'[...]' if '[' in coordinate.name else ''}: "
-                f"{{initial: 0.1}}, or --set {coordinate.name}=0.1",
-            )
-    if problems is None:
-        evaluation.problems.stop_if_any()
-    return evaluation.values, tuple([x or 0.0 for x in q]), tuple([x or 0.0 for x in v]), evaluation.times
 
 
 def constants_of(
@@ -122,7 +90,7 @@ class Evaluation:
             for one in names(tree):
                 self._check_name(one)
         except ExpressionError as error:
-            raise _usage(f"--set {name}={text}", error) from error
+            raise wrong_usage(f"--set {name}={text}", error) from error
         return tree
 
     def _check_name(self, one: Name) -> None:
@@ -135,7 +103,7 @@ class Evaluation:
         if one.identifier.lower() in ("nan", "inf", "infinity"):
             raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
         raise ExpressionError(
-            one.span, f"unknown name '{one.identifier}'", _settable_hint(one.identifier, [*parameters])
+            one.span, f"unknown name '{one.identifier}'", settable_hint(one.identifier, [*parameters])
         )
 
     def parameters(self) -> None:
@@ -147,16 +115,16 @@ class Evaluation:
             group = groups.get(name)
             if isinstance(group, WrittenFamily):
                 for part in group.parts:
-                    found = self._together(part, part.item.value)
+                    found = self.together(part, part.item.value)
                     if found is not None:
                         self._take(dict(zip(group.names_of_part(part), found)))
                     rest = (one for one in group.names_of_part(part) if one in self.unknown)
                     cycles.extend(on_demand(rest, compute)[1])
                 return
             if name in self.given or name in self.overrides:
-                value = self._override(name)
+                value = self.override(name)
             else:
-                value = self._value(known.item(name).value, f"parameter '{name}'")
+                value = self.value(known.item(name).value, f"parameter '{name}'")
             if value is not None:
                 self.values[name] = value
             self.unknown.discard(name)
@@ -205,7 +173,7 @@ class Evaluation:
                 self._constant(name, definition)
             return
         for part in group.parts:
-            found = self._together(part, part.item)
+            found = self.together(part, part.item)
             if found is not None:
                 self.definitions.update(zip(group.names_of_part(part), found))
             else:
@@ -230,7 +198,7 @@ class Evaluation:
                 self._mass(particle, group)
                 continue
             for part in group.parts:
-                found = self._together(part, part.item)
+                found = self.together(part, part.item)
                 if found is None or min(found) <= 0:
                     for name, mass in zip(group.names_of_part(part), group.of_part(part)):
                         self._mass(name, mass)
@@ -238,7 +206,7 @@ class Evaluation:
             self._inertia(name, body.inertia)
 
     def _mass(self, particle: str, mass: Expression) -> None:
-        value = self._value(mass, f"mass of '{particle}'")
+        value = self.value(mass, f"mass of '{particle}'")
         if value is not None and not self.algebra.positive(value):
             span = Span(0, len(mass.text))
             hint = "masses are greater than 0; leave out a particle without mass"
@@ -250,7 +218,7 @@ class Evaluation:
         from lagrange_cli.spec.bodies.inertia import flaw, size_flaw
 
         where = f"{inertia.solid or 'inertia'} of body '{name}'"
-        given = [self._value(one, where) for one in inertia.entries]
+        given = [self.value(one, where) for one in inertia.entries]
         if any(one is None for one in given):
             return
         values = [float(one) for one in given]
@@ -263,50 +231,11 @@ class Evaluation:
     def settle_times(self) -> None:
         """Evaluate the times of ``solve`` that depend on parameters."""
         for name, expression in self.spec.solve.times.items():
-            value = self._value(expression, f"{name} of solve")
+            value = self.value(expression, f"{name} of solve")
             if value is not None:
                 self.times[name] = value
 
-    def state(self, field: str, default: float | None) -> list[Any]:
-        """The ``initial`` values or those of each ``velocity`` of all coordinates, ``default`` where none is
-        given."""
-        naming = velocity_name if field == "velocity" else str
-        found: list[Any] = []
-        for group in groups_of(self.spec.coordinates):
-            if not isinstance(group, WrittenFamily):
-                found.append(self._initial(naming(group.name), getattr(group, field), default))
-                continue
-            family = group.family.renamed(naming(group.name))
-            made: list[Any] = [default] * len(group)
-            given = {
-                name: k for name in (*self.given, *self.overrides) if (k := family.number(name)) is not None
-            }
-            for part in group.parts:
-                expression: Expression | None = getattr(part.item, field)
-                numbers = None if expression is None else self._together(part, expression, fades=True)
-                if expression is None or numbers is not None:
-                    for k, value in zip(group.numbers_of_part(part), numbers or ()):
-                        made[k] = value
-                    continue
-                for k, one in zip(group.numbers_of_part(part), group.of_part(part)):
-                    if family.members[k] not in given:
-                        made[k] = self._initial(family.members[k], getattr(one, field), default)
-            for name, k in given.items():
-                made[k] = self._initial(name, None, default)
-            found += made
-        return found
-
-    def _initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
-        """The initial value of the coordinate or velocity ``name``, or ``default`` where none is given."""
-        if name in self.given or name in self.overrides:
-            value = self._override(name)
-            return 0.0 if value is None else value
-        if expression is None:
-            return default
-        value = self._value(expression, f"initial value of '{name}'", self.states)
-        return 0.0 if value is None else value
-
-    def _together(
+    def together(
         self, part: Part[Any], expression: Expression, *, fades: bool = False
     ) -> Sequence[float] | None:
         """The numbers of many members at once; None where they have to be found one by one."""
@@ -349,7 +278,9 @@ class Evaluation:
             raise Unsound  # follows from a problem already noted
         raise NoMember(family.hint(base))
 
-    def _override(self, name: str) -> Any:
+    def override(self, name: str) -> Any:
+        """The number that something is given besides the file; None where a problem of the file has it
+        unknown."""
         if name in self.given:
             return self.given[name]
         try:
@@ -358,9 +289,9 @@ class Evaluation:
         except Unsound:  # follows from a problem of the file
             return None
         except ExpressionError as error:
-            raise _usage(f"--set {name}={self.texts[name]}", error) from error
+            raise wrong_usage(f"--set {name}={self.texts[name]}", error) from error
 
-    def _value(self, expression: Expression, where: str, builder: Builder | None = None) -> Any:
+    def value(self, expression: Expression, where: str, builder: Builder | None = None) -> Any:
         """The number, or None where there is none, which is noted at its place."""
         try:
             if not self.problems.trusts(expression.tree):
@@ -391,48 +322,5 @@ class Evaluation:
         self.problems.add_once(expression.at(error.span), f"{error.message} in {where}", error.hint)
 
 
-def settable(spec: Spec, name: str, asked: str) -> str:
-    """What ``name`` is called in the spec (``theta[3]`` for ``theta[N - 1]``), if it can be set.
-
-    Raises ``UsageError``, which begins with what was ``asked`` (``--set m=1``), for any other name.
-    """
-    found = name
-    if "[" in name:
-        try:
-            tree = parse(name)
-            if isinstance(tree, Name) and tree.indices:
-                found = member_name(tree.identifier, [integer(i, spec.sizes) for i in tree.indices])
-        except ExpressionError as error:
-            raise _usage(asked, error) from error
-    parameters, coordinates = names_of(spec.parameters), names_of(spec.coordinates)
-    if found not in parameters and found not in coordinates and moved_by(found) not in coordinates:
-        known = [*parameters, *coordinates, *map(velocity_name, coordinates)]
-        raise UsageError(f"{asked}: unknown name '{found}'; {_settable_hint(found, known)}")
-    return found
-
-
-def moved_by(velocity: str) -> str:
-    """The coordinate that something is the velocity of, if it is one: ``u[1]`` for ``u_dot[1]``."""
-    base, bracket, index = velocity.partition("[")
-    coordinate = base.removesuffix(VELOCITY_SUFFIX) + bracket + index
-    return "" if coordinate == velocity else coordinate
-
-
 def _bases(tree: Tree) -> set[str]:
     return {name.base for name in names(tree)}
-
-
-def _settable_hint(name: str, known: list[str]) -> str:
-    """What could have been named: where it is a family, its first and last member."""
-    members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
-    if members:
-        return f"it is a family with members {members[0]} to {members[-1]}"
-    coordinates = [one for one in known if velocity_name(one) in known]
-    moving, order = (name[:-1], 1) if name.endswith("'") else rate_of(name, coordinates)
-    if order == 1 and moving in coordinates:
-        return f"write {velocity_name(moving)} for the velocity of {moving}"
-    return near_hint(name, known) or known_hint(known)
-
-
-def _usage(asked: str, error: ExpressionError) -> UsageError:
-    return UsageError(f"{asked}: {error.message}" + (f"; {error.hint}" if error.hint else ""))

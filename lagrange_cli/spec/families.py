@@ -1,4 +1,4 @@
-"""Families to their members: from here on every name is that of one quantity, such as ``theta[3]``."""
+"""Families and their members: from here on every name is that of one quantity, such as ``theta[3]``."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, pl
 from lagrange_cli.expression.vocabulary import RESERVED, member_name
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.content import in_order
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written, WrittenBody, WrittenEvent
 from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames, Place
 from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place as FilePlace
-from lagrange_cli.spec.whole import Part, WrittenFamily, in_order
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 MAX_MEMBERS = whole("members")
 """Members of all the families of a file, each section counted by itself."""
@@ -79,7 +80,7 @@ def _usage(name: str, text: str, error: ExpressionError) -> UsageError:
 
 
 def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
-    """The draft with an entry for each member of a family, in the order of their indices."""
+    """The draft with the members of families, in the order of their indices."""
     expander = _Expander(sizes, problems)
     expanded: dict[str, Any] = {}
     families: dict[str, dict[str, Family]] = {}

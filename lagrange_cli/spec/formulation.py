@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.near import near_hint
+from lagrange_cli.spec.content import by_name, groups_by_name, groups_of
 from lagrange_cli.spec.draft import Draft, Entry
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import WHOLE_FILE
-from lagrange_cli.spec.whole import WrittenFamily, by_name, groups_by_name, groups_of
+from lagrange_cli.spec.whole import WrittenFamily
 
 
 def check_formulation(draft: Draft, problems: Problems) -> None:

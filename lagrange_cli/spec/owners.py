@@ -7,13 +7,14 @@ from typing import Any
 
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.draft import Draft, Entry
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.spec.table import Row
-from lagrange_cli.spec.whole import Part, WrittenFamily, groups_of
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 FORCES_ON = {Kind.PARTICLE: "forces", Kind.BODY: "torques", Kind.COORDINATE: "generalized_forces"}
 """The section for what acts on each."""

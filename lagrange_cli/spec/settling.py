@@ -9,6 +9,7 @@ from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.syntax import names, plain_names
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.draft import Declared, Written
 from lagrange_cli.spec.family import Family, MemberNames
 from lagrange_cli.spec.kinds import Kind
@@ -16,7 +17,7 @@ from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.order import chain, dependency_order, on_demand
 from lagrange_cli.spec.spec import Expression, distinct
-from lagrange_cli.spec.whole import Part, WrittenFamily, groups_of
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 W = TypeVar("W", bound=Written)
 

@@ -7,10 +7,10 @@ from typing import TypeVar
 
 from lagrange_cli.expression.syntax import Span, Tree, has_decimals
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.content import bases_of, firsts_of, written
 from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
-from lagrange_cli.spec.whole import bases_of, firsts_of, written
 
 T = TypeVar("T")
 
@@ -250,8 +250,9 @@ class Spec:
     file that give forces (``model.forces`` says how each acts), then by what they act on. ``text`` is the
     file as read.
 
-    Families are written out: everything goes by the names of members, such as ``theta[3]``, and
-    ``families`` has them by section and name. ``sizes`` are the whole numbers they were written with.
+    Everything goes by the names of members, such as ``theta[3]``; families are kept as they are written, and
+    their members are made where they are asked for (``spec.content``). ``families`` has them by section and
+    name. ``sizes`` are the whole numbers they were written with.
     ``time_unit`` is the unit of t, empty where the file does not say it. ``left_out`` names constraints that
     depend on others with the numbers of the run: the equations of motion are derived without them.
     ``draw`` has no part in the equations.

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from lagrange_cli.spec.content import groups_by_name, groups_of
 from lagrange_cli.spec.spec import Body, Event, Expression, Family, Inertia, Orientation, Spec
-from lagrange_cli.spec.whole import WrittenFamily, groups_by_name, groups_of
+from lagrange_cli.spec.whole import WrittenFamily
 
 NUMBERS = frozenset({"parameters", "coordinates"})
 """Only the names of these count: their values are passed to compiled code as it runs."""

@@ -7,8 +7,10 @@ from collections.abc import Iterable, Mapping
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.evaluation import constants_of, evaluate_run, settable
+from lagrange_cli.spec.evaluation import constants_of
+from lagrange_cli.spec.initial import evaluate_run
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.settable import settable
 from lagrange_cli.spec.spec import Spec
 
 

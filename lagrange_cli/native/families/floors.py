@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.spec.whole import WrittenFamily, groups_of
+from lagrange_cli.spec.content import groups_of
+from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec

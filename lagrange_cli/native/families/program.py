@@ -41,7 +41,7 @@ from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.steps import STRAIGHT
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
-from lagrange_cli.spec.whole import names_of
+from lagrange_cli.spec.content import names_of
 
 Observed = Mapping[str, tuple[Total, int]]
 """Quantities by name: where each of them is."""
