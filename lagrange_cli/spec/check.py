@@ -14,8 +14,7 @@ from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.entering import enter_names
 from lagrange_cli.spec.formulation import check_formulation
-from lagrange_cli.spec.kinds import Kind
-from lagrange_cli.spec.moving import lacking
+from lagrange_cli.spec.kinds import Kind, lacking
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.owners import Owners, note_unknown_owner, owners
 from lagrange_cli.spec.problems import Problems

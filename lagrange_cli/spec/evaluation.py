@@ -20,7 +20,6 @@ from lagrange_cli.spec.content import groups_by_name, groups_of, names_of, state
 from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.settable import settable, settable_hint, wrong_usage
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Inertia, Spec
 from lagrange_cli.spec.whole import Part, WrittenFamily
@@ -60,7 +59,11 @@ class Evaluation:
         self.algebra = algebra
         self.given = given
         self.problems = problems or Problems(Source(spec.filename, spec.text))
-        self.texts = {settable(spec, name, f"--set {name}={text}"): text for name, text in overrides.items()}
+        self.texts: dict[str, str] = {}
+        if overrides:
+            from lagrange_cli.spec.settable import settable
+
+            self.texts = {settable(spec, x, f"--set {x}={text}"): text for x, text in overrides.items()}
         self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
         self.trees: dict[str, list[Tree]] = {}
         """The trees of parameters and definitions, those of all members of a family together."""
@@ -90,6 +93,8 @@ class Evaluation:
             for one in names(tree):
                 self._check_name(one)
         except ExpressionError as error:
+            from lagrange_cli.spec.settable import wrong_usage
+
             raise wrong_usage(f"--set {name}={text}", error) from error
         return tree
 
@@ -102,6 +107,8 @@ class Evaluation:
             return
         if one.identifier.lower() in ("nan", "inf", "infinity"):
             raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
+        from lagrange_cli.spec.settable import settable_hint
+
         raise ExpressionError(
             one.span, f"unknown name '{one.identifier}'", settable_hint(one.identifier, [*parameters])
         )
@@ -289,6 +296,8 @@ class Evaluation:
         except Unsound:  # follows from a problem of the file
             return None
         except ExpressionError as error:
+            from lagrange_cli.spec.settable import wrong_usage
+
             raise wrong_usage(f"--set {name}={self.texts[name]}", error) from error
 
     def value(self, expression: Expression, where: str, builder: Builder | None = None) -> Any:

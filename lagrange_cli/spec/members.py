@@ -12,7 +12,7 @@ from lagrange_cli.expression.many_bounds import Many
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.spec.family import Family, Grid, MemberNames
 from lagrange_cli.spec.kinds import Meaning
-from lagrange_cli.spec.settled import Settled
+from lagrange_cli.spec.meanings import Settled
 from lagrange_cli.spec.whole import Part
 
 
