@@ -125,11 +125,9 @@ class _Checker:
     def _positions(self, group: WrittenFamily[Entry]) -> None:
         """Check the positions of a family of particles."""
         for part in group.parts:
-            members = group.of_part(part)
-            first = next(members)
-            where, found = f"position of '{first.key.label}'", None
-            if first.value is not None:
-                found = self.names.check_alike(first.value, "embedding", where)
+            first, found = next(group.of_part(part)), None
+            if first.value is not None and self.names.has_many(part):
+                found = self.names.check_alike(first.value, "embedding", f"position of '{first.key.label}'")
             if found is None:
                 for entry in group.of_part(part):
                     self._position(entry)

@@ -125,8 +125,8 @@ class Evaluation:
                     found = self.together(part, part.item.value)
                     if found is not None:
                         self._take(dict(zip(group.names_of_part(part), found)))
-                    rest = (one for one in group.names_of_part(part) if one in self.unknown)
-                    cycles.extend(on_demand(rest, compute)[1])
+                rest = [one for one in group.names if one in self.unknown]
+                cycles.extend(on_demand(rest, compute)[1])
                 return
             if name in self.given or name in self.overrides:
                 value = self.override(name)

@@ -127,6 +127,10 @@ class Names(Meanings):
 
         return BoundsBuilder(partial(bounds_of, self), self.sizes)
 
+    def has_many(self, part: Part[Any]) -> bool:
+        """Whether a part has so many members that they are checked together."""
+        return part.count >= MANY
+
     def _together(self, expression: Expression) -> Any:
         """The bounds of all members that share the expression's tree, where these are many and none is wrong;
         else None."""
@@ -134,7 +138,7 @@ class Names(Meanings):
         if key not in self._of_siblings:
             self._of_siblings[key] = None
             part = self.siblings.get(key)
-            if part is not None and part.count >= MANY:
+            if part is not None and self.has_many(part):
                 from lagrange_cli.spec.members import indices_of
 
                 self._of_siblings[key] = self.many.of_members(expression.tree, indices_of(part))

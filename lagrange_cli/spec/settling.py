@@ -122,11 +122,10 @@ class Settling:
     def _apart(self, group: WrittenFamily[W], what: Kind, section: str) -> Iterator[W]:
         """Settle the members of a family that are alike, and yield the others."""
         for part in group.parts:
-            first, value = next(group.of_part(part)), expression_of(part.item)
-            found = None
-            if value is not None:
-                own = replace(value, indices=part.values(next(part.places)))
-                found = self.names.check_alike(own, section, label(first, what))
+            value, found = expression_of(part.item), None
+            if value is not None and self.names.has_many(part):
+                value = value.member("", part.values(next(part.places)))
+                found = self.names.check_alike(value, section, label(part.item, what))
             if found is None or (isinstance(found[1], tuple) and what is Kind.PARAMETER):
                 yield from group.of_part(part)
             elif what is Kind.PARAMETER:

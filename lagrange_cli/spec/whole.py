@@ -73,6 +73,8 @@ class WrittenFamily(Sequence[T]):
         assert isinstance(family.members, MemberNames)
         self.family, self.parts, self.order = family, parts, order
         self._names = family.members
+        self._made: dict[Place, T] = {}
+        """The members that have been asked for."""
         self._wide = [part for part in parts if part.count > 1]
         self._single = {next(part.places): part for part in parts if part.count == 1}
 
@@ -100,9 +102,8 @@ class WrittenFamily(Sequence[T]):
 
     def of_part(self, part: Part[T]) -> Iterator[T]:
         """The members of one part."""
-        base, item = self.family.name, part.item
         for place in part.places:
-            yield item.member(f"{base}[{','.join(map(str, place))}]", part.values(place))
+            yield self._made.get(place) or self._make(part, place)
 
     def names_of_part(self, part: Part[T]) -> Iterator[str]:
         """The names of the members of one part."""
@@ -123,12 +124,17 @@ class WrittenFamily(Sequence[T]):
 
     def part_at(self, place: Place) -> Part[T]:
         """The part that the member at a place belongs to."""
+        if len(self.parts) == 1:
+            return self.parts[0]
         return self._single.get(place) or next(part for part in self._wide if part.has(place))
 
     def at(self, place: Place) -> T:
         """The member at a place."""
-        part = self.part_at(place)
+        return self._made.get(place) or self._make(self.part_at(place), place)
+
+    def _make(self, part: Part[T], place: Place) -> T:
         made: T = part.item.member(f"{self.family.name}[{','.join(map(str, place))}]", part.values(place))
+        self._made[place] = made
         return made
 
     def named(self, name: str) -> T | None:
