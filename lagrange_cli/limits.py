@@ -20,7 +20,7 @@ VARIABLE = "LAGRANGE_LIMITS"
 DEFAULTS = {
     "bytes": 1_000_000,  # of a system file
     "values": 50_000,  # in a system file, its aliases written out
-    "members": 500_000,  # of all families: 10 s and 1 GB to read
+    "members": 500_000,  # of all families
     "terms": 200_000,  # of all sums that are written out
     "pairs": 2_000_000,  # of all sums that are not
     "size": 1_000_000,  # nodes of an expression, its definitions and powers written out

@@ -99,11 +99,13 @@ class Column:
 
 class ColumnAlgebra(NumberAlgebra):
     """``Algebra[Column | float]``: values that do not differ between members stay one float. Operations that
-    Python would refuse for some members is noted in ``failed`` (members,).
+    Python would refuse for some members is noted in ``failed`` (members,), and so is an exp that is 0, unless
+    it ``fades``.
     """
 
-    def __init__(self, members: int) -> None:
+    def __init__(self, members: int, *, fades: bool = False) -> None:
         super().__init__()
+        self.fades = fades
         self.failed: Mask = np.zeros(members, dtype=bool)
 
     def column(self, values: Array) -> Column:
@@ -115,7 +117,7 @@ class ColumnAlgebra(NumberAlgebra):
         if column is None:
             return super().function(name, arguments)
         found = column.each(self.FUNCTIONS[name], arguments)
-        if name == "exp":
+        if name == "exp" and not self.fades:
             self.failed |= found.values == 0
         return found
 

@@ -9,7 +9,7 @@ import numpy as np
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.arrays import Array, Domain, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.groups import alike, group_of, particle_families
+from lagrange_cli.families.groups import alike, among, group_of, particle_families
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.spec.spec import Spec, grouped
 
@@ -39,10 +39,10 @@ def applied_forces(
 def on_coordinates(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
     """Q_k as they are given."""
     written = spec.forces.get(ON_COORDINATES, {})
-    row_of = {one.name: row for row, one in enumerate(spec.coordinates)}
     for family in grouped(written, spec.families.get(ON_COORDINATES, {})):
         group = group_of(family, written)
-        rows = np.array([row_of[name] for name in family.members], dtype=np.int64)
+        own = builder.rows[family.name]
+        rows = own.first + among(family, own.family)
         for domain, value, which in builder.pieces(group, np.arange(group.count)):
             if isinstance(value, tuple):
                 raise Unsuited

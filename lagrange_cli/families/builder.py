@@ -22,7 +22,9 @@ from lagrange_cli.expression.syntax import Tree as Syntax
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
 from lagrange_cli.families.arrays import Array, Chain, Domain, Slots, Source, Term, Total, Tree, total_of
 from lagrange_cli.families.groups import Group, Rows, group_of, particle_families
-from lagrange_cli.spec.spec import Spec, grouped
+from lagrange_cli.spec.content import groups_of, names_of
+from lagrange_cli.spec.spec import Parameter, Spec, grouped
+from lagrange_cli.spec.whole import WrittenFamily
 
 DEEPEST = 3
 """How often members of a family may stand in one another's definitions: x[i] = x[i - 1] + ... is unwound."""
@@ -62,7 +64,7 @@ class FamilyBuilder(ArrayBuilder):
         self.rows: dict[str, Rows] = {}
         self.groups: dict[str, Group] = {}
         self.positions: dict[str, Group] = {}
-        scalars = [one.name for one in spec.parameters if "[" not in one.name]
+        scalars = [one.name for one in groups_of(spec.parameters) if isinstance(one, Parameter)]
         self.parameters = {name: self.graph.symbol(name) for name in scalars}
         self.within: list[Group] = []
         """The groups whose members are being built."""
@@ -74,16 +76,16 @@ class FamilyBuilder(ArrayBuilder):
 
     def _declare(self, spec: Spec) -> None:
         first = 0
-        for family in grouped([one.name for one in spec.coordinates], spec.families.get("coordinates", {})):
+        for family in grouped(names_of(spec.coordinates), spec.families.get("coordinates", {})):
             self.rows[family.name] = Rows(self.q, first, family)
             self.rows[velocity_name(family.name)] = Rows(self.v, first, family)
             first += len(family.members)
-        names = {one.name: i for i, one in enumerate(spec.parameters)}
-        for name, family in spec.families.get("parameters", {}).items():
-            order = [names[one] for one in family.members]
-            if order != list(range(order[0], order[0] + len(order))) or len(order) != np.prod(family.shape):
-                raise Unsuited
-            self.rows[name] = Rows(self.given, order[0], family)
+        starts = names_of(spec.parameters).starts
+        for one in groups_of(spec.parameters):
+            if isinstance(one, WrittenFamily):
+                if one.order is not None or not one.family.complete:
+                    raise Unsuited
+                self.rows[one.name] = Rows(self.given, starts[one.name], one.family)
         for family in grouped(spec.definitions, spec.families.get("definitions", {})):
             self.groups[family.name] = group_of(family, spec.definitions)
         for family in grouped(spec.embedding, particle_families(spec)):

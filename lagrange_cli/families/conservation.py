@@ -20,6 +20,7 @@ from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
 from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import grouped
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def constants_of(system: FamilySystem) -> Constants:
             straight = ~curved(system.slots.graph, system.joints, system.q.count)
         free = straight & np.all([np.abs(one.slopes) <= ROUNDED * one.slope_sizes for one in states], axis=0)
         idle = np.all([np.abs(one.applied) <= ROUNDED * one.applied_sizes for one in states], axis=0)
-        names = [one.name for one in system.spec.coordinates]
+        names = names_of(system.spec.coordinates)
         kept = free & idle
         found = [kept_momentum(names[k], constrained=False) for k in np.flatnonzero(kept).tolist()]
         idle_power = all(one.vanishes(one.v, applied=True, inside=False) for one in states)
@@ -200,7 +201,7 @@ def turned(state: State, i: int, j: int) -> Values | None:
 def shifts(system: FamilySystem) -> Iterator[Trial]:
     """All members of a family of coordinates change alike."""
     spec, first = system.spec, 0
-    for family in grouped([one.name for one in spec.coordinates], spec.families.get("coordinates", {})):
+    for family in grouped(names_of(spec.coordinates), spec.families.get("coordinates", {})):
         direction = np.zeros(system.q.count)
         direction[first : first + len(family.members)] = 1.0
         first += len(family.members)

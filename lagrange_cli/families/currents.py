@@ -12,6 +12,7 @@ from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.families.arrays import Array, Domain, Term, Total, total_of
 from lagrange_cli.families.description import Component, FamilySystem
 from lagrange_cli.mechanics.conserved.displacements import TURNS
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import grouped
 
 
@@ -31,7 +32,7 @@ def current(system: FamilySystem, quantity: str) -> Total:
 def of_family(system: FamilySystem, name: str) -> Iterator[Term]:
     """The sum of the momenta of a family of coordinates."""
     spec, first = system.spec, 0
-    for family in grouped([one.name for one in spec.coordinates], spec.families.get("coordinates", {})):
+    for family in grouped(names_of(spec.coordinates), spec.families.get("coordinates", {})):
         count = len(family.members)
         if family.name == name:
             domain, rows = Domain(count), np.arange(first, first + count)

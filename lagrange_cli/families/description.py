@@ -11,6 +11,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Total
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
 
 
@@ -112,5 +113,6 @@ class FamilySystem:
         for one in self.joints.joints if self.joints else ():
             for rows in one.rows:
                 acted[rows] = True
-        momenta = [f"p_{self.spec.coordinates[k].name}" for k in np.flatnonzero(~acted).tolist()]
+        names = names_of(self.spec.coordinates)
+        momenta = [f"p_{names[k]}" for k in np.flatnonzero(~acted).tolist()]
         return (*momenta, "h") if self.steady and not self.driven else tuple(momenta)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import Differ, Places, one_if_equal
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Tree
 from lagrange_cli.families.arrays import Array, Domain
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import groups_by_name
+from lagrange_cli.spec.family import MemberNames
+from lagrange_cli.spec.members import indices_of, numbers_of
 from lagrange_cli.spec.spec import Expression, Family, Spec
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,15 +56,30 @@ class Group:
 
 def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
     """The members of a family as they are written."""
-    expressions = [written[name] for name in family.members]
+    parts = [(numbers_of(family, part), part) for part in parts_of(family, written)]
+    parts.sort(key=lambda one: int(one[0].min()))
     seen: dict[int, int] = {}
-    labels = np.array([seen.setdefault(id(one.tree), len(seen)) for one in expressions], dtype=np.int64)
-    trees = {seen[id(one.tree)]: one.tree for one in expressions}
-    names = dict.fromkeys(name for one in expressions for name in one.indices)
-    indices = {
-        name: np.array([one.indices.get(name, 0) for one in expressions], dtype=np.int64) for name in names
-    }
+    labels = np.zeros(len(family.members), dtype=np.int64)
+    names = dict.fromkeys(name for _, part in parts for name in part.indices if name)
+    indices = {name: np.zeros(len(family.members), dtype=np.int64) for name in names}
+    for numbers, part in parts:
+        labels[numbers] = seen.setdefault(id(part.item.tree), len(seen))
+        for name, values in indices_of(part).items():
+            indices[name][numbers] = values
+    trees = {seen[id(part.item.tree)]: part.item.tree for _, part in parts}
     return Group(family, places_of(family), tuple(trees[i] for i in range(len(trees))), labels, indices)
+
+
+def parts_of(family: Family, written: Mapping[str, Expression]) -> Sequence[Part[Expression]]:
+    """The members of a family by what they have in common. Raises ``Unsuited`` where others are written."""
+    found = groups_by_name(written).get(family.name)
+    if isinstance(found, WrittenFamily):
+        if found.family.members != family.members:
+            raise Unsuited
+        return found.parts
+    if found is None or family.shape:
+        raise Unsuited
+    return [Part(found, (), ())]
 
 
 def places_of(family: Family) -> Places:
@@ -68,9 +88,17 @@ def places_of(family: Family) -> Places:
     if size == len(family.members):
         return np.arange(size)
     found = np.full(size, -1, dtype=np.int64)
-    listed = [[int(i) for i in name.partition("[")[2].rstrip("]").split(",")] for name in family.members]
-    found[np.ravel_multi_index(tuple(np.array(listed).T), family.shape)] = np.arange(len(listed))
+    assert isinstance(family.members, MemberNames)
+    places = np.array([*family.members.places])
+    found[np.ravel_multi_index(tuple(places.T), family.shape)] = np.arange(len(places))
     return found
+
+
+def among(family: Family, other: Family) -> Places:
+    """Which members of another family the members of a family are, (members,)."""
+    if family.members == other.members:
+        return np.arange(len(family.members))
+    return np.array([other.number(name) for name in family.members], dtype=np.int64)
 
 
 def particle_families(spec: Spec) -> Mapping[str, Family]:

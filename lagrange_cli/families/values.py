@@ -9,6 +9,7 @@ import numpy as np
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Source, Term, Total
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class FamilyValues:
     def __init__(self, system: Described, t: float, q: Values, v: Values, parameters: Values) -> None:
         self.slots = system.slots
         self._arrays: dict[Array, Values] = {system.q: q, system.v: v, system.given: parameters}
-        names = {one.name: i for i, one in enumerate(system.spec.parameters)}
+        names = names_of(system.spec.parameters).starts
         self._scalars: dict[Node, Any] = {system.time: t}
         self._scalars |= {node: parameters[names[name]] for name, node in system.parameters.items()}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
@@ -28,6 +28,7 @@ from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.planner import Planner
 from lagrange_cli.outputs.recording import NARROW, Recording
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
@@ -102,7 +103,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     scheme = compilation.method if needs is Needs.STEPS else ""
     program = write_family_program(system, observed, tolerance, order, scheme=scheme)
     recording = Recording(
-        coordinates=tuple(one.name for one in system.spec.coordinates),
+        coordinates=tuple(names_of(system.spec.coordinates)),
         states=tuple(planner.states),
         made=tuple(planner.made),
         conserved=tuple(name for name in observed if name in conserved.union(planner.kept)),
@@ -163,21 +164,15 @@ class Described:
     def model(self) -> Model[Any]:
         """Names and families, with places in totals in place of expressions."""
         system, spec = self.system, self.system.spec
-        particles = []
-        for arrays, names in self.particles():
-            particles += [
-                Particle(name, None, tuple((one, i) for one in arrays), (), ())
-                for i, name in enumerate(names)
-            ]
         return Model(
             name=spec.name,
             algebra=cast("Any", None),
-            coordinates=tuple(one.name for one in spec.coordinates),
+            coordinates=cast("Any", names_of(spec.coordinates)),
             time=None,
             q=(),
             v=(),
             parameters={},
-            particles=tuple(particles),
+            particles=cast("Any", Particles(self.particles())),
             potential=None,
             lagrangian=None if spec.lagrangian is None else spec.lagrangian,
             generalized_forces=(),
@@ -186,13 +181,31 @@ class Described:
             families=spec.families,
         )
 
-    def particles(self) -> list[tuple[tuple[Total, ...], tuple[str, ...]]]:
+    def particles(self) -> list[tuple[tuple[Total, ...], Sequence[str]]]:
         """The positions of each family of particles, and the members' names."""
         from lagrange_cli.families.groups import particle_families
         from lagrange_cli.spec.spec import grouped
 
         families = grouped(self.system.spec.embedding, particle_families(self.system.spec))
         return [(tuple(self.system.positions[one.name]), one.members) for one in families]
+
+
+class Particles(Sequence[Particle[Any]]):
+    """The particles of families, whose positions are in totals."""
+
+    def __init__(self, families: Sequence[tuple[tuple[Total, ...], Sequence[str]]]) -> None:
+        self._families = families
+
+    def __len__(self) -> int:
+        return sum(len(names) for _, names in self._families)
+
+    def __iter__(self) -> Iterator[Particle[Any]]:
+        for arrays, names in self._families:
+            for i, name in enumerate(names):
+                yield Particle(name, None, tuple((one, i) for one in arrays), (), ())
+
+    def __getitem__(self, number: Any) -> Any:
+        return tuple(self)[number]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Progress
 from lagrange_cli.integrate.events import Change, parameters_in
 from lagrange_cli.native.interface import low
-from lagrange_cli.outputs.recording import Making
+from lagrange_cli.outputs.recording import Making, Places, Rows
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -65,6 +65,10 @@ class Samples:
         self._base: dict[str, float] = {}
         """The same, and what actions have added to it."""
         self._balances = any(one.making is Making.BALANCE for one in prepared.recording.made)
+        self._places = Places(prepared.machine.program.quantities)
+        momenta = tuple(f"p_{name}" for name in prepared.recording.coordinates)
+        self._momenta = momenta if self._places.keys() >= set(momenta) else None
+        """The names of all momenta, if they are observed."""
         self._changes: list[Change] = []
         """Changes by actions that no sample follows yet."""
         self._done = 0
@@ -92,7 +96,7 @@ class Samples:
             if not count:
                 return 0
             times, states = times[:count], states[:, :count]
-            observed = {name: row[:count] for name, row in observed.items()}
+            observed = observed.until(count)
             base = {name: x if isinstance(x, float) else x[:count] for name, x in base.items()}
         for name, drift in self._drift.items():
             row, first = observed[name], self._first[name]
@@ -132,24 +136,23 @@ class Samples:
         for name in self._base:
             self._base[name] += after[name] - before[name]
 
-    def _measure(self, observed: Mapping[str, Array], states: Array) -> None:
+    def _measure(self, observed: Rows, states: Array) -> None:
         """Update the size of h's terms from the first samples and some of the others, which do not depend on
         the chunks. Does nothing if the momenta are not observed."""
         layout = self._prepared.machine.program.state
-        names = [f"p_{name}" for name in self._prepared.recording.coordinates]
-        if "h" not in self._drift or not observed.keys() >= set(names):
+        if "h" not in self._drift or self._momenta is None:
             return
         before, count = self._count, states.shape[1]
         self._count += count
         early = min(max(0, EARLY - before), count)
         for part in (slice(early), slice(early + -(before + early) % RARELY, None, RARELY)):
-            velocities = states[layout.v, part]
+            momenta, velocities = observed.block(self._momenta)[:, part], states[layout.v, part]
             with np.errstate(over="ignore", invalid="ignore"):
-                terms = sum(np.abs(observed[name][part] * v) for name, v in zip(names, velocities))
+                terms = np.add.accumulate(np.abs(momenta * velocities))[-1]
             sizes = np.maximum(np.abs(observed["h"][part]), terms)
             self._size = float(np.max(sizes, initial=self._size))
 
-    def observe(self, times: Array, states: Array) -> tuple[Mapping[str, Array], Mapping[str, Any]]:
+    def observe(self, times: Array, states: Array) -> tuple[Rows, Mapping[str, Any]]:
         """The observed quantities, and the initial value of each balance: a number, or one for each
         sample."""
         names, count = self._prepared.machine.program.quantities, len(times)
@@ -168,11 +171,11 @@ class Samples:
             if stop > start:
                 self._compute(times[start:stop], states[:, start:], wide[:, start:], stride)
                 if not self._first:
-                    self._first = {name: float(row[0]) for name, row in zip(names, wide)}
+                    self._first = dict(zip(names, wide[:, 0].tolist()))
                     self._base = self._first.copy()
             if now:
                 firsts.append((stop - start, self._base.copy()))
-        observed = dict(zip(names, wide[:, :count]))
+        observed = Rows(self._places, wide[:, :count])
         if not now:
             return observed, self._base
         lengths = [length for length, _ in firsts]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lagrange_cli.expression.algebra import E
 from lagrange_cli.model.model import Constraint
 from lagrange_cli.model.scope import Scope, multiplier_name
-from lagrange_cli.spec.moving import NO_COORDINATE, NO_VELOCITY
+from lagrange_cli.spec.kinds import NO_COORDINATE, NO_VELOCITY
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression

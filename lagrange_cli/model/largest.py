@@ -23,7 +23,7 @@ class Largest:
 def largest_expression(spec: Spec) -> Largest | None:
     """The largest expression of a file that has been checked; None where all are small."""
     scope = Scope(spec, BoundsAlgebra())
-    sizes = [Largest(size_of(scope.build(one)), one.at(one.tree.span)) for one in spec.moving]
+    sizes = [Largest(size_of(scope.build(one)), one.at(one.tree.span)) for one in spec.moving_members]
     largest = max(sizes, key=lambda one: one.size)
     return largest if largest.size >= LEAST else None
 

@@ -30,6 +30,7 @@ from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import firsts_of, written_by_family
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family, distinct
@@ -110,7 +111,7 @@ class Survey:
     def _values(self, where: str, expressions: Mapping[str, Expression], known: dict[str, Value]) -> None:
         """Add the value of each name to ``known``, and of each family that of all its members, which may use
         one another."""
-        for name, several in by_family(expressions.items()).items():
+        for name, several in written_by_family(expressions).items():
             for expression in distinct(several):
                 value = self.value(expression, where.format(name))
                 before = known.get(name, value)
@@ -136,7 +137,7 @@ class Survey:
 
     def _parameters(self) -> dict[str, Quantity]:
         found = {}
-        for name, parameters in by_family((one.name, one) for one in self.spec.parameters).items():
+        for name, parameters in by_family((one.name, one) for one in firsts_of(self.spec.parameters)).items():
             found[name] = self.values[name] = joined([self._parameter(one) for one in parameters])
         return found
 
@@ -151,7 +152,9 @@ class Survey:
 
     def _coordinates(self) -> dict[str, Quantity]:
         found = {}
-        for name, coordinates in by_family((one.name, one) for one in self.spec.coordinates).items():
+        for name, coordinates in by_family(
+            (one.name, one) for one in firsts_of(self.spec.coordinates)
+        ).items():
             found[name] = self.values[name] = joined([self._coordinate(one) for one in alike(coordinates)])
             self.values[velocity_name(name)] = rate(found[name], self.time)
         return found
@@ -185,7 +188,7 @@ class Survey:
 
     def _positions(self) -> None:
         self.positions: dict[str, Quantity] = {}
-        for name, several in by_family(self.spec.embedding.items()).items():
+        for name, several in written_by_family(self.spec.embedding).items():
             for expression in distinct(several):
                 components = vector(self.value(expression, f"the position of '{name}'"))
                 found = self._position(components, expression, name)
@@ -212,7 +215,7 @@ class Survey:
         masses: dict[str, Quantity] = {}
         self._values("mass '{}'", spec.masses, masses)
         kinetic = UNKNOWN
-        for name, several in by_family(spec.embedding.items()).items():
+        for name, several in written_by_family(spec.embedding).items():
             speed = self.positions[name] / self.time
             found = masses[name] * speed * speed
             message = f"the kinetic energy of '{name}' is in {{}}, that of others in {{}}"
@@ -248,7 +251,7 @@ class Survey:
 
         for key, given in self.spec.forces.items():
             row = SECTIONS.by_word[key]
-            for name, several in by_family(given.items()).items():
+            for name, several in written_by_family(given).items():
                 what = key if name == key else f"{row.label} '{name}'"
                 expected = FORCES[key].unit(name, self)
                 message = f"the {what} is in {{}}, and should be in {{}}"

@@ -64,7 +64,7 @@ def make_plan(
         states=tuple(planner.states),
         made=tuple(planner.made),
         conserved=tuple(name for name in planner.observed if name in constant.union(planner.kept)),
-        events=tuple(EventGroup(one.name, one.shape, one.members) for one in events),
+        events=tuple(EventGroup(one.name, one.shape, tuple(one.members)) for one in events),
         at_events=tuple(at_events.states),
     )
     return Plan(planner.observed, planner.integrands, recording)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from functools import reduce
 from operator import add
@@ -34,6 +34,50 @@ class Making(Enum):
     INTEGRAL = "integral"  # the quadrature that goes by the dataset's path
 
 
+class Places(dict[str, int]):
+    """The places of observed quantities, by name, in the arrays that have them."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        super().__init__(zip(names, range(len(names))))
+        self._found: dict[tuple[str, ...], Any] = {}
+
+    def of(self, names: tuple[str, ...]) -> Any:
+        """Those of several: a slice where they are side by side. Raises ``KeyError`` for an unknown name."""
+        found = self._found.get(names)
+        if found is None:
+            listed = [self[name] for name in names]
+            first = listed[0] if listed else 0
+            beside = listed == list(range(first, first + len(listed)))
+            found = self._found[names] = slice(first, first + len(listed)) if beside else listed
+        return found
+
+
+class Rows(Mapping[str, "Array"]):
+    """Observed quantities (c,) by name; ``values`` (quantities, c) are those at the ``places``."""
+
+    def __init__(self, places: Places, values: Array) -> None:
+        self.places, self.array = places, values
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __getitem__(self, name: str) -> Array:
+        row: Array = self.array[self.places[name]]
+        return row
+
+    def block(self, names: tuple[str, ...]) -> Array:
+        """Several of them (names, c)."""
+        found: Array = self.array[self.places.of(names)]
+        return found
+
+    def until(self, count: int) -> Rows:
+        """The first samples."""
+        return Rows(self.places, self.array[:, :count])
+
+
 @dataclass(frozen=True)
 class Dataset:
     """One series of the output: its path, the shape of one sample, what it is, and how it is made.
@@ -59,6 +103,8 @@ class Dataset:
         one for each sample where these are not all of one motion."""
         import numpy as np
 
+        if self.making is Making.STACK and isinstance(observed, Rows) and self.shape:
+            return np.ascontiguousarray(observed.block(self.sources).T).reshape(-1, *self.shape)
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is written as it is
             return self.shaped(self.parts(observed, integrals, first))
 

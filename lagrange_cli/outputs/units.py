@@ -15,6 +15,7 @@ from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_pure, simplified, times_within
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.content import firsts_of
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Spec, by_family, has_units
 
@@ -38,7 +39,7 @@ def find_units(spec: Spec) -> Units:
     if spec.time_unit:
         survey = Survey(spec, read_unit(spec.time_unit))
         return Units(texts_of(survey), tuple(survey.conflicts))
-    found, unclear = times_of({one.unit for one in spec.parameters} | {one.unit for one in spec.coordinates})
+    found, unclear = times_of(units_given(spec))
     if not found and not unclear:
         survey = Survey(spec, UNNAMED_TIME)
         return Units(texts_of(survey), tuple(one for one in survey.conflicts if UNNAMED not in one.message))
@@ -49,6 +50,13 @@ def find_units(spec: Spec) -> Units:
         message = f"the units contain several units of time, {' and '.join(found)}: that of t is not clear"
         survey.conflicts.append(Conflict(WHOLE_FILE, message, f"add 'time: {{unit: {found[0]}}}'"))
     return Units(texts_of(survey), tuple(survey.conflicts))
+
+
+def units_given(spec: Spec) -> set[str]:
+    """The units that the file has; an empty text where one is not given."""
+    return {one.unit for one in firsts_of(spec.parameters)} | {
+        one.unit for one in firsts_of(spec.coordinates)
+    }
 
 
 def with_time(spec: Spec, time: Unit) -> Units:
@@ -89,7 +97,7 @@ def texts_of(survey: Survey) -> dict[str, str]:
     for parameter in spec.parameters:
         unit = parameter.unit or told(survey.parameters[family_name(parameter.name)])
         found[f"parameters/{parameter.name}"] = unit
-    for name, members in by_family((one.name, one) for one in spec.coordinates).items():
+    for name, members in by_family((one.name, one) for one in firsts_of(spec.coordinates)).items():
         written = {one.unit for one in members}
         if len(written) == 1:
             found[f"q/{name}"] = written.pop() or found[f"q/{name}"]

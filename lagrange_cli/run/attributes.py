@@ -181,7 +181,10 @@ def finite(content: Any) -> Any:
     if isinstance(content, float):
         return content if math.isfinite(content) else None
     if isinstance(content, Mapping):
-        return {str(key): finite(value) for key, value in content.items()}
+        return {
+            str(key): value if type(value) is float and math.isfinite(value) else finite(value)
+            for key, value in content.items()
+        }
     if isinstance(content, (list, tuple)):
         return [finite(value) for value in content]
     return content

@@ -139,7 +139,7 @@ def start_in(old: Spec, new: Spec, overrides: Mapping[str, str]) -> tuple[Spec, 
 def guesses(new: Spec, values: Values) -> list[float]:
     """Where the search begins: at the initial values that the file gives for them, or at 1."""
     from lagrange_cli.expression.numbers import NumberAlgebra
-    from lagrange_cli.spec.evaluation import evaluate_run
+    from lagrange_cli.spec.values import evaluate_run
 
     found = next(iter(new.replaced.values()))
     open_ = replace(new, constraints={"": found}, masses={})  # with a constraint none need be given

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
+from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
@@ -49,8 +50,8 @@ def may_end(spec: Spec) -> bool:
     """Whether an energy is written with such a function."""
     from lagrange_cli.expression.syntax import calls
 
-    energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
-    return any(calls(one.tree, PARTIAL) for one in distinct((*energies, *spec.definitions.values())))
+    energies = [*written(spec.potential), *([] if spec.lagrangian is None else [spec.lagrangian])]
+    return any(calls(one.tree, PARTIAL) for one in distinct((*energies, *written(spec.definitions))))
 
 
 def without_value(

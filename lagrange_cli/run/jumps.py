@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.records import replace
 from lagrange_cli.run.derive import located
+from lagrange_cli.spec.content import groups_by_name, written
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
@@ -93,15 +94,15 @@ def may_switch(spec: Spec) -> bool:
     with one that has kinks."""
     from lagrange_cli.expression.syntax import calls, plain_names
 
-    definitions = [*spec.definitions.values()]
-    energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
-    energies += [*spec.forces.get("dissipation", {}).values(), *definitions]
+    definitions = [*written(spec.definitions)]
+    energies = [*written(spec.potential), *([] if spec.lagrangian is None else [spec.lagrangian])]
+    energies += [*written(spec.forces.get("dissipation", {})), *definitions]
     energies += [event.when for event in spec.events.values()]
     if any(calls(one.tree, ("where", "sign")) for one in distinct(energies)):
         return True
-    places = [*spec.embedding.values(), *spec.all_constraints.values()]
+    places = [*written(spec.embedding), *written(spec.constraints), *written(spec.nonholonomic)]
     places += [x for body in spec.bodies.values() for x in body.expressions]
-    defined = {*spec.definitions}
+    defined = groups_by_name(spec.definitions).keys()
     if any(plain_names(one.tree) & defined for one in distinct(places)):
         places += definitions
     return any(calls(one.tree, KINKED) for one in distinct(places))

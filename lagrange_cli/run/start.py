@@ -181,7 +181,7 @@ def rounding_of_run(
         return rounding_of(spec, values, start, overrides)
     from lagrange_cli.expression.exact import LongNumberAlgebra, less
     from lagrange_cli.run.derive import located
-    from lagrange_cli.spec.evaluation import evaluate_run
+    from lagrange_cli.spec.values import evaluate_run
 
     rounding = rounding_of(spec, values, start, overrides)
     algebra = LongNumberAlgebra()

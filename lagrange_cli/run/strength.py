@@ -10,6 +10,7 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.syntax import Number, Tree, children
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
+from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
@@ -32,10 +33,10 @@ def with_proofs(spec: Spec, settings: Settings, values: Iterator[Values]) -> Set
 
 def suspicious(spec: Spec, values: Values) -> bool:
     """Whether any number is so small that something may be weak."""
-    forces = chain.from_iterable(given.values() for given in spec.forces.values())
+    forces = chain.from_iterable(map(written, spec.forces.values()))
     lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
-    written = chain(lagrangian, spec.potential.values(), forces, spec.definitions.values())
-    numbers = chain(values.parameters.values(), *(literals(one.tree) for one in distinct(written)))
+    given = chain(lagrangian, written(spec.potential), forces, written(spec.definitions))
+    numbers = chain(values.parameters.values(), *(literals(one.tree) for one in distinct(given)))
     smallest = sorted(abs(x) for x in numbers if x != 0)[:2]
     fastest = max((abs(v) for v in values.v), default=0.0)
     product = 1.0

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
+from typing import Any, TypeVar
 
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.content import by_name, groups_of, in_order
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
-from lagrange_cli.spec.draft import Declared, Draft, Entry
+from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.entering import enter_names
 from lagrange_cli.spec.formulation import check_formulation
-from lagrange_cli.spec.kinds import Kind
-from lagrange_cli.spec.moving import lacking
+from lagrange_cli.spec.kinds import Kind, lacking
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.owners import note_unknown_owner, owners
+from lagrange_cli.spec.owners import Owners, note_unknown_owner, owners
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar
@@ -30,10 +32,13 @@ from lagrange_cli.spec.spec import (
     Transformation,
     Wanted,
 )
+from lagrange_cli.spec.whole import WrittenFamily
+
+W = TypeVar("W", bound=Written)
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
-    """The draft, its families written out, as a ``Spec``; what is wrong is added to ``problems``."""
+    """The draft, its families known, as a ``Spec``; what is wrong is added to ``problems``."""
     checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
     parameters = checker.parameters()
     definitions = checker.definitions()
@@ -42,9 +47,10 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     masses = checker.expressions("masses")
     embedding = checker.embedding()
     bodies, norms, families = checker.bodies()
-    for body in draft.bodies:
-        if body.mass is not None and body.position is not None:
-            masses[body.name], embedding[body.name] = body.mass, body.position
+    if draft.bodies:
+        complete = [one for one in draft.bodies if one.mass is not None and one.position is not None]
+        masses = {**masses, **{one.name: one.mass for one in complete if one.mass is not None}}
+        embedding = {**embedding, **{one.name: one.position for one in complete if one.position is not None}}
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
     return Spec(
         filename=problems.source.filename,
@@ -82,94 +88,110 @@ class _Checker:
     problems: Problems
 
     def __post_init__(self) -> None:
-        self._settling = Settling(self.names, self.draft.families)
+        self._settling = Settling(self.names)
 
-    def parameters(self) -> tuple[Parameter, ...]:
-        declared = {one.name: one for one in self.draft.declared("parameters")}
-        values = {name: one.fields.get("value") for name, one in declared.items()}
-        found = []
-        for name in self._settling.settle_all(
-            self.draft.declared("parameters"), values, Kind.PARAMETER, "parameters"
-        ):
-            value, fields = values[name], declared[name].fields
-            if value is not None:
-                unit, description = fields.get("unit", ""), fields.get("description", "")
-                found.append(Parameter(name, value, declared[name].place, unit, description))
-        return tuple(found)
+    def parameters(self) -> Sequence[Parameter]:
+        settled = self._settling.settle_all(self.draft.declared("parameters"), Kind.PARAMETER, "parameters")
+        return in_order(mapped(settled, parameter))
 
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        if not self.draft.declared("coordinates") and not self.problems.found:
+    def coordinates(self) -> Sequence[Coordinate]:
+        groups = groups_of(self.draft.declared("coordinates"))
+        if not groups and not self.problems.found:
             place = self.draft.places.get("coordinates", WHOLE_FILE)
             self.problems.add(
                 place, "the system has no coordinates", "write 'coordinates: {x: {initial: 0}}'"
             )
-        return tuple(self._coordinate(coordinate) for coordinate in self.draft.declared("coordinates"))
+        for declared in (one for group in groups for one in self.names.apart(group)):
+            for field in ("initial", "velocity"):
+                value = declared.fields.get(field)
+                if value is not None:
+                    where = f"{field} of coordinate '{declared.key.label}'"
+                    check_scalar(self.names, value, "coordinates", where)
+        return in_order(mapped(groups, coordinate))
 
-    def _coordinate(self, declared: Declared) -> Coordinate:
-        initial, velocity = declared.fields.get("initial"), declared.fields.get("velocity")
-        for field, value in (("initial", initial), ("velocity", velocity)):
-            if value is not None:
-                check_scalar(
-                    self.names, value, "coordinates", f"{field} of coordinate '{declared.key.label}'"
-                )
-        return Coordinate(
-            declared.name,
-            declared.place,
-            initial,
-            velocity,
-            declared.fields.get("unit", ""),
-            declared.fields.get("description", ""),
-        )
+    def definitions(self) -> Mapping[str, Expression]:
+        settled = self._settling.settle_all(self.draft.entries("definitions"), Kind.DEFINITION, "definitions")
+        return given_by_name(settled)
 
-    def definitions(self) -> dict[str, Expression]:
-        values = {entry.name: entry.value for entry in self.draft.entries("definitions")}
-        order = self._settling.settle_all(
-            self.draft.entries("definitions"), values, Kind.DEFINITION, "definitions"
-        )
-        return {name: value for name in order if (value := values[name]) is not None}
-
-    def embedding(self) -> dict[str, Expression]:
-        found = {}
-        for entry in self.draft.entries("embedding"):
-            bounds = None
-            if entry.value is not None:
-                _, bounds = self.names.check(entry.value, "embedding", f"position of '{entry.key.label}'")
-                found[entry.name] = entry.value
-            vector = (bounds,) if bounds is not None and not isinstance(bounds, tuple) else bounds
-            meaning = self.names.table.get(family_name(entry.name))
-            first = meaning.value if meaning is not None and meaning.what is Kind.PARTICLE else None
-            if vector is not None and first is not None and len(vector) != len(first):
-                self.problems.add_once(
-                    entry.place,
-                    f"'{entry.name}' has {_components(len(vector))}, other members {len(first)}",
-                    "give all members of a family the same number of components",
-                )
-            self._settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
-        return found
-
-    def expressions(self, section: str) -> dict[str, Expression]:
-        """The expressions of a section by name, each checked by what the section's row says of them."""
-        row, found = SECTIONS.by_word[section], {}
-        known = dict.fromkeys(owners(self.draft, row))
-        for entry in self.draft.entries(section):
-            if row.of is not None and entry.name not in known:
-                note_unknown_owner(row, entry, [*known], self.names, self.problems)
-            if entry.value is None:
-                continue
-            alone = entry.passage is None and entry.name == section  # one expression in place of a mapping
-            where = section if alone else f"{row.label} '{entry.key.label}'"
-            found[entry.name] = entry.value
-            if row.vector and (row.of is None or entry.name in known):
-                self._vector(entry, entry.value, section, where)
-            elif row.vector:
-                self.names.check(entry.value, section, where)
+    def embedding(self) -> Mapping[str, Expression]:
+        groups = groups_of(self.draft.entries("embedding"))
+        for group in groups:
+            if isinstance(group, WrittenFamily):
+                self._positions(group)
             else:
-                kinds = check_scalar(self.names, entry.value, section, where)
-                missing = lacking(section, kinds)
-                if missing is not None and self.problems.trusts(entry.value.tree):
-                    message, hint = missing
-                    self.problems.add_once(entry.value.place, message.format(entry.name), hint)
-        return found
+                self._position(group)
+        return given_by_name(groups)
+
+    def _positions(self, group: WrittenFamily[Entry]) -> None:
+        """Check the positions of a family of particles."""
+        for part in group.parts:
+            first, found = next(group.of_part(part)), None
+            if first.value is not None and self.names.has_many(part):
+                found = self.names.check_alike(first.value, "embedding", f"position of '{first.key.label}'")
+            if found is None:
+                for entry in group.of_part(part):
+                    self._position(entry)
+            else:
+                vector = self._components(first, found[1])
+                self._settling.settle_part(
+                    group.family, part, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector
+                )
+
+    def _position(self, entry: Entry) -> None:
+        """Check the position of a particle."""
+        bounds = None
+        if entry.value is not None:
+            _, bounds = self.names.check(entry.value, "embedding", f"position of '{entry.key.label}'")
+        vector = self._components(entry, bounds)
+        self._settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
+
+    def _components(self, entry: Entry, bounds: Any) -> Any:
+        """The bounds as those of a vector, which must have as many components as other members have."""
+        vector = (bounds,) if bounds is not None and not isinstance(bounds, tuple) else bounds
+        meaning = self.names.table.get(family_name(entry.name))
+        first = meaning.value if meaning is not None and meaning.what is Kind.PARTICLE else None
+        if vector is not None and first is not None and len(vector) != len(first):
+            self.problems.add_once(
+                entry.place,
+                f"'{entry.name}' has {_components(len(vector))}, other members {len(first)}",
+                "give all members of a family the same number of components",
+            )
+        return vector
+
+    def expressions(self, section: str) -> Mapping[str, Expression]:
+        """The expressions of a section by name, each checked by what the section's row says of them."""
+        row, groups = SECTIONS.by_word[section], groups_of(self.draft.entries(section))
+        known = owners(self.draft, row)
+        for group in groups:
+            for entry in self._unknown(group, known) if row.of is not None else ():
+                note_unknown_owner(row, entry, [*known], self.names, self.problems)
+            for entry in self.names.apart(group):
+                if entry.value is not None:
+                    self._expression(entry, entry.value, section, row.of is None or entry.name in known)
+        return given_by_name(groups)
+
+    def _unknown(self, group: Entry | WrittenFamily[Entry], known: Owners) -> Iterator[Entry]:
+        """What belongs to something unknown: of a family, the first member that does of each part."""
+        if isinstance(group, WrittenFamily) and all(known.have(group.family, part) for part in group.parts):
+            return
+        for one in [[group]] if not isinstance(group, WrittenFamily) else map(group.of_part, group.parts):
+            yield from islice((entry for entry in one if entry.name not in known), 1)
+
+    def _expression(self, entry: Entry, value: Expression, section: str, owned: bool) -> None:
+        """Check one expression of a section; whether what it belongs to exists is known."""
+        row = SECTIONS.by_word[section]
+        alone = entry.passage is None and entry.name == section  # one expression in place of a mapping
+        where = section if alone else f"{row.label} '{entry.key.label}'"
+        if row.vector and owned:
+            self._vector(entry, value, section, where)
+        elif row.vector:
+            self.names.check(value, section, where)
+        else:
+            kinds = check_scalar(self.names, value, section, where)
+            missing = lacking(section, kinds)
+            if missing is not None and self.problems.trusts(value.tree):
+                message, hint = missing
+                self.problems.add_once(value.place, message.format(entry.name), hint)
 
     # What checks the sections that few files have is imported for those files.
 
@@ -207,10 +229,10 @@ class _Checker:
 
         return check_draw(self.draft, self.names, self.problems)
 
-    def velocity_constraints(self) -> dict[str, Expression]:
+    def velocity_constraints(self) -> Mapping[str, Expression]:
         """The section ``nonholonomic``; its names and those of ``constraints`` are different ones."""
-        taken = {entry.name for entry in self.draft.entries("constraints")}
-        for entry in self.draft.entries("nonholonomic"):
+        taken = given_by_name(groups_of(self.draft.entries("constraints")))
+        for entry in self.draft.entries("nonholonomic") if taken else ():
             if entry.name in taken:
                 message = f"'{entry.name}' is the name of another constraint"
                 self.problems.add_once(entry.place, message, "rename one of them")
@@ -226,6 +248,53 @@ class _Checker:
         if given != expected:
             message = f"{where} has {_components(given)}, its position {expected}"
             self.problems.add_once(value.place, message, f"write {_components(expected)}")
+
+
+def mapped(groups: Sequence[W | WrittenFamily[W]], function: Callable[[W], Any]) -> list[Any]:
+    """What ``function`` makes of each item, and of each statement of families; without those of which it is
+    None."""
+    found: list[Any] = []
+    for one in groups:
+        if not isinstance(one, WrittenFamily):
+            made = function(one)
+            found += [] if made is None else [made]
+        elif all(function(part.item) is not None for part in one.parts):
+            found.append(one.mapped(function))
+    return found
+
+
+def given_by_name(groups: Sequence[Entry | WrittenFamily[Entry]]) -> Mapping[str, Expression]:
+    """The values that entries give, by their names."""
+    found: dict[str, Any] = {}
+    for one in groups:
+        if not isinstance(one, WrittenFamily):
+            found |= {} if one.value is None else {one.name: one.value}
+        elif all(part.item.value is not None for part in one.parts):
+            found[one.name] = one.mapped(lambda entry: entry.value)
+    return by_name(found)
+
+
+def parameter(declared: Declared) -> Parameter | None:
+    """A parameter; None where its value could not be read."""
+    value, fields = declared.fields.get("value"), declared.fields
+    if value is None:
+        return None
+    return Parameter(
+        declared.name, value, declared.place, fields.get("unit", ""), fields.get("description", "")
+    )
+
+
+def coordinate(declared: Declared) -> Coordinate:
+    """A coordinate."""
+    fields = declared.fields
+    return Coordinate(
+        declared.name,
+        declared.place,
+        fields.get("initial"),
+        fields.get("velocity"),
+        fields.get("unit", ""),
+        fields.get("description", ""),
+    )
 
 
 def _components(count: int) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.syntax import Key, Span
@@ -27,12 +27,25 @@ class Written:
         """The place of a piece of the key."""
         return self.place if self.passage is None else self.passage.place(span)
 
+    @property
+    def expressions(self) -> tuple[Expression, ...]:
+        """What is written with the indices of the key; nothing where members have more than expressions."""
+        return ()
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Written:
+        """The one of a member of a family."""
+        return replace(self, name=name)
+
 
 @dataclass(frozen=True)
 class Entry(Written):
     """``name: expression`` of a section; ``value`` is None where the expression could not be read."""
 
     value: Expression | None = None
+
+    @property
+    def expressions(self) -> tuple[Expression, ...]:
+        return () if self.value is None else (self.value,)
 
     def member(self, name: str, indices: Mapping[str, int]) -> Entry:
         """The entry of one member."""
@@ -44,6 +57,10 @@ class Declared(Written):
     """A parameter or a coordinate: its name, and the fields given for it."""
 
     fields: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def expressions(self) -> tuple[Expression, ...]:
+        return tuple(one for one in self.fields.values() if isinstance(one, Expression))
 
     def member(self, name: str, indices: Mapping[str, int]) -> Declared:
         """The declaration of one member."""
@@ -96,8 +113,8 @@ class WrittenTransformation(Written):
     """Other coordinates: their declarations, and the ``entries`` for those that they replace. ``families``
     are known once these are written out."""
 
-    coordinates: tuple[Declared, ...] = ()
-    entries: tuple[Entry, ...] = ()
+    coordinates: Sequence[Declared] = ()
+    entries: Sequence[Entry] = ()
     families: Mapping[str, Family] = field(default_factory=dict)
 
 
@@ -127,13 +144,15 @@ class Draft:
         """The text of a section, empty where it is not given."""
         return str(self.sections.get(key, ""))
 
-    def entries(self, key: str) -> tuple[Entry, ...]:
+    def entries(self, key: str) -> Sequence[Entry]:
         """What a section gives by name."""
-        return tuple(self.sections.get(key, ()))
+        given: Sequence[Entry] = self.sections.get(key, ())
+        return given
 
-    def declared(self, key: str) -> tuple[Declared, ...]:
+    def declared(self, key: str) -> Sequence[Declared]:
         """What ``parameters`` or ``coordinates`` declare."""
-        return tuple(self.sections.get(key, ()))
+        given: Sequence[Declared] = self.sections.get(key, ())
+        return given
 
     @property
     def events(self) -> tuple[WrittenEvent, ...]:

@@ -10,8 +10,7 @@ import numpy as np
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.columns import Column, ColumnAlgebra
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.evaluation import evaluate_run
-from lagrange_cli.spec.values import Values, resolve_values
+from lagrange_cli.spec.values import Values, evaluate_run, resolve_values
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

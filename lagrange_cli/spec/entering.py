@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family_name
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.draft import Declared, Draft, Written
+from lagrange_cli.spec.content import groups_of
+from lagrange_cli.spec.draft import Draft
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
-from lagrange_cli.spec.spec import Expression, Family
+from lagrange_cli.spec.spec import Family
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 
 def enter_names(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Names:
@@ -41,14 +44,16 @@ class _Entering:
             value = Bounds(float(self.names.sizes.get(size.name, 1)))
             if self.names.declare(size.name, Kind.SIZE, size.place, value):
                 self.names.settle(size.name, frozenset(), value)  # a plain number, wherever it stands
-        self.names.declare_coordinates([*self._named("coordinates", draft.declared("coordinates"))])
-        particles = *draft.entries("masses"), *draft.entries("embedding")
-        self._free("parameters", draft.declared("parameters"), Kind.PARAMETER)
-        self._free("definitions", draft.entries("definitions"), Kind.DEFINITION)
+        self.names.declare_coordinates(
+            [*self._named("coordinates", groups_of(draft.declared("coordinates")))]
+        )
+        particles = *groups_of(draft.entries("masses")), *groups_of(draft.entries("embedding"))
+        self._free("parameters", groups_of(draft.declared("parameters")), Kind.PARAMETER)
+        self._free("definitions", groups_of(draft.entries("definitions")), Kind.DEFINITION)
         self._free("embedding", particles, Kind.PARTICLE)
         self._free("bodies", draft.bodies, Kind.BODY)
         for section in ("constraints", "nonholonomic"):
-            for name, place, family in self._named(section, draft.entries(section)):
+            for name, place, family in self._named(section, groups_of(draft.entries(section))):
                 self.names.declare_multiplier(name, place, family)
         for index, place in draft.indices:
             try:
@@ -56,21 +61,22 @@ class _Entering:
             except ExpressionError as error:
                 self.problems.add(place, error.message, error.hint)
 
-    def _named(self, section: str, entries: Iterable[Written]) -> Iterator[tuple[str, Place, Family | None]]:
+    def _named(self, section: str, entries: Iterable[Any]) -> Iterator[tuple[str, Place, Family | None]]:
         """Each name of a section once, with its place, and its family where it is that of one."""
         seen: set[str] = set()
         for entry in entries:
             name = family_name(entry.name)
             if name not in seen:
                 seen.add(name)
-                yield name, entry.place, self._family(section, name)
+                first = entry[0] if isinstance(entry, WrittenFamily) else entry
+                yield name, first.place, self._family(section, name)
 
     def _family(self, section: str, name: str) -> Family | None:
         families = self.draft.families
         found = families[section].get(name)
         return families["masses"].get(name) if found is None and section == "embedding" else found
 
-    def _free(self, section: str, entries: Iterable[Written], what: Kind) -> None:
+    def _free(self, section: str, entries: Iterable[Any], what: Kind) -> None:
         """Enter names that may be any but those of accelerations."""
         for name, place, family in self._named(section, entries):
             base = name.removesuffix(ACCELERATION_SUFFIX)
@@ -82,14 +88,15 @@ class _Entering:
                 self.names.declare(name, what, place, None, family)
 
 
-def siblings(draft: Draft) -> dict[int, list[Expression]]:
-    """The expressions of members of families, by the tree that they share."""
-    found: dict[int, list[Expression]] = {}
-    for written in (one for row in SECTIONS.rows if row.family for one in draft.sections.get(row.key, ())):
-        given = (
-            written.fields.values() if isinstance(written, Declared) else [getattr(written, "value", None)]
-        )
-        for one in given:
-            if isinstance(one, Expression) and one.indices:
-                found.setdefault(id(one.tree), []).append(one)
-    return found
+def siblings(draft: Draft) -> dict[int, Part[Any]]:
+    """The members of families that share an expression, by its tree."""
+    return {
+        id(one.tree): part
+        for row in SECTIONS.rows
+        if row.family
+        for group in groups_of(draft.sections.get(row.key, ()))
+        if isinstance(group, WrittenFamily)
+        for part in group.parts
+        if part.axes
+        for one in part.item.expressions
+    }

@@ -13,6 +13,7 @@ from lagrange_cli.expression.syntax import (
     sums,
 )
 from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.spec.content import firsts_of, written
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression, Spec, by_family, distinct
 
@@ -23,7 +24,7 @@ def doubtful_equalities(spec: Spec) -> Iterator[tuple[Place, str]]:
     Whole numbers have no such digit: sizes, indices, and parameters that are given as whole numbers.
     """
     known = {*spec.sizes}
-    for name, parameters in by_family((one.name, one.value) for one in spec.parameters).items():
+    for name, parameters in by_family((one.name, one.value) for one in firsts_of(spec.parameters)).items():
         if all(_is_whole(value.tree, known | value.indices.keys()) for value in parameters):
             known.add(name)
     for event in spec.events.values():
@@ -45,10 +46,10 @@ def _is_whole(tree: Tree, names: Set[str]) -> bool:
 
 
 def expressions(spec: Spec) -> Iterator[Expression]:
-    """Every expression of a file."""
-    yield from (one.value for one in spec.parameters)
-    for one in spec.coordinates:
+    """Every expression of a file; of members of a family that are written alike the first."""
+    yield from (one.value for one in firsts_of(spec.parameters))
+    for one in firsts_of(spec.coordinates):
         yield from (given for given in (one.initial, one.velocity) if given is not None)
     for section in (spec.definitions, spec.masses, spec.observables, spec.solve.times):
-        yield from section.values()
+        yield from written(section)
     yield from spec.moving

@@ -1,57 +1,31 @@
-"""The values of parameters, definitions and the initial state over any algebra of numbers."""
+"""The values of parameters and definitions over any algebra of numbers, and what is checked of them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder, NoMember
-from lagrange_cli.expression.confusions import rate_of
-from lagrange_cli.expression.indices import integer
-from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
-from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
+from lagrange_cli.expression.vocabulary import (
+    COMPONENTS,
+    CONSTANTS,
+    family_name,
+)
+from lagrange_cli.spec.content import groups_by_name, groups_of, names_of, statements
 from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.spec import Expression, Inertia, Spec, distinct
+from lagrange_cli.spec.spec import Expression, Inertia, Spec
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
-
-def evaluate_run(
-    spec: Spec,
-    overrides: Mapping[str, str],
-    algebra: NumberAlgebra,
-    given: Mapping[str, Any],
-    problems: Problems | None = None,
-) -> tuple[dict[str, Any], tuple[Any, ...], tuple[Any, ...], dict[str, Any]]:
-    """Parameters, q, v and times of ``solve`` over any algebra of numbers; ``given`` are values in place of
-    the file's, by the names that the spec has for them.
-
-    Raises:
-        UsageError, SpecError: as ``resolve_values``.
-    """
-    evaluation = constants_of(spec, overrides, algebra, given, problems)
-    q = [evaluation.initial(coordinate.name, coordinate.initial, None) for coordinate in spec.coordinates]
-    v = [
-        evaluation.initial(velocity_name(coordinate.name), coordinate.velocity, 0.0)
-        for coordinate in spec.coordinates
-    ]
-    for coordinate, value in zip(spec.coordinates, q, strict=True):
-        if value is None and not spec.constraints:  # else these determine it
-            evaluation.problems.add_once(
-                coordinate.place,
-                f"coordinate '{coordinate.name}' has no initial value",
-                f"write {family_name(coordinate.name)}{'[...]' if '[' in coordinate.name else ''}: "
-                f"{{initial: 0.1}}, or --set {coordinate.name}=0.1",
-            )
-    if problems is None:
-        evaluation.problems.stop_if_any()
-    return evaluation.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v), evaluation.times
+MANY = 100
+"""The number of members of a family from which on they are evaluated together."""
 
 
 def constants_of(
@@ -85,107 +59,173 @@ class Evaluation:
         self.algebra = algebra
         self.given = given
         self.problems = problems or Problems(Source(spec.filename, spec.text))
-        self.texts = {settable(spec, name, f"--set {name}={text}"): text for name, text in overrides.items()}
+        self.texts: dict[str, str] = {}
+        if overrides:
+            from lagrange_cli.spec.settable import settable
+
+            self.texts = {settable(spec, x, f"--set {x}={text}"): text for x, text in overrides.items()}
         self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
         self.trees: dict[str, list[Tree]] = {}
         """The trees of parameters and definitions, those of all members of a family together."""
-        for name, one in spec.definitions.items():
-            self.trees.setdefault(family_name(name), []).append(one.tree)
-        for each in spec.parameters:
-            tree = self.overrides.get(each.name, each.value.tree)
-            self.trees.setdefault(family_name(each.name), []).append(tree)
-        self.unknown = {each.name for each in spec.parameters}
+        for base, one in groups_by_name(spec.definitions).items():
+            self.trees[base] = [written.tree for written in statements(one)]
+        for each in groups_of(spec.parameters):
+            self.trees[each.name] = [written.value.tree for written in statements(each)]
+        for name, tree in self.overrides.items():
+            if name in self.trees:  # it is no member of a family
+                self.trees[name] = [tree]
+            elif family_name(name) in self.trees:
+                self.trees[family_name(name)].append(tree)
+        self.unknown = set(names_of(spec.parameters))
         """Parameters that have no value yet."""
-        self.names = {*self.unknown, *spec.definitions}
         self.values: dict[str, Any] = {}
         self.times: dict[str, Any] = {}
         self.definitions: dict[str, Value] = {}
         self.builder = Builder(self._scope, algebra, spec.sizes)
         self.states = Builder(self._scope, algebra, spec.sizes, fades=True)
         """For initial values, where exp(-1000) is as good as 0: the tail of a bump over many members."""
+        self.arrays: dict[str, Any] = {}
+        """The values of families as arrays, where they have been asked for."""
 
     def _parsed(self, name: str, text: str) -> Tree:
-        parameters = [parameter.name for parameter in self.spec.parameters]
         try:
             tree = parse(text)
             for one in names(tree):
-                self._check_name(one, parameters)
+                self._check_name(one)
         except ExpressionError as error:
-            raise _usage(f"--set {name}={text}", error) from error
+            from lagrange_cli.spec.settable import wrong_usage
+
+            raise wrong_usage(f"--set {name}={text}", error) from error
         return tree
 
-    def _check_name(self, one: Name, parameters: list[str]) -> None:
+    def _check_name(self, one: Name) -> None:
         """Raise ExpressionError unless the name stands for a parameter, or may once its index is known."""
-        known = (
-            {*map(family_name, parameters)} if one.indices else {*parameters, *self.spec.sizes, *CONSTANTS}
-        )
-        if one.identifier in known:
+        parameters = names_of(self.spec.parameters)
+        if one.identifier in (parameters.bases if one.indices else (*self.spec.sizes, *CONSTANTS)):
+            return
+        if not one.indices and one.identifier in parameters:
             return
         if one.identifier.lower() in ("nan", "inf", "infinity"):
             raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
+        from lagrange_cli.spec.settable import settable_hint
+
         raise ExpressionError(
-            one.span, f"unknown name '{one.identifier}'", _settable_hint(one.identifier, parameters)
+            one.span, f"unknown name '{one.identifier}'", settable_hint(one.identifier, [*parameters])
         )
 
     def parameters(self) -> None:
         """Evaluate all of them; an override may change what depends on what."""
-        given = {parameter.name: parameter.value for parameter in self.spec.parameters}
+        known = names_of(self.spec.parameters)
+        groups, cycles = known.bases, list[list[str]]()
 
         def compute(name: str) -> None:
+            group = groups.get(name)
+            if isinstance(group, WrittenFamily):
+                for part in group.parts:
+                    found = self.together(part, part.item.value)
+                    if found is not None:
+                        self._take(dict(zip(group.names_of_part(part), found)))
+                rest = [one for one in group.names if one in self.unknown]
+                cycles.extend(on_demand(rest, compute)[1])
+                return
             if name in self.given or name in self.overrides:
-                value = self._override(name)
+                value = self.override(name)
             else:
-                value = self._value(given[name], f"parameter '{name}'")
+                value = self.value(known.item(name).value, f"parameter '{name}'")
             if value is not None:
                 self.values[name] = value
             self.unknown.discard(name)
 
-        _, cycles = on_demand(given, compute)
+        cycles += on_demand(groups, compute)[1]
         for cycle in cycles:
             name = next((one for one in cycle if one in self.overrides), cycle[0])
             raise UsageError(f"--set {name}={self.texts.get(name, '')}: depends on itself: {chain(cycle)}")
         self.unknown.clear()
-        self.values = {name: self.values[name] for name in given if name in self.values}
+        self.values = {
+            name: self.values[name] for name in names_of(self.spec.parameters) if name in self.values
+        }
+
+    def _take(self, found: Mapping[str, float]) -> None:
+        """Use the values of parameters that the file gives, but for those given otherwise."""
+        replaced = {*self.given, *self.overrides}
+        new = {name: value for name, value in found.items() if name not in replaced}
+        self.values |= new
+        self.unknown -= new.keys()
 
     def constants(self) -> None:
         """Evaluate those definitions that masses, initial values and times use: they are made of parameters
         only."""
-        users = [*self.spec.masses.values(), *self.spec.solve.times.values()]
-        users += [x for body in self.spec.bodies.values() for x in body.inertia.entries]
-        users += [x for one in self.spec.coordinates for x in (one.initial, one.velocity) if x is not None]
-        needed = set().union(*(_bases(user.tree) for user in distinct(users)))
+        users = [one.tree for group in groups_by_name(self.spec.masses).values() for one in statements(group)]
+        users += [one.tree for one in self.spec.solve.times.values()]
+        users += [x.tree for body in self.spec.bodies.values() for x in body.inertia.entries]
+        for group in groups_of(self.spec.coordinates):
+            for one in statements(group):
+                users += [x.tree for x in (one.initial, one.velocity) if x is not None]
+        needed = set().union(*map(_bases, users))
         pending = [*needed]
         while pending:
             for tree in self.trees.get(pending.pop(), ()):
                 pending += _bases(tree) - needed
                 needed |= _bases(tree)
-        for name, definition in self.spec.definitions.items():
-            if family_name(name) in needed and self.problems.trusts(definition.tree):
-                try:
-                    self.definitions[name] = self.builder.build(definition.tree, definition.indices)
-                except Unsound:
-                    continue
-                except ExpressionError as error:
-                    self._blame(definition, error, f"definition '{name}'")
+        for name, definition in groups_by_name(self.spec.definitions).items():
+            if name in needed and not isinstance(definition, WrittenFamily):
+                self._constant(name, definition)
+            elif name in needed and isinstance(definition, WrittenFamily):
+                self._constants(definition)
+
+    def _constants(self, group: WrittenFamily[Expression]) -> None:
+        """Evaluate a family of definitions."""
+        if group.order is not None:  # members are made of others
+            for name, definition in zip(group.names, group):
+                self._constant(name, definition)
+            return
+        for part in group.parts:
+            found = self.together(part, part.item)
+            if found is not None:
+                self.definitions.update(zip(group.names_of_part(part), found))
+            else:
+                for name, definition in zip(group.names_of_part(part), group.of_part(part)):
+                    self._constant(name, definition)
+
+    def _constant(self, name: str, definition: Expression) -> None:
+        """Evaluate a definition."""
+        if not self.problems.trusts(definition.tree):
+            return
+        try:
+            self.definitions[name] = self.builder.build(definition.tree, definition.indices)
+        except Unsound:
+            return
+        except ExpressionError as error:
+            self._blame(definition, error, f"definition '{name}'")
 
     def masses(self) -> None:
         """Check that each is greater than 0."""
-        for particle, mass in self.spec.masses.items():
-            value = self._value(mass, f"mass of '{particle}'")
-            if value is not None and not self.algebra.positive(value):
-                span = Span(0, len(mass.text))
-                hint = "masses are greater than 0; leave out a particle without mass"
-                error = ExpressionError(span, f"the value {float(value):g} is not positive", hint)
-                self._blame(mass, error, f"mass of '{particle}'")
+        for particle, group in groups_by_name(self.spec.masses).items():
+            if not isinstance(group, WrittenFamily):
+                self._mass(particle, group)
+                continue
+            for part in group.parts:
+                found = self.together(part, part.item)
+                if found is None or min(found) <= 0:
+                    for name, mass in zip(group.names_of_part(part), group.of_part(part)):
+                        self._mass(name, mass)
         for name, body in self.spec.bodies.items():
             self._inertia(name, body.inertia)
+
+    def _mass(self, particle: str, mass: Expression) -> None:
+        value = self.value(mass, f"mass of '{particle}'")
+        if value is not None and not self.algebra.positive(value):
+            span = Span(0, len(mass.text))
+            hint = "masses are greater than 0; leave out a particle without mass"
+            error = ExpressionError(span, f"the value {float(value):g} is not positive", hint)
+            self._blame(mass, error, f"mass of '{particle}'")
 
     def _inertia(self, name: str, inertia: Inertia) -> None:
         """Check that a solid has sizes greater than 0, and that moments of inertia are those of some body."""
         from lagrange_cli.spec.bodies.inertia import flaw, size_flaw
 
         where = f"{inertia.solid or 'inertia'} of body '{name}'"
-        given = [self._value(one, where) for one in inertia.entries]
+        given = [self.value(one, where) for one in inertia.entries]
         if any(one is None for one in given):
             return
         values = [float(one) for one in given]
@@ -198,19 +238,37 @@ class Evaluation:
     def settle_times(self) -> None:
         """Evaluate the times of ``solve`` that depend on parameters."""
         for name, expression in self.spec.solve.times.items():
-            value = self._value(expression, f"{name} of solve")
+            value = self.value(expression, f"{name} of solve")
             if value is not None:
                 self.times[name] = value
 
-    def initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
-        """The initial value of the coordinate or velocity ``name``, or ``default`` where none is given."""
-        if name in self.given or name in self.overrides:
-            value = self._override(name)
-            return 0.0 if value is None else value
-        if expression is None:
-            return default
-        value = self._value(expression, f"initial value of '{name}'", self.states)
-        return 0.0 if value is None else value
+    def together(
+        self, part: Part[Any], expression: Expression, *, fades: bool = False
+    ) -> Sequence[float] | None:
+        """The numbers of many members at once; None where they have to be found one by one."""
+        if type(self.algebra) is not NumberAlgebra or part.count < MANY:
+            return None
+        if not self.problems.trusts(expression.tree):
+            return None
+        from lagrange_cli.spec.together import Together
+
+        try:
+            builder = Together(self._scope, self._array, self.spec.sizes, fades=fades)
+            found = builder.of_part(expression.tree, part)
+        except (NoMember, Unsound):
+            return None
+        return None if found is None else found.tolist()
+
+    def _array(self, base: str) -> Any:
+        """The values of a complete family of numbers in its shape, if all of them are known."""
+        from lagrange_cli.spec.together import array_of
+
+        if base not in self.arrays:
+            for section, known in (("parameters", self.values), ("definitions", self.definitions)):
+                family = self.spec.families.get(section, {}).get(base)
+                if family is not None and (found := array_of(family, known)) is not None:
+                    self.arrays[base] = found
+        return self.arrays.get(base)
 
     def _scope(self, name: str) -> Value:
         base, _, component = name.partition(".")
@@ -222,11 +280,14 @@ class Evaluation:
             value = self.definitions[base]
             return value[COMPONENTS.index(component)] if component else value
         family = self.spec.families.get("parameters", {}).get(family_name(base))
-        if base in self.names or family is None or self.problems.found:
+        known = base in self.spec.definitions or base in names_of(self.spec.parameters)
+        if known or family is None or self.problems.found:
             raise Unsound  # follows from a problem already noted
         raise NoMember(family.hint(base))
 
-    def _override(self, name: str) -> Any:
+    def override(self, name: str) -> Any:
+        """The number that something is given besides the file; None where a problem of the file has it
+        unknown."""
         if name in self.given:
             return self.given[name]
         try:
@@ -235,9 +296,11 @@ class Evaluation:
         except Unsound:  # follows from a problem of the file
             return None
         except ExpressionError as error:
-            raise _usage(f"--set {name}={self.texts[name]}", error) from error
+            from lagrange_cli.spec.settable import wrong_usage
 
-    def _value(self, expression: Expression, where: str, builder: Builder | None = None) -> Any:
+            raise wrong_usage(f"--set {name}={self.texts[name]}", error) from error
+
+    def value(self, expression: Expression, where: str, builder: Builder | None = None) -> Any:
         """The number, or None where there is none, which is noted at its place."""
         try:
             if not self.problems.trusts(expression.tree):
@@ -268,41 +331,5 @@ class Evaluation:
         self.problems.add_once(expression.at(error.span), f"{error.message} in {where}", error.hint)
 
 
-def settable(spec: Spec, name: str, asked: str) -> str:
-    """What ``name`` is called in the spec (``theta[3]`` for ``theta[N - 1]``), if it can be set.
-
-    Raises ``UsageError``, which begins with what was ``asked`` (``--set m=1``), for any other name.
-    """
-    found = name
-    if "[" in name:
-        try:
-            tree = parse(name)
-            if isinstance(tree, Name) and tree.indices:
-                found = member_name(tree.identifier, [integer(i, spec.sizes) for i in tree.indices])
-        except ExpressionError as error:
-            raise _usage(asked, error) from error
-    coordinates = [coordinate.name for coordinate in spec.coordinates]
-    known = [*(one.name for one in spec.parameters), *coordinates, *map(velocity_name, coordinates)]
-    if found not in known:
-        raise UsageError(f"{asked}: unknown name '{found}'; {_settable_hint(found, known)}")
-    return found
-
-
 def _bases(tree: Tree) -> set[str]:
     return {name.base for name in names(tree)}
-
-
-def _settable_hint(name: str, known: list[str]) -> str:
-    """What could have been named: where it is a family, its first and last member."""
-    members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
-    if members:
-        return f"it is a family with members {members[0]} to {members[-1]}"
-    coordinates = [one for one in known if velocity_name(one) in known]
-    moving, order = (name[:-1], 1) if name.endswith("'") else rate_of(name, coordinates)
-    if order == 1 and moving in coordinates:
-        return f"write {velocity_name(moving)} for the velocity of {moving}"
-    return near_hint(name, known) or known_hint(known)
-
-
-def _usage(asked: str, error: ExpressionError) -> UsageError:
-    return UsageError(f"{asked}: {error.message}" + (f"; {error.hint}" if error.hint else ""))

@@ -1,11 +1,11 @@
-"""Families to their members: from here on every name is that of one quantity, such as ``theta[3]``."""
+"""Families and their members: from here on every name is that of one quantity, such as ``theta[3]``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.confusions import is_unit
@@ -16,12 +16,14 @@ from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, pl
 from lagrange_cli.expression.vocabulary import RESERVED, member_name
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.content import in_order
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written, WrittenBody, WrittenEvent
+from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames, Place
 from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
-from lagrange_cli.spec.source import Place
-from lagrange_cli.spec.spec import Family
+from lagrange_cli.spec.source import Place as FilePlace
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 MAX_MEMBERS = whole("members")
 """Members of all the families of a file, each section counted by itself."""
@@ -78,7 +80,7 @@ def _usage(name: str, text: str, error: ExpressionError) -> UsageError:
 
 
 def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
-    """The draft with an entry for each member of a family, in the order of their indices."""
+    """The draft with the members of families, in the order of their indices."""
     expander = _Expander(sizes, problems)
     expanded: dict[str, Any] = {}
     families: dict[str, dict[str, Family]] = {}
@@ -100,35 +102,34 @@ def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
 class _Expander:
     sizes: Mapping[str, int]
     problems: Problems
-    indices: list[tuple[str, Place]] = field(default_factory=list)
+    indices: list[tuple[str, FilePlace]] = field(default_factory=list)
     """Every index of a key, with its place."""
     members: int = 0
-    values: dict[tuple[tuple[str, ...], tuple[int, ...]], dict[str, int]] = field(default_factory=dict)
-    """The values of indices, which members of several families share."""
 
-    def section(self, entries: Sequence[One], complete: bool) -> tuple[tuple[One, ...], dict[str, Family]]:
+    def section(self, entries: Sequence[One], complete: bool) -> tuple[Sequence[One], dict[str, Family]]:
         """The section with members, and what families it has."""
         grouped: dict[str, list[One]] = {}
         for entry in entries:
             grouped.setdefault(entry.name, []).append(entry)
-        found: list[One] = []
+        found: list[One | WrittenFamily[One]] = []
         families: dict[str, Family] = {}
         for name, pieces in grouped.items():
             if not any(piece.key.axes or _is_list(piece) for piece in pieces):
                 found += pieces
                 continue
-            members = self._members(name, pieces)
-            family = self._family(name, pieces, members, complete) if members is not None else None
-            if members is None or family is None:
+            parts = self._parts(pieces)
+            family = self._family(name, pieces, parts, complete) if parts else None
+            if family is None:
                 self.problems.broken.add(name)
                 continue
             families[name] = family
-            found += [members[place] for place in sorted(members)]
-        return tuple(found), families
+            found.append(WrittenFamily(family, tuple(parts)))
+        return in_order(found), families
 
-    def _members(self, name: str, pieces: list[One]) -> dict[tuple[int, ...], One] | None:
-        """The members that the pieces give, by their indices; None where something is wrong."""
-        members: dict[tuple[int, ...], One] = {}
+    def _parts(self, pieces: list[One]) -> list[Part[One]]:
+        """What the pieces give of a family; nothing where something is wrong."""
+        found: list[Part[One]] = []
+        taken = _Taken[One]()
         axes = len(pieces[0].key.axes)
         for piece in pieces:
             if len(piece.key.axes) != axes or (len(pieces) > 1 and not axes):
@@ -137,40 +138,35 @@ class _Expander:
                     f"'{piece.key.label}' and '{pieces[0].key.label}' have different numbers of indices",
                     "give all members of a family the same number of indices",
                 )
-                return None
-            for place, member in self._piece(piece):
-                if place in members:
-                    first = members[place].place.line
+                return []
+            for part, order in self._piece(piece):
+                again = taken.again(part, order)
+                if again is not None:
+                    place, other = again
                     self.problems.add(
-                        piece.place, f"'{member.name}' is given twice", f"it is already given in line {first}"
+                        piece.place,
+                        f"'{member_name(piece.name, place)}' is given twice",
+                        f"it is already given in line {other.item.place.line}",
                     )
-                    return None
-                members[place] = member
-            if not members:
-                return None
-        return members
+                    return []
+                found.append(part)
+            if not found:
+                return []
+        return found
 
-    def _piece(self, piece: One) -> list[tuple[tuple[int, ...], One]]:
-        """The members of one entry with their indices; none where the entry is wrong."""
+    def _piece(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]]:
+        """The members that one entry gives, and its ranges as they are written; none where it is wrong."""
         if isinstance(piece, Declared) and _is_list(piece):
             return self._list(piece)
         ranges = [self._range(piece, axis) for axis in piece.key.axes]
-        if any(one is None for one in ranges) or not self._count(
-            piece, prod(len(one or ()) for one in ranges)
-        ):
+        known = tuple(one for one in ranges if one is not None)
+        if len(known) < len(ranges) or not self._count(piece, prod(map(len, known))):
             return []
-        axes = [axis.index for axis in piece.key.axes]
         self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
-        found, names = [], tuple(axes)
-        for place in product(*(one or () for one in ranges)):
-            key = names, place
-            values = self.values.get(key)
-            if values is None:
-                values = self.values[key] = {index: value for index, value in zip(axes, place) if index}
-            found.append((place, piece.member(member_name(piece.name, place), values)))
-        return found
+        part = Part(piece, tuple(axis.index for axis in piece.key.axes), tuple(map(ascending, known)))
+        return [(part, known)]
 
-    def _list(self, piece: Declared) -> list[tuple[tuple[int, ...], Declared]]:
+    def _list(self, piece: Declared) -> list[tuple[Part[Declared], tuple[range, ...]]]:
         values = piece.fields["value"]
         if piece.key.axes:
             self.problems.add(
@@ -181,13 +177,9 @@ class _Expander:
             return []
         if not self._count(piece, len(values)):
             return []
-        return [
-            (
-                (i,),
-                replace(piece, name=member_name(piece.name, (i,)), fields={**piece.fields, "value": value}),
-            )
-            for i, value in enumerate(values)
-        ]
+        items = (replace(piece, fields={**piece.fields, "value": value}) for value in values)
+        ranges = ((range(i, i + 1),) for i in range(len(values)))
+        return [(Part(item, ("",), own), own) for item, own in zip(items, ranges)]
 
     def _range(self, piece: One, axis: Axis) -> range | None:
         """The values of one index of a key."""
@@ -244,20 +236,24 @@ class _Expander:
             )
         return self.members <= MAX_MEMBERS
 
-    def _family(
-        self, name: str, pieces: list[One], members: dict[tuple[int, ...], One], complete: bool
-    ) -> Family | None:
-        shape = tuple(max(place[k] for place in members) + 1 for k in range(len(next(iter(members)))))
-        if complete and len(members) != prod(shape):
-            missing = next(place for place in product(*map(range, shape)) if place not in members)
+    def _family(self, name: str, pieces: list[One], parts: list[Part[One]], complete: bool) -> Family | None:
+        shape = tuple(max(part.ranges[k][-1] for part in parts) + 1 for k in range(len(parts[0].ranges)))
+        count = sum(part.count for part in parts)
+        if count == prod(shape):
+            places: Grid | Listed = Grid(tuple(map(range, shape)))
+        elif len(parts) == 1:
+            places = Grid(parts[0].ranges)
+        else:
+            places = Listed(sorted(place for part in parts for place in part.places))
+        if complete and count != prod(shape):
+            missing = next(place for place in product(*map(range, shape)) if places.number(place) is None)
             self.problems.add(
                 pieces[0].place,
                 f"the family '{name}' has no member '{member_name(name, missing)}'",
                 f"declare all members from 0 on, as in {name}[i in range(N)]",
             )
             return None
-        names = tuple(members[place].name for place in sorted(members))
-        return Family(name, shape, names, self._labels(pieces, shape))
+        return Family(name, shape, MemberNames(name, places), self._labels(pieces, shape))
 
     def _labels(self, pieces: list[One], shape: tuple[int, ...]) -> tuple[str, ...]:
         """The axes' names in the output: that of the size they run through, where there is one."""
@@ -276,3 +272,55 @@ class _Expander:
 
 def _is_list(piece: Written) -> bool:
     return isinstance(piece, Declared) and isinstance(piece.fields.get("value"), tuple)
+
+
+def ascending(values: range) -> range:
+    """The same numbers in ascending order."""
+    return values if values.step > 0 else values[::-1]
+
+
+class _Taken(Generic[One]):
+    """The places of a family that have a member."""
+
+    def __init__(self) -> None:
+        self._wide: list[Part[One]] = []
+        self._single: dict[Place, Part[One]] = {}
+
+    def again(self, part: Part[One], order: tuple[range, ...]) -> tuple[Place, Part[One]] | None:
+        """Add the places of a part. The first of them in this ``order`` that was taken before, and what has
+        it."""
+        twice = [
+            (place, other) for other in self._wide if (place := first_common(order, other.ranges)) is not None
+        ]
+        if part.count == 1:
+            place = next(part.places)
+            twice += [(place, self._single[place])] if place in self._single else []
+            self._single[place] = part
+        else:
+            twice += [(place, other) for place, other in self._single.items() if part.has(place)]
+            self._wide.append(part)
+        ranks = (
+            ([values.index(x) for x, values in zip(place, order)], place, other) for place, other in twice
+        )
+        found = min(ranks, key=lambda one: one[0], default=None)
+        return None if found is None else found[1:]
+
+
+def first_common(order: tuple[range, ...], others: tuple[range, ...]) -> Place | None:
+    """The first place, in this order, that some places have in common with others; None if there is none."""
+    found = [next(common(one, two), None) for one, two in zip(order, others)]
+    return None if None in found else tuple(one for one in found if one is not None)
+
+
+def common(one: range, other: range) -> Iterator[int]:
+    """The numbers in a range that are also in another, which ascends: from where both have begun, the
+    differences to the steps of the other come again after as many numbers as its step."""
+    if one.step < 0:
+        return (-value for value in common(negative(one), negative(other[::-1])))
+    first = max(0, -((one.start - other.start) // one.step))
+    return (value for value in one[first : first + other.step] if value in other)
+
+
+def negative(values: range) -> range:
+    """The numbers with the other sign."""
+    return range(-values.start, -values.stop, -values.step)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from lagrange_cli.expression.near import near_hint
-from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.spec.content import by_name, groups_by_name, groups_of
 from lagrange_cli.spec.draft import Draft, Entry
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import WHOLE_FILE
+from lagrange_cli.spec.whole import WrittenFamily
 
 
 def check_formulation(draft: Draft, problems: Problems) -> None:
@@ -51,20 +53,26 @@ def _partners(
     problems: Problems,
 ) -> None:
     """Note each entry without a partner of its name."""
-    families = {family_name(one) for one in partners}
-    alone = [one for one in partners if one not in entries]
-    for name, entry in entries.items():
-        if name not in partners:
-            near = near_hint(name, alone)
-            if family_name(name) in families:
+    families = groups_by_name(partners)
+    for base, group in groups_by_name(entries).items():
+        other = families.get(base)
+        if not isinstance(group, WrittenFamily):
+            alone = [group] if base not in partners else []
+        elif isinstance(other, WrittenFamily) and group.family.members == other.family.members:
+            continue
+        else:
+            alone = [entry for entry in group if entry.name not in partners]
+        for entry in alone:
+            near = near_hint(entry.name, [one for one in partners if one not in entries])
+            if base in families:
                 near = "declare the same members in both"
             problems.add_once(
-                entry.place, f"the particle '{name}' has {what}", near or f"add {example % name}"
+                entry.place, f"the particle '{entry.name}' has {what}", near or f"add {example % entry.name}"
             )
 
 
-def _by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
-    found: dict[str, Entry] = {}
-    for entry in entries:
+def _by_name(entries: Sequence[Entry]) -> Mapping[str, Entry]:
+    found: dict[str, Any] = {}
+    for entry in groups_of(entries):
         found.setdefault(entry.name, entry)
-    return found
+    return by_name(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from enum import Enum
 from typing import Any
 
@@ -63,3 +64,20 @@ SOURCE = Rule(
     "multipliers follow from energies and constraints: forces, observables and events may use them",
 )
 """The rule of one whose expressions multipliers follow from."""
+
+NO_COORDINATE = "constraint '{}' contains no coordinate", "write an expression in coordinates that stays 0"
+NO_VELOCITY = (
+    "nonholonomic constraint '{}' contains no velocity",
+    "write it under 'constraints', if coordinates obey it",
+)
+"""The messages, for a name, and the hints."""
+_NEEDED = {"constraints": (Kind.COORDINATE, NO_COORDINATE), "nonholonomic": (Kind.VELOCITY, NO_VELOCITY)}
+
+
+def lacking(section: str, kinds: Set[Kind]) -> tuple[str, str] | None:
+    """The message and the hint for a constraint that contains these kinds of names, and not what one of its
+    section needs; None where nothing is lacking, as far as the names show."""
+    if section not in _NEEDED:
+        return None
+    needed, said = _NEEDED[section]
+    return None if kinds & {needed, Kind.PARTICLE, Kind.BODY} else said

@@ -18,6 +18,8 @@ from lagrange_cli.expression.vocabulary import (
     velocity_name,
 )
 from lagrange_cli.records import replace
+from lagrange_cli.spec.family import Grid, MemberNames
+from lagrange_cli.spec.family import Place as MemberPlace
 from lagrange_cli.spec.kinds import Kind, Meaning, comes_to
 from lagrange_cli.spec.order import Needs
 from lagrange_cli.spec.problems import Problems
@@ -25,11 +27,98 @@ from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Family
 
 if TYPE_CHECKING:
-    pass
+    from lagrange_cli.spec.whole import Part
 
 
 class Unsound(Exception):
     """Raised where an expression uses a name with a mistake, which has been reported: nothing more is."""
+
+
+class Settled:
+    """Bounds by name, or by the name of a member; None where what is named has a mistake."""
+
+    def __init__(self) -> None:
+        self._own: dict[str, Any] = {}
+        self._members: dict[str, dict[str, Any]] = {}
+        """Those of them that are members of families, by family."""
+        self._names: dict[str, MemberNames] = {}
+        self._parts: dict[str, list[tuple[Part[Any] | None, Any]]] = {}
+        """By family: parts, or None for the whole of it, and the bounds of their members."""
+
+    def copy(self) -> Settled:
+        """One that may go on by itself."""
+        found = Settled()
+        found._own, found._names = {**self._own}, {**self._names}
+        found._members = {name: {**members} for name, members in self._members.items()}
+        found._parts = {name: [*parts] for name, parts in self._parts.items()}
+        return found
+
+    def settle(self, name: str, value: Any) -> None:
+        """Set the bounds of one name."""
+        self._own[name] = value
+        base, bracket, _ = name.partition("[")
+        if bracket:
+            self._members.setdefault(base, {})[name] = value
+
+    def settle_part(self, family: Family, part: Part[Any] | None, value: Any) -> None:
+        """Set those of the members of a part of a family, or of all members."""
+        assert isinstance(family.members, MemberNames)
+        self._names[family.name] = family.members
+        self._parts.setdefault(family.name, []).append((part, value))
+
+    def forget(self, name: str) -> None:
+        """Remove a name."""
+        del self._own[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._own or self._of_part(name) is not None
+
+    def __getitem__(self, name: str) -> Any:
+        """Raises ``KeyError`` for what is not settled yet."""
+        if name in self._own:
+            return self._own[name]
+        found = self._of_part(name)
+        if found is None:
+            raise KeyError(name)
+        part, place, value = found
+        return value if part is None else bounds_at(value, part, place)
+
+    def get(self, name: str) -> Any:
+        """The same, or None."""
+        try:
+            return self[name]
+        except KeyError:
+            return None
+
+    def _of_part(self, name: str) -> tuple[Part[Any] | None, MemberPlace, Any] | None:
+        base = name.partition("[")[0]
+        place = self._names[base].place(name) if base in self._names and base != name else None
+        if place is None:
+            return None
+        parts = self._parts[base]
+        return next(((part, place, x) for part, x in parts if part is None or part.has(place)), None)
+
+    def of_family(self, family: Family) -> list[Any] | None:
+        """The bounds that its members have; None where some are not settled yet."""
+        parts = self._parts.get(family.name, [])
+        found = [value for _, value in parts]
+        if all(part is not None for part, _ in parts):
+            own = self._members.get(family.name, {})
+            found += own.values()
+            if sum(part.count for part, _ in parts if part is not None) + len(own) != len(family.members):
+                return None
+        return found
+
+
+def bounds_at(value: Any, part: Part[Any], place: MemberPlace) -> Any:
+    """The bounds of one member of those that have been found together."""
+    if isinstance(value, tuple):
+        return tuple(bounds_at(one, part, place) for one in value)
+    numbers = getattr(value, "numbers", None)
+    if numbers is None:
+        return value
+    number = numbers if numbers.ndim == 0 else numbers[Grid(part.ranges).number(place)]
+    return Bounds(float(number), value.size, value.depth, value.kind)
 
 
 class Meanings:
@@ -40,8 +129,7 @@ class Meanings:
         self.table: dict[str, Meaning] = {}
         self.bound: dict[str, Meaning] = {}
         """What ``NAME.multiplier`` stands for, by the constraint's name: these are names of their own."""
-        self.values: dict[str, Any] = {}
-        self._members: set[str] = set()
+        self.values = Settled()
         self._alike: dict[str, Any] = {}
 
     def declare(
@@ -67,10 +155,10 @@ class Meanings:
             self.problems.broken.add(name)  # either may be meant
             return False
         self.table[name] = Meaning(what, comes_to(what), value, place, family)
-        members = family.members if family else (name,)
-        self._members.update(members)
-        if value is not None:
-            self.values.update(dict.fromkeys(members, value))
+        if value is not None and family is not None:
+            self.values.settle_part(family, None, value)
+        elif value is not None:
+            self.values.settle(name, value)
         return True
 
     @contextmanager
@@ -78,21 +166,21 @@ class Meanings:
         """Let expressions contain further names for a while, which are free: the parameters of a curve."""
         own = {name: Meaning(Kind.PARAMETER, frozenset({Kind.PARAMETER}), scalar()) for name in free}
         self.table |= own
-        self.values |= {name: scalar() for name in own}
+        for name in own:
+            self.values.settle(name, scalar())
         try:
             yield
         finally:
             for name in own:
-                del self.table[name], self.values[name]
+                del self.table[name]
+                self.values.forget(name)
 
     def declare_coordinates(self, coordinates: Sequence[tuple[str, Place, Family | None]]) -> None:
         """Enter coordinates and their velocities."""
         for name, place, family in coordinates:
             self.declare(name, Kind.COORDINATE, place, scalar(), family)
         for name, place, family in coordinates:
-            if family is not None:
-                members = tuple(map(velocity_name, family.members))
-                family = replace(family, name=velocity_name(family.name), members=members)
+            family = None if family is None else family.renamed(velocity_name(name))
             self.declare(velocity_name(name), Kind.VELOCITY, place, scalar(), family)
 
     def declare_multiplier(self, constraint: str, place: Place | None, family: Family | None) -> None:
@@ -103,8 +191,15 @@ class Meanings:
     def settle(self, name: str, kinds: frozenset[Kind], value: Any) -> None:
         """Set the kinds and bounds of a declared definition or particle, or of a member of a family of
         them."""
-        base = family_name(name)
-        self.values[name] = value
+        self.values.settle(name, value)
+        self._meaning(family_name(name), kinds, value)
+
+    def settle_part(self, family: Family, part: Part[Any] | None, kinds: frozenset[Kind], value: Any) -> None:
+        """The same for all members of a part of a family at once."""
+        self.values.settle_part(family, part, value)
+        self._meaning(family.name, kinds, value)
+
+    def _meaning(self, base: str, kinds: frozenset[Kind], value: Any) -> None:
         known = self.table[base]
         if known.value is not value or known.kinds != kinds:
             self.table[base] = replace(known, kinds=kinds, value=value)
@@ -125,9 +220,8 @@ class Meanings:
             return scalar()
         if name not in self.values:
             meaning = self.table[family_name(name)]
-            if name in self._members:
+            if meaning.family is None or name in meaning.family.members:
                 raise Needs(name) if meaning.what in (Kind.PARAMETER, Kind.DEFINITION) else Unsound
-            assert meaning.family is not None
             raise NoMember(meaning.family.hint(name))
         value = self.values[name]
         if value is None:
@@ -146,8 +240,8 @@ class Meanings:
         not settled yet."""
         if name not in self._alike:
             family = self.table[name].family
-            found = [self.values.get(one) for one in family.members] if family is not None else [None]
-            if any(one is None for one in found):
+            found = None if family is None else self.values.of_family(family)
+            if found is None or any(one is None for one in found):
                 return None
             self._alike[name] = largest(found)
         return self._alike[name]

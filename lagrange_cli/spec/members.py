@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.many_bounds import Many
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
+from lagrange_cli.spec.family import Family, Grid, MemberNames
 from lagrange_cli.spec.kinds import Meaning
-from lagrange_cli.spec.spec import Expression
+from lagrange_cli.spec.meanings import Settled
+from lagrange_cli.spec.whole import Part
 
 
 class Table(Protocol):
     """The interface of the table of names (``spec.names``)."""
 
     table: dict[str, Meaning]
-    values: dict[str, Any]
+    values: Settled
 
     def alike(self, name: str) -> Any: ...
 
@@ -37,12 +39,12 @@ def bounds_of(names: Table, identifier: str, places: list[Whole], count: int) ->
             raise Unsuited
         value = names.values[name]
     else:
-        if np.prod(family.shape, dtype=np.int64) != len(family.members):
+        if not family.complete:
             raise Unsuited
-        flat(places, family.shape, count)
+        which = flat(places, family.shape, count)
         value = names.alike(name)
         if value is None:
-            raise Unsuited
+            value = numbers_at(names.values.of_family(family), which)
     if not component:
         return value
     known = COMPONENTS + VELOCITY_COMPONENTS
@@ -51,8 +53,34 @@ def bounds_of(names: Table, identifier: str, places: list[Whole], count: int) ->
     return value[known.index(component) % 3]
 
 
-def indices_of(members: Sequence[Expression]) -> dict[str, Places]:
-    """The values that each index has for the members of a family, which are written alike."""
-    return {
-        name: np.array([one.indices[name] for one in members], dtype=np.int64) for name in members[0].indices
-    }
+def numbers_at(found: list[Any] | None, which: Places) -> Any:
+    """The bounds of some members of a family whose numbers are known, and are written alike."""
+    if found is None or len(found) != 1 or found[0] is None:
+        raise Unsuited
+
+    def chosen(one: Any) -> Any:
+        return Many(one.numbers[which], one) if isinstance(one, Many) else one
+
+    return tuple(map(chosen, found[0])) if isinstance(found[0], tuple) else chosen(found[0])
+
+
+def indices_of(part: Part[Any]) -> dict[str, Places]:
+    """The values that each index has for the members of a part of a family, (members,)."""
+    axes = [np.arange(one.start, one.stop, one.step, dtype=np.int64) for one in part.ranges]
+    values = np.meshgrid(*axes, indexing="ij")
+    return {name: one.ravel() for name, one in zip(part.indices, values) if name}
+
+
+def numbers_of(family: Family, part: Part[Any]) -> Places:
+    """Which members of a family those of a part are, in the order of their places (members,)."""
+    if part.count == len(family.members):
+        return np.arange(part.count)
+    assert isinstance(family.members, MemberNames)
+    places = family.members.places
+    if not isinstance(places, Grid):
+        return np.array([*map(places.number, part.places)], dtype=np.int64)
+    found = np.zeros(1, dtype=np.int64)
+    for own, values in zip(part.ranges, places.ranges):
+        ranks = (np.arange(own.start, own.stop, own.step) - values.start) // values.step
+        found = (found[:, None] * len(values) + ranks).ravel()
+    return found

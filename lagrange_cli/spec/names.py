@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.bounds import BoundsAlgebra
 from lagrange_cli.expression.build import Builder
@@ -29,13 +29,17 @@ from lagrange_cli.expression.vocabulary import (
     velocity_name,
 )
 from lagrange_cli.records import replace
+from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.kinds import Kind, Meaning, Rule
 from lagrange_cli.spec.meanings import Meanings, Unsound
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Expression
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.many_bounds import BoundsBuilder
+
+W = TypeVar("W", bound=Written)
 
 MANY = 100
 """The number of terms of a sum from which on they are checked together."""
@@ -52,8 +56,8 @@ class Names(Meanings):
         self.rules = rules
         self.sizes = sizes
         self._builder = SumBuilder(self, BoundsAlgebra(), sizes)
-        self.siblings: Mapping[int, Sequence[Expression]] = {}
-        """The expressions of all members of a family, by the tree that they share."""
+        self.siblings: Mapping[int, Part[Any]] = {}
+        """The members of families that share an expression, by its tree."""
         self._of_siblings: dict[int, Any] = {}
         self._clashes: set[str] = set()
         self._found: dict[tuple[int, str], tuple[frozenset[Kind], bool]] = {}
@@ -61,8 +65,7 @@ class Names(Meanings):
     def copy(self) -> Names:
         """A table with the same names, to which others may be added."""
         found = Names(self.problems, self.sizes, self.rules)
-        found.table, found.bound, found.values = {**self.table}, {**self.bound}, {**self.values}
-        found._members = {*self._members}
+        found.table, found.bound, found.values = {**self.table}, {**self.bound}, self.values.copy()
         return found
 
     def check(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], Any]:
@@ -70,6 +73,25 @@ class Names(Meanings):
         Every unknown or forbidden name is reported; the shapes are checked only if there is none. Of the
         members of a family, which have one tree, the first that is wrong is reported.
         """
+        together = self.check_alike(expression, section, where)
+        if together is not None and (section != "definitions" or unknown(together[1])):
+            return together
+        kinds, _ = self._found[id(expression.tree), section]
+        try:
+            return kinds, self._builder.build(expression.tree, expression.indices)
+        except Unsound:
+            self.problems.distrust(expression.tree)
+            return kinds, None
+        except ExpressionError as error:
+            self._found[id(expression.tree), section] = kinds, False
+            self.problems.add_expression(expression, error, where)
+            return kinds, None
+
+    def check_alike(
+        self, expression: Expression, section: str, where: str
+    ) -> tuple[frozenset[Kind], Any] | None:
+        """``check`` for all members of a family that share the expression's tree; None where each of them has
+        to be checked by itself."""
         key = id(expression.tree), section
         if key not in self._found:
             self._found[key] = self._look_up_all(expression, section, where)
@@ -78,17 +100,23 @@ class Names(Meanings):
             self.problems.distrust(expression.tree)
             return kinds, None
         together = self._together(expression)
-        if together is not None and (section != "definitions" or unknown(together)):
-            return kinds, together
-        try:
-            return kinds, self._builder.build(expression.tree, expression.indices)
-        except Unsound:
-            self.problems.distrust(expression.tree)
-            return kinds, None
-        except ExpressionError as error:
-            self._found[key] = kinds, False
-            self.problems.add_expression(expression, error, where)
-            return kinds, None
+        return None if together is None else (kinds, together)
+
+    def apart(self, group: W | WrittenFamily[W]) -> Iterator[W]:
+        """What has to be checked of something written: itself, or of the members of a family those that are
+        not like others which have been checked."""
+        if not isinstance(group, WrittenFamily):
+            yield group
+            return
+        for part in group.parts:
+            members = group.of_part(part)
+            yield next(members)
+            if any(self._differ(one) for one in part.item.expressions):
+                yield from members
+
+    def _differ(self, expression: Expression) -> bool:
+        """Whether members that share an expression, nothing wrong with which is known, are not alike."""
+        return self.problems.trusts(expression.tree) and self._together(expression) is None
 
     @cached_property
     def many(self) -> BoundsBuilder:
@@ -99,17 +127,21 @@ class Names(Meanings):
 
         return BoundsBuilder(partial(bounds_of, self), self.sizes)
 
+    def has_many(self, part: Part[Any]) -> bool:
+        """Whether a part has so many members that they are checked together."""
+        return part.count >= MANY
+
     def _together(self, expression: Expression) -> Any:
         """The bounds of all members that share the expression's tree, where these are many and none is wrong;
         else None."""
         key = id(expression.tree)
         if key not in self._of_siblings:
             self._of_siblings[key] = None
-            if len(self.siblings.get(key, ())) >= MANY:
+            part = self.siblings.get(key)
+            if part is not None and self.has_many(part):
                 from lagrange_cli.spec.members import indices_of
 
-                members = indices_of(self.siblings[key])
-                self._of_siblings[key] = self.many.of_members(expression.tree, members)
+                self._of_siblings[key] = self.many.of_members(expression.tree, indices_of(part))
         return self._of_siblings[key]
 
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
@@ -243,14 +275,27 @@ class SumBuilder(Builder):
         self._table = names
 
     def _sum(self, tree: Sum, indices: Mapping[str, int]) -> Any:
-        if len(counted(tree, indices)) >= MANY:
+        if rounds(tree, indices) >= MANY:
             found = self._table.many.bounds(tree, indices)
             if found is not None:
                 return found
         return super()._sum(tree, indices)
 
 
+def rounds(tree: Sum, indices: Mapping[str, int]) -> int:
+    """About how many terms a sum has, with those of sums that it is a sum of."""
+    values = counted(tree, indices)
+    if not isinstance(tree.body, Sum) or not 0 < len(values) < MANY:
+        return len(values)
+    try:
+        return len(values) * rounds(tree.body, {**indices, tree.index: values[-1]})
+    except ExpressionError:  # which is reported by who goes through the terms
+        return len(values)
+
+
 def unknown(bounds: Any) -> bool:
-    """Whether no number is known of what has these bounds."""
+    """Whether no number is known of what has these bounds, or nothing because of a mistake."""
+    if bounds is None:
+        return True
     parts = bounds if isinstance(bounds, tuple) else (bounds,)
     return all(one.value is None and not hasattr(one, "numbers") for one in parts)

@@ -2,29 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.draft import Draft, Entry
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.spec import Family
 from lagrange_cli.spec.table import Row
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 FORCES_ON = {Kind.PARTICLE: "forces", Kind.BODY: "torques", Kind.COORDINATE: "generalized_forces"}
 """The section for what acts on each."""
 
 
-def owners(draft: Draft, row: Row) -> Iterator[str]:
+class Owners:
     """The names that the entries of a section may have, where they are names of something else."""
+
+    def __init__(self, groups: Iterable[Any]) -> None:
+        self._families: dict[str, WrittenFamily[Any]] = {}
+        self._single: dict[str, None] = {}
+        for one in groups:
+            if isinstance(one, WrittenFamily):
+                self._families[one.name] = one
+            else:
+                self._single[one.name] = None
+
+    def __contains__(self, name: str) -> bool:
+        family = self._families.get(name.partition("[")[0])
+        return name in self._single or (family is not None and name in family.family.members)
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self._single
+        for one in self._families.values():
+            yield from one.names
+
+    def have(self, family: Family, part: Part[Any]) -> bool:
+        """Whether it is seen at once that all members of a part of a family are among them."""
+        found = self._families.get(family.name)
+        return found is not None and any(part.within(one) for one in found.parts)
+
+
+def owners(draft: Draft, row: Row) -> Owners:
+    """Those of a section."""
     if row.of is Kind.PARTICLE:
-        yield from (entry.name for entry in draft.entries("embedding"))
-        yield from (body.name for body in draft.bodies)
-    elif row.of is Kind.BODY:
-        yield from (body.name for body in draft.bodies)
-    elif row.of is Kind.COORDINATE:
-        yield from (declared.name for declared in draft.declared("coordinates"))
+        return Owners((*groups_of(draft.entries("embedding")), *draft.bodies))
+    if row.of is Kind.BODY:
+        return Owners(draft.bodies)
+    return Owners(groups_of(draft.declared("coordinates")) if row.of is Kind.COORDINATE else ())
 
 
 def note_unknown_owner(

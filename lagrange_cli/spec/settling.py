@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeVar
 
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.syntax import names, plain_names
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.draft import Written
+from lagrange_cli.spec.content import groups_of
+from lagrange_cli.spec.draft import Declared, Written
+from lagrange_cli.spec.family import Family, MemberNames
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.order import chain, dependency_order, on_demand
-from lagrange_cli.spec.spec import Expression, Family, distinct
+from lagrange_cli.spec.spec import Expression, distinct
+from lagrange_cli.spec.whole import Part, WrittenFamily
+
+W = TypeVar("W", bound=Written)
 
 
 def check_scalar(names: Names, expression: Expression, section: str, where: str) -> frozenset[Kind]:
@@ -45,79 +50,136 @@ def vector_hint(known: Names, expression: Expression) -> str:
 
 @dataclass
 class Settling:
-    """The table of names, and the families by section."""
+    """The table of names."""
 
     names: Names
-    families: Mapping[str, Mapping[str, Family]]
 
-    def settle_all(
-        self,
-        entries: Sequence[Written],
-        values: Mapping[str, Expression | None],
-        what: Kind,
-        section: str,
-    ) -> list[str]:
-        """Check and settle parameters or definitions; the order in which each uses earlier ones only.
+    def settle_all(self, entries: Sequence[W], what: Kind, section: str) -> list[W | WrittenFamily[W]]:
+        """Check and settle parameters or definitions; in the order in which each uses earlier ones only.
 
         Families are put in order as a whole, then the members of each among themselves.
         """
-        families: dict[str, list[Written]] = {}
-        for entry in entries:
-            families.setdefault(family_name(entry.name), []).append(entry)
-        uses = {name: _uses(one, values) for name, one in families.items()}
-        for name in self.families[section]:
-            uses[name].discard(name)
+        groups = {one.name: one for one in groups_of(entries)}
+        uses = {name: self._uses(one) for name, one in groups.items()}
+        for name, one in groups.items():
+            if isinstance(one, WrittenFamily):
+                uses[name].discard(name)
         order, cycles = dependency_order(uses)
-        places = {entry.name: entry.place for entry in entries}
-        for stuck in families.keys() - set(order):
-            for entry in families[stuck]:
-                self.settle(entry.name, what, frozenset(), None)
-        found = []
+        for stuck in groups.keys() - set(order):
+            group = groups[stuck]
+            if isinstance(group, WrittenFamily):
+                self.settle_part(group.family, None, what, frozenset(), None)
+            else:
+                self.settle(stuck, what, frozenset(), None)
+        found: list[W | WrittenFamily[W]] = []
         for name in order:
-            if name in self.families[section] and name in self.names.table:
-                kinds = self.names.table[name].kinds - {what}  # its own members are no further kind
-                self.names.table[name] = replace(self.names.table[name], kinds=kinds)
-            members = {entry.name: entry for entry in families[name]}
-
-            def compute(member: str, members: Mapping[str, Written] = members) -> None:
-                self._settle_one(members[member], values[member], what, section)
-
-            settled, circles = on_demand(members, compute)
-            found += settled
+            group = groups[name]
+            if isinstance(group, WrittenFamily):
+                settled, circles = self._family(group, what, section)
+            else:
+                settled, circles = group, []
+                self._settle_one(group, what, section)
+            if settled is not None:
+                found.append(settled)
             cycles += circles
-            for entry in families[name]:
-                if entry.name not in self.names.values:
-                    self.settle(entry.name, what, frozenset(), None)
         for cycle in cycles:
+            first = groups[family_name(cycle[0])]
+            if isinstance(first, WrittenFamily):
+                first = first.named(cycle[0]) or first[0]
             self.names.problems.add_once(
-                places.get(cycle[0], families[family_name(cycle[0])][0].place),
+                first.place,
                 f"{what.value} '{cycle[0]}' depends on itself: {chain(cycle)}",
                 "break the cycle: give one of them a value that does not use the others",
             )
         return found
 
-    def _settle_one(self, entry: Written, value: Expression | None, what: Kind, section: str) -> None:
+    def _family(
+        self, group: WrittenFamily[W], what: Kind, section: str
+    ) -> tuple[W | WrittenFamily[W] | None, list[list[str]]]:
+        """Settle the members of a family, those that are alike at once. The family, in the order in which its
+        members can be computed, and the cycles among them; None where there are some."""
+        if group.name in self.names.table:
+            kinds = self.names.table[group.name].kinds - {what}  # its own members are no further kind
+            self.names.table[group.name] = replace(self.names.table[group.name], kinds=kinds)
+        if group.name not in self._uses(group):
+            for one in self._apart(group, what, section):
+                self._settle_one(one, what, section)
+            return group, []
+        members = {one.name: one for one in group}
+
+        def compute(name: str) -> None:
+            self._settle_one(members[name], what, section)
+
+        settled, cycles = on_demand(members, compute)
+        for name in members.keys() - set(settled):
+            self.settle(name, what, frozenset(), None)
+        if len(settled) < len(members):
+            return None, cycles
+        assert isinstance(group.family.members, MemberNames)
+        found = (group.family.members.place(name) for name in settled)
+        return group.ordered(tuple(place for place in found if place is not None)), cycles
+
+    def _apart(self, group: WrittenFamily[W], what: Kind, section: str) -> Iterator[W]:
+        """Settle the members of a family that are alike, and yield the others."""
+        for part in group.parts:
+            value, found = expression_of(part.item), None
+            if value is not None and self.names.has_many(part):
+                value = value.member("", part.values(next(part.places)))
+                found = self.names.check_alike(value, section, label(part.item, what))
+            if found is None or (isinstance(found[1], tuple) and what is Kind.PARAMETER):
+                yield from group.of_part(part)
+            elif what is Kind.PARAMETER:
+                self.settle_part(group.family, part, what, frozenset({what}), scalar())
+            else:
+                self.settle_part(group.family, part, what, *found)
+
+    def _settle_one(self, entry: Written, what: Kind, section: str) -> None:
+        value = expression_of(entry)
         if value is None:
             self.settle(entry.name, what, frozenset(), None)
-            return
-        where = f"{what.value} '{entry.key.label}'"
-        if what is Kind.PARAMETER:
-            check_scalar(self.names, value, section, where)
+        elif what is Kind.PARAMETER:
+            check_scalar(self.names, value, section, label(entry, what))
             self.settle(entry.name, what, frozenset({what}), scalar())
         else:
-            kinds, bounds = self.names.check(value, section, where)
-            self.settle(entry.name, what, kinds, bounds)
+            self.settle(entry.name, what, *self.names.check(value, section, label(entry, what)))
 
     def settle(self, name: str, what: Kind, kinds: frozenset[Kind], value: Any) -> None:
         """Set the kinds and bounds of one; the kinds of a family are those of all its members."""
-        meaning = self.names.table.get(family_name(name))
-        if meaning is not None and meaning.what is what:
-            if meaning.family is not None and meaning.value is not None:
-                kinds |= meaning.kinds
-            self.names.settle(name, kinds, value)
+        base = family_name(name)
+        if self._is(base, what):
+            self.names.settle(name, kinds | self._known(base), value)
+
+    def settle_part(
+        self, family: Family, part: Part[Any] | None, what: Kind, kinds: frozenset[Kind], value: Any
+    ) -> None:
+        """The same for a part of a family, or all of it."""
+        if self._is(family.name, what):
+            self.names.settle_part(family, part, kinds | self._known(family.name), value)
+
+    def _is(self, base: str, what: Kind) -> bool:
+        """Whether a name stands for this, and not for another thing of the same name."""
+        meaning = self.names.table.get(base)
+        return meaning is not None and meaning.what is what
+
+    def _known(self, base: str) -> frozenset[Kind]:
+        """The kinds of the members of a family that have been settled."""
+        meaning = self.names.table[base]
+        return meaning.kinds if meaning.family is not None and meaning.value is not None else frozenset()
+
+    def _uses(self, group: W | WrittenFamily[W]) -> set[str]:
+        """The names that something uses, or the members of a family."""
+        written = [part.item for part in group.parts] if isinstance(group, WrittenFamily) else [group]
+        given = [value for one in written if (value := expression_of(one)) is not None]
+        return {name.base for one in distinct(given) for name in names(one.tree)}
 
 
-def _uses(entries: Iterable[Written], values: Mapping[str, Expression | None]) -> set[str]:
-    """The names that the expressions of some members use."""
-    given = (value for entry in entries if (value := values[entry.name]) is not None)
-    return {name.base for one in distinct(given) for name in names(one.tree)}
+def expression_of(written: Written) -> Expression | None:
+    """The value of a parameter or a definition; None where it could not be read."""
+    found: Expression | None
+    found = written.fields.get("value") if isinstance(written, Declared) else getattr(written, "value", None)
+    return found
+
+
+def label(written: Written, what: Kind) -> str:
+    """What messages call it."""
+    return f"{what.value} '{written.key.label}'"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from lagrange_cli.expression.syntax import Span, Tree, has_decimals
-from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.content import bases_of, firsts_of, written
+from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
 
@@ -37,28 +38,9 @@ class Expression:
                 return passage.place(Span(span.start - offset, span.stop - offset))
         return self.place
 
-
-@dataclass(frozen=True)
-class Family:
-    """Quantities of one name: ``members`` are called ``u[0,0]``, ``u[0,1]`` and so on, the last index
-    fastest, and ``shape`` says how far each index runs. ``axes`` are the indices' names in the output."""
-
-    name: str
-    shape: tuple[int, ...]
-    members: tuple[str, ...]
-    axes: tuple[str, ...]
-
-    @property
-    def label(self) -> str:
-        """The family as it is called in texts: ``u[i,j]``."""
-        return member_name(self.name, "ijklmn"[: len(self.shape)]) if self.shape else self.name
-
-    def hint(self, name: str) -> str:
-        """The range of its members, as a hint where another was used."""
-        if "-" in name:
-            return "indices count from 0; write u[(i - 1) % N] for a ring"
-        first, last = self.members[0], self.members[-1]
-        return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
+    def member(self, name: str, indices: Mapping[str, int]) -> Expression:
+        """The one of a member of a family."""
+        return replace(self, indices=indices)
 
 
 def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
@@ -72,7 +54,7 @@ def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
 def grouped(names: Iterable[str], families: Mapping[str, Family]) -> tuple[Family, ...]:
     """``names`` by family, in their order; a name of its own is a family of shape ()."""
     found: dict[str, Family] = {}
-    for name in names:
+    for name in bases_of(names):
         base = name.partition("[")[0]
         found.setdefault(base, families.get(base) or Family(name, (), (name,), ()))
     return tuple(found.values())
@@ -88,6 +70,10 @@ class Parameter:
     unit: str = ""
     description: str = ""
 
+    def member(self, name: str, indices: Mapping[str, int]) -> Parameter:
+        """A member of a family."""
+        return replace(self, name=name, value=replace(self.value, indices=indices))
+
 
 @dataclass(frozen=True)
 class Coordinate:
@@ -99,6 +85,11 @@ class Coordinate:
     velocity: Expression | None
     unit: str = ""
     description: str = ""
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Coordinate:
+        """A member of a family."""
+        initial, velocity = (one and replace(one, indices=indices) for one in (self.initial, self.velocity))
+        return replace(self, name=name, initial=initial, velocity=velocity)
 
 
 SURFACE = "--where"
@@ -165,7 +156,7 @@ class Transformation:
     """Other coordinates of the same system. ``replaced`` are coordinates of the file as functions of the new
     ``coordinates``, of those that stay, of t and of parameters. ``families`` are those of the new ones."""
 
-    coordinates: tuple[Coordinate, ...]
+    coordinates: Sequence[Coordinate]
     replaced: Mapping[str, Expression]
     families: Mapping[str, Family]
     place: Place
@@ -259,8 +250,9 @@ class Spec:
     file that give forces (``model.forces`` says how each acts), then by what they act on. ``text`` is the
     file as read.
 
-    Families are written out: everything goes by the names of members, such as ``theta[3]``, and
-    ``families`` has them by section and name. ``sizes`` are the whole numbers they were written with.
+    Everything goes by the names of members, such as ``theta[3]``; families are kept as they are written, and
+    their members are made where they are asked for (``spec.content``). ``families`` has them by section and
+    name. ``sizes`` are the whole numbers they were written with.
     ``time_unit`` is the unit of t, empty where the file does not say it. ``left_out`` names constraints that
     depend on others with the numbers of the run: the equations of motion are derived without them.
     ``draw`` has no part in the equations.
@@ -272,8 +264,8 @@ class Spec:
     text: str
     name: str
     description: str
-    parameters: tuple[Parameter, ...]
-    coordinates: tuple[Coordinate, ...]
+    parameters: Sequence[Parameter]
+    coordinates: Sequence[Coordinate]
     definitions: Mapping[str, Expression]
     masses: Mapping[str, Expression]
     embedding: Mapping[str, Expression]
@@ -301,9 +293,18 @@ class Spec:
 
     @property
     def moving(self) -> Iterator[Expression]:
-        """What the equations of motion and the events are made of."""
+        """What the equations of motion and the events are made of; of members of a family that are written
+        alike the first."""
+        return self._moving(written)
+
+    @property
+    def moving_members(self) -> Iterator[Expression]:
+        """The same of all members."""
+        return self._moving(lambda section: section.values())
+
+    def _moving(self, of: Callable[[Mapping[str, Expression]], Iterable[Expression]]) -> Iterator[Expression]:
         for section in (self.embedding, self.potential, *self.forces.values()):
-            yield from section.values()
+            yield from of(section)
         for body in self.bodies.values():
             yield from body.expressions
         if self.lagrangian is not None:
@@ -315,8 +316,8 @@ class Spec:
     def decimals(self) -> bool:
         """Whether a number in what the equations of motion are made of has a decimal point or an exponent."""
         further = (self.masses, self.definitions, self.all_constraints)
-        written = (*self.moving, *(one for section in further for one in section.values()))
-        return any(has_decimals(one.tree) for one in distinct(written))
+        given = (*self.moving, *(one for section in further for one in written(section)))
+        return any(has_decimals(one.tree) for one in distinct(given))
 
     @property
     def independent(self) -> Spec:
@@ -345,4 +346,5 @@ def has_units(spec: Spec) -> bool:
     """Whether the file gives any unit."""
     if spec.time_unit:
         return True
-    return any(one.unit for one in spec.parameters) or any(one.unit for one in spec.coordinates)
+    parameters, coordinates = firsts_of(spec.parameters), firsts_of(spec.coordinates)
+    return any(one.unit for one in parameters) or any(one.unit for one in coordinates)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from lagrange_cli.spec.content import groups_by_name, groups_of
 from lagrange_cli.spec.spec import Body, Event, Expression, Family, Inertia, Orientation, Spec
+from lagrange_cli.spec.whole import WrittenFamily
 
 NUMBERS = frozenset({"parameters", "coordinates"})
 """Only the names of these count: their values are passed to compiled code as it runs."""
@@ -21,10 +23,22 @@ def structure(spec: Spec) -> dict[str, Any]:
     Whatever field a ``Spec`` has is part of it unless it is known to have no part in the equations.
     """
     return {
-        name: [one.name for one in value] if name in NUMBERS else plain(value)
+        name: [listed(one) for one in groups_of(value)] if name in NUMBERS else plain(value)
         for name, value in vars(spec).items()
         if name not in OUTSIDE
     }
+
+
+def listed(group: Any) -> Any:
+    """Something that only the name of counts of: of a family, the range of each index besides."""
+    if not isinstance(group, WrittenFamily):
+        return group.name
+    return [group.name, *([ends(one) for one in part.ranges] for part in group.parts), group.order]
+
+
+def ends(values: range) -> list[int]:
+    """What a range is made of."""
+    return [values.start, values.stop, values.step]
 
 
 def plain(value: object) -> Any:
@@ -42,8 +56,11 @@ def plain(value: object) -> Any:
         return [value.form, value.sequence, plain(value.entries)]
     if isinstance(value, Body):
         return [plain(value.inertia), plain(value.orientation)]
+    if isinstance(value, WrittenFamily):
+        parts = [[plain(one.item), one.indices, [ends(x) for x in one.ranges]] for one in value.parts]
+        return [parts, value.order]
     if isinstance(value, Mapping):
-        return [[key, plain(inner)] for key, inner in value.items()]
+        return [[key, plain(inner)] for key, inner in groups_by_name(value).items()]
     if isinstance(value, tuple):
         return [plain(inner) for inner in value]
     if value is None or isinstance(value, (str, int, float)):

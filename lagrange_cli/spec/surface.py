@@ -62,9 +62,10 @@ def names_of(spec: Spec, problems: Problems) -> Names:
         for family in grouped(members, families):
             names.declare(family.name, what, None, value, family if family.shape else None)
             if what is Kind.COORDINATE:
-                rates = tuple(map(velocity_name, family.members))
-                own = replace(family, name=velocity_name(family.name), members=rates)
-                names.declare(own.name, Kind.VELOCITY, None, value, own if family.shape else None)
+                speed = velocity_name(family.name)
+                names.declare(
+                    speed, Kind.VELOCITY, None, value, family.renamed(speed) if family.shape else None
+                )
 
     declare("coordinates", (one.name for one in spec.coordinates), Kind.COORDINATE, scalar())
     declare("parameters", (one.name for one in spec.parameters), Kind.PARAMETER, scalar())

@@ -7,12 +7,13 @@ momentum, as parts of the largest ones in the family, are seen.
 
 from __future__ import annotations
 
-from itertools import groupby
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.spec.content import groups_of
+from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
@@ -47,8 +48,8 @@ def write_floors(f: Function, spec: Spec, masses: Pointer, inverses: Pointer) ->
 def runs(spec: Spec) -> list[tuple[int, bool]]:
     """How many coordinates follow one another that are of one family, or of none; and whether they are."""
     families, found = spec.families.get("coordinates", {}), list[tuple[int, bool]]()
-    for name, listed in groupby(one.name.partition("[")[0] for one in spec.coordinates):
-        count = sum(1 for _ in listed)
+    for one in groups_of(spec.coordinates):
+        name, count = one.name, len(one) if isinstance(one, WrittenFamily) else 1
         if found and name not in families and not found[-1][1]:
             found[-1] = found[-1][0] + count, False
         else:

@@ -41,6 +41,7 @@ from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.steps import STRAIGHT
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
+from lagrange_cli.spec.content import names_of
 
 Observed = Mapping[str, tuple[Total, int]]
 """Quantities by name: where each of them is."""
@@ -109,7 +110,7 @@ class _Writer:
     @property
     def parameters(self) -> tuple[str, ...]:
         """The names of all parameters, in the order in which they are given."""
-        return tuple(one.name for one in self.system.spec.parameters)
+        return tuple(names_of(self.system.spec.parameters))
 
     def place(self, array: Array, count: int) -> None:
         self.places[array] = self.size
@@ -267,19 +268,19 @@ class _Writer:
 
     def runs(self) -> list[Run]:
         """The observed quantities in parts that follow one another in one total."""
-        found: list[Run] = []
-        latest: dict[Total, int] = {}
+        found: list[tuple[Total, list[int]]] = []
+        latest: dict[Total, list[int]] = {}
         for row, (total, index) in enumerate(self.observed.values()):
             here = self.lasting.changed[total]
             if here in latest:
-                last = found[latest[here]]
-                step = last.step if last.count > 1 else row - last.row
-                if last.start + last.count == index and last.row + last.count * step == row:
-                    found[latest[here]] = replace(last, step=step, count=last.count + 1)
+                first, step, start, count = latest[here]
+                step = step if count > 1 else row - first
+                if start + count == index and first + count * step == row:
+                    latest[here][1:] = step, start, count + 1
                     continue
-            latest[here] = len(found)
-            found.append(Run(row, 1, here, index, 1))
-        return found
+            latest[here] = [row, 1, index, 1]
+            found.append((here, latest[here]))
+        return [Run(row, step, total, start, count) for total, (row, step, start, count) in found]
 
     def prepare(self) -> str:
         """``@prepare``: constants, and arrays that last."""

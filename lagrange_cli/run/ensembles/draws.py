@@ -30,7 +30,7 @@ from lagrange_cli.run.ensembles.members import (
 )
 from lagrange_cli.run.ensembles.table import read_table
 from lagrange_cli.run.source import STANDARD_INPUT
-from lagrange_cli.spec.evaluation import settable
+from lagrange_cli.spec.settable import settable
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec

@@ -53,7 +53,7 @@ def with_families(
     if not own:
         return families
     bound = {
-        name + NORM: replace(one, name=name + NORM, members=tuple(map(norm_name, one.members)))
+        name + NORM: one.renamed(name + NORM)
         for name, one in own.items()
         if all(member in bodies and is_bound(bodies[member]) for member in one.members)
     }

@@ -1,0 +1,58 @@
+"""What ``--set`` can change: parameters, and the initial values of coordinates and velocities."""
+
+from __future__ import annotations
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.confusions import rate_of
+from lagrange_cli.expression.indices import integer
+from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.syntax import ExpressionError, Name
+from lagrange_cli.expression.vocabulary import VELOCITY_SUFFIX, family_name, member_name, velocity_name
+from lagrange_cli.spec.content import names_of
+from lagrange_cli.spec.spec import Spec
+
+
+def settable(spec: Spec, name: str, asked: str) -> str:
+    """What ``name`` is called in the spec (``theta[3]`` for ``theta[N - 1]``), if it can be set.
+
+    Raises ``UsageError``, which begins with what was ``asked`` (``--set m=1``), for any other name.
+    """
+    found = name
+    if "[" in name:
+        try:
+            tree = parse(name)
+            if isinstance(tree, Name) and tree.indices:
+                found = member_name(tree.identifier, [integer(i, spec.sizes) for i in tree.indices])
+        except ExpressionError as error:
+            raise wrong_usage(asked, error) from error
+    parameters, coordinates = names_of(spec.parameters), names_of(spec.coordinates)
+    if found not in parameters and found not in coordinates and moved_by(found) not in coordinates:
+        known = [*parameters, *coordinates, *map(velocity_name, coordinates)]
+        raise UsageError(f"{asked}: unknown name '{found}'; {settable_hint(found, known)}")
+    return found
+
+
+def moved_by(velocity: str) -> str:
+    """The coordinate that something is the velocity of, if it is one: ``u[1]`` for ``u_dot[1]``."""
+    base, bracket, index = velocity.partition("[")
+    coordinate = base.removesuffix(VELOCITY_SUFFIX) + bracket + index
+    return "" if coordinate == velocity else coordinate
+
+
+def settable_hint(name: str, known: list[str]) -> str:
+    """What could have been named: where it is a family, its first and last member."""
+    members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
+    if members:
+        return f"it is a family with members {members[0]} to {members[-1]}"
+    every = {*known}
+    coordinates = [one for one in known if velocity_name(one) in every]
+    moving, order = (name[:-1], 1) if name.endswith("'") else rate_of(name, coordinates)
+    if order == 1 and moving in coordinates:
+        return f"write {velocity_name(moving)} for the velocity of {moving}"
+    return near_hint(name, known) or known_hint(known)
+
+
+def wrong_usage(asked: str, error: ExpressionError) -> UsageError:
+    """The error of what was ``asked`` for on the command line."""
+    return UsageError(f"{asked}: {error.message}" + (f"; {error.hint}" if error.hint else ""))
