@@ -29,7 +29,6 @@ from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.recurrences.batches.convolution import dot_products
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.vector_stage import rests
@@ -158,7 +157,7 @@ class _Writer:
         elif self.order > RATES:
             parts.append(advance(FamilySteps(lengths, given)))
         if self.order > RATES or self.balance is not None:
-            parts += [*numbers("", self.order + 4), rests(self.order + 4), *dot_products()]
+            parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         parts.append(accelerate(lengths))
         observe, counted = self.observe()
         parts += [observe, self.prepare()]

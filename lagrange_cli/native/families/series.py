@@ -18,7 +18,7 @@ from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.recurrences.batches.convolution import AHEAD
+from lagrange_cli.native.recurrences.batches.convolution import AHEAD, begin_dots
 from lagrange_cli.native.recurrences.batches.layout import BEFORE
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
@@ -126,4 +126,4 @@ def begin_sums(f: Function, series: LoopSeries, k: Integer, at: int) -> None:
                 for part in series.program.series[index].arguments
             )
             ahead, out = series.program.series[index].level, f.place(block, series.sums + place, "double")
-            f.call(None, "dots", a, b, f.count(first), k + last, k + ahead, out)
+            begin_dots(f, a, b, first, k + last, k + ahead, out)
