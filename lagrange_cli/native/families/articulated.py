@@ -71,7 +71,7 @@ def series_of(kind: Kind, slots: Slots, time: Node, order: int, alone: frozenset
         else local.terms
     )
     loop = Loop(local.domain, terms, slots, alone)
-    return JointSeries(loop, slots, moving, time, order, local)
+    return JointSeries(loop, slots, moving, time, order, local=local)
 
 
 class JointWriter(SeriesWriter):
@@ -136,6 +136,8 @@ class JointStage(MemberStage):
 
 class ArticulatedJet(SeriesJet):
     """The jet of a system of joints."""
+
+    local = False
 
     def __init__(self, balance: Balance, *given: Any) -> None:
         super().__init__(*given)

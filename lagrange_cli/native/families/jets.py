@@ -8,11 +8,14 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.limits import way_out, whole
-from lagrange_cli.native.families.evaluation import Evaluation, added, room
+from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import loops, needed
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
+from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
+from lagrange_cli.native.families.tiling import Tiling, tiling_of
+from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -20,7 +23,7 @@ from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.convolution import AHEAD
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.state import StateLayout
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
@@ -42,6 +45,9 @@ class Jet:
 class SeriesJet:
     """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where
     what lasts is, from the beginning of scratch in ``%constants`` on."""
+
+    local = True
+    """Whether an order takes nothing but loops and ``accelerate``."""
 
     def __init__(
         self,
@@ -66,6 +72,9 @@ class SeriesJet:
         }
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
+        self.tiling: Tiling | None = None
+        self.carried: list[int] = []
+        """Where the registers of each loop wait between blocks, for each order."""
 
     def take(self, doubles: int) -> int:
         """So many further ones of ``%work``."""
@@ -93,12 +102,23 @@ class SeriesJet:
         moving = self.system.time.symbols
         for symbol, slot in self.slots.of.items():
             moving |= symbol.symbols if slot.array in self.planes else 0
-        for one in loops(totals, self.slots):
+        listed = [
+            one
+            if isinstance(one, Chain)
+            else LoopSeries(one, self.slots, moving, self.system.time, self.order)
+            for one in loops(totals, self.slots)
+        ]
+        found = [one for one in listed if not isinstance(one, Chain)]
+        if self.local and len(found) == len(listed):
+            self.tiling = tiling_of(found, self.planes, self.degrees, self.order)
+        for i, one in enumerate(listed):
             if isinstance(one, Chain):
                 self.loops.append(one)
                 continue
-            series = LoopSeries(one, self.slots, moving, self.system.time, self.order)
-            self.loops.append((series, self.take(series.doubles)))
+            if self.tiling is not None:
+                one = replace(one, kept=self.tiling.kept(i))
+                self.carried.append(self.take(LANES * len(one.loop.terms) * self.order))
+            self.loops.append((one, self.take(one.doubles)))
 
     @property
     def series(self) -> list[tuple[LoopSeries, int]]:
@@ -123,13 +143,18 @@ class SeriesJet:
         with f.loop(0, degrees, tested=False) as i:
             f.store(f.load("%state", i + degrees), "%work", i + self.width)
         self.begin()
-        operations = self.emitter.operations + self.stages()
+        operations = self.emitter.operations
+        if self.tiling is None:
+            operations += self.stages()
+        else:
+            with f.loop(0, self.tiling.rounds + self.tiling.ring, tested=False) as turn:
+                operations += self.stages(Windows(f, self.tables, self.tiling, turn))
         with f.loop(0, degrees, tested=False) as i:
             f.store(f.constant(0.0), "%work", i + degrees + order * self.width)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 
-    def stages(self) -> int:
+    def stages(self, windows: Windows | None = None) -> int:
         """All orders: the first ones by themselves, then a loop, and one in which dot products are begun for
         several orders together. The operations of all of them."""
         f, end = self.f, self.order - 1
@@ -137,27 +162,31 @@ class SeriesJet:
         many = sum(one.doubles for one, _ in self.series) >= MANY
         rounds = max(0, end - max(first, BEGUN)) // AHEAD if many else 0
         begun = end - rounds * AHEAD
-        operations = sum(self.counted(k) for k in range(first))
+        operations = sum(self.counted(k, None, windows) for k in range(first))
         if first < begun:
             with f.loop(first, begun, tested=False) as counter:
-                operations += (begun - first) * self.counted(counter)
+                operations += (begun - first) * self.counted(counter, None, windows)
         if rounds:
             with f.loop(begun, end, AHEAD, tested=False) as counter:
-                for series, place in self.series:
-                    begin_sums(f, series, counter, place)
                 for phase in range(AHEAD):
-                    operations += rounds * self.counted(counter + phase, phase)
+                    operations += rounds * self.counted(counter + phase, phase, windows)
         return operations
 
-    def counted(self, k: int | Integer, phase: int | None = None) -> int:
+    def counted(self, k: int | Integer, phase: int | None, windows: Windows | None) -> int:
         """The operations of stage k, which is written."""
         before = self.emitter.operations
-        self.stage(k, phase)
+        if windows is None:
+            self.stage(k, phase)
+        else:
+            self.stage_between(k, phase, windows)
         return self.emitter.operations - before
 
     def stage(self, k: int | Integer, phase: int | None) -> None:
         """All of order k; ``phase``: how many stages there were since sums were begun, if they were."""
         evaluation = self.evaluation(k)
+        if phase == 0 and isinstance(k, Integer):
+            for series, place in self.series:
+                begin_sums(self.f, series, k, place, 0, int(series.blocks[-1]))
         listed = [one if isinstance(one, Chain) else one[0].loop for one in self.loops]
         evaluation.clear(added(self.totals, listed))
         for one in self.loops:
@@ -166,6 +195,25 @@ class SeriesJet:
             else:
                 SeriesWriter(evaluation, *one, k, phase).write()
         self.accelerate(evaluation, k, phase)
+
+    def stage_between(self, k: int | Integer, phase: int | None, windows: Windows) -> None:
+        """What a round has of it."""
+        f, evaluation, tiling = self.f, self.evaluation(k), windows.tiling
+        with windows.parts() as part:
+            for total in added(self.totals, [series.loop for series, _ in self.series]):
+                span = windows.positions(windows.units(k, 0, part), room(total.count))
+                evaluation.clear_between(total, span)
+        for i, (series, place) in enumerate(self.series):
+            size = LANES * len(series.loop.terms)
+            with windows.parts() as part:
+                blocks = windows.blocks(i, k, part)
+                if phase == 0 and isinstance(k, Integer):
+                    begin_sums(f, series, k, place, *windows.blocks(i, k, part, AHEAD - 1))
+                carried = f.place("%work", k * size + self.carried[i], "double")
+                SeriesWriter(evaluation, series, place, k, phase).write(Piece(blocks, carried))
+        with windows.parts() as part:
+            span = windows.units(k, tiling.stride, part)
+            self.accelerate_between(evaluation, k, windows.positions(span, self.degrees))
 
     def reciprocals(self, k: int | Integer) -> list[tuple[Real, Real]]:
         """1/(k + 1) and 1/(k + 2), each in two parts."""
@@ -206,6 +254,21 @@ class SeriesJet:
         self.emitter.repeated = self.degrees // LANES + 1
         given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
         self.integrate(k, lambda i: quotient(f, *(f.load_row(one, i, LANES) for one in given)))
+
+    def accelerate_between(self, evaluation: Evaluation, k: int | Integer, span: Span) -> None:
+        """Those of some rows, and what follows of velocities and coordinates."""
+        f, reciprocals = self.f, self.reciprocals(k)
+        given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
+
+        def write(i: Integer, lanes: int) -> None:
+            one, two = ([f.splat(f.lane(x, 0), lanes) if lanes == 1 else x for x in pair] for pair in reciprocals)
+            rate = quotient(f, *(f.load_row(array, i, lanes) for array in given))
+            velocity = divided(f, rate, *one)
+            f.store_row(velocity, "%work", i + self.degrees + (k + 1) * self.width)
+            f.store_row(divided(f, velocity, *two), "%work", i + (k + 2) * self.width)
+
+        self.emitter.repeated = self.degrees // LANES + 1
+        in_vectors(f, span, write)
 
     def regular(self) -> Bit:
         """Whether the masses are."""
