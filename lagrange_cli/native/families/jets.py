@@ -261,7 +261,9 @@ class SeriesJet:
         given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
 
         def write(i: Integer, lanes: int) -> None:
-            one, two = ([f.splat(f.lane(x, 0), lanes) if lanes == 1 else x for x in pair] for pair in reciprocals)
+            one, two = (
+                [f.splat(f.lane(x, 0), lanes) if lanes == 1 else x for x in pair] for pair in reciprocals
+            )
             rate = quotient(f, *(f.load_row(array, i, lanes) for array in given))
             velocity = divided(f, rate, *one)
             f.store_row(velocity, "%work", i + self.degrees + (k + 1) * self.width)

@@ -144,9 +144,7 @@ def tiled(
     return Tiling(unit, count, full, 1, stride, lags, cuts, orders, ring)
 
 
-def cuts_of(
-    series: LoopSeries, low: Numbers, high: Numbers, far: Flags, unit: int, count: int
-) -> Cuts:
+def cuts_of(series: LoopSeries, low: Numbers, high: Numbers, far: Flags, unit: int, count: int) -> Cuts:
     """The cuts of one loop. What members read that is ``far`` away does not count: they are in the seam."""
     at = firsts(series)
     nowhere = count * unit

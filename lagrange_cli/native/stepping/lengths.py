@@ -59,17 +59,21 @@ class Lengths:
         return self.lanes // self.together
 
     @contextmanager
-    def each(self, f: Function) -> Iterator[Row]:
-        """Rows of the state, one vector after another."""
-        last = self.width if self.together > 1 else self.rows
-        with f.loop(0, last, self.together, tested=False) as i:
+    def each(self, f: Function, first: int = 0, last: int = 0) -> Iterator[Row]:
+        """Rows of the state, one vector after another: all of them, or some."""
+        last = last or (self.width if self.together > 1 else self.rows)
+        with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
+
+    def vector(self, row: int) -> int:
+        """The first row of the vector that one is in."""
+        return row - row % self.together
 
     @contextmanager
     def velocities(self, f: Function) -> Iterator[Row]:
         """The vectors that hold velocities (``leading``), and others where there are several rows in each."""
         first, count = self.leading
-        first, last = (0, self.width) if self.together > 1 else (first, first + count)
+        first, last = (self.vector(first), self.width) if self.together > 1 else (first, first + count)
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
 
