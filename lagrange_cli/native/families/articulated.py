@@ -14,6 +14,7 @@ from lagrange_cli.native.families.jets import SeriesJet, divided, regular
 from lagrange_cli.native.families.kinds import Kind, Local
 from lagrange_cli.native.families.loops import Loop, needed
 from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.stage import MemberStage, SeriesWriter
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.interface import LANES
@@ -138,6 +139,8 @@ class ArticulatedJet(SeriesJet):
     """The jet of a system of joints."""
 
     local = False
+    many = 2**18
+    """Their code is long. These fit the second cache."""
 
     def __init__(self, balance: Balance, *given: Any) -> None:
         super().__init__(*given)
@@ -212,7 +215,9 @@ class ArticulatedJet(SeriesJet):
             writer.correcting = correcting
             writer.write()
 
-    def accelerate(self, evaluation: Evaluation, k: int | Integer, phase: int | None) -> None:
+    def accelerate(
+        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+    ) -> None:
         balance, first = self.balance, isinstance(k, int) and k == 0
         given = [*balance.local, *(balance.slopes if first else ())]
         evaluation.clear(added(self.moving(given), [series.loop for series, _ in self.joints]))
@@ -246,7 +251,7 @@ class ArticulatedJet(SeriesJet):
         """The newest coefficients of coordinates, and of nodes that forces depend on."""
         f, (one, two) = self.f, self.reciprocals(k)
         found = evaluation.where(self.balance.rates)
-        self.integrate(k, lambda i: f.load_row(found, i, LANES))
+        self.integrate(k, lambda i, lanes: f.load_row(found, i, lanes))
         for c, place, rate_of in self.followed:
             source = evaluation.where(self.balance.accelerations[c])
             with f.loop(0, self.balance.count, LANES, tested=False) as i:

@@ -110,11 +110,11 @@ def climb(f: Function, tables: Tables, tree: Tree, *, back: bool) -> Iterator[tu
 
 @dataclass(frozen=True)
 class Piece:
-    """Some blocks of eight members of a loop; ``carried`` is where what is in registers waits between pieces of
-    a row."""
+    """Some blocks of eight members of a loop. What is in registers waits at ``registers`` where a row goes on
+    in another piece."""
 
     blocks: Span
-    carried: Pointer
+    registers: Pointer
 
 
 class Writer:
@@ -182,13 +182,13 @@ class Writer:
         before = f.count(0) if len(self.rows.starts) == 1 else self.listed_at(self.rows.blocks[:-1], r)
         start, end = (behind(f, one, before) * LANES for one in self.piece.blocks)
         with f.when(start > 0):
-            added.resume(self.piece.carried)
+            added.resume(self.piece.registers)
         with f.loop(start, smaller(f, end, length), LANES, tested=False) as j:
             self.eight(bases, length, j, fixed, added)
         with f.when(end >= length):
             added.end(length)
         with f.otherwise():
-            added.pause(self.piece.carried)
+            added.pause(self.piece.registers)
 
     def eight(
         self,

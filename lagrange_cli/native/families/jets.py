@@ -27,9 +27,9 @@ from lagrange_cli.records import dataclass, replace
 
 MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
-BEGUN, MANY = 7, 2**18
-"""From this stage on, dot products are begun for several orders together, where coefficients are so many that
-they do not fit a processor's own memory. (The code is twice as long.)"""
+BEGUN = 7
+"""From this stage on, dot products are begun for several orders together, where coefficients are many. (The
+code is twice as long.)"""
 HEAD = "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
 
 
@@ -48,6 +48,8 @@ class SeriesJet:
 
     local = True
     """Whether an order takes nothing but loops and ``accelerate``."""
+    many = 2**12
+    """Doubles of coefficients that fit the fastest cache."""
 
     def __init__(
         self,
@@ -73,7 +75,7 @@ class SeriesJet:
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
         self.tiling: Tiling | None = None
-        self.carried: list[int] = []
+        self.waiting: list[int] = []
         """Where the registers of each loop wait between blocks, for each order."""
 
     def take(self, doubles: int) -> int:
@@ -117,7 +119,7 @@ class SeriesJet:
                 continue
             if self.tiling is not None:
                 one = replace(one, kept=self.tiling.kept(i))
-                self.carried.append(self.take(LANES * len(one.loop.terms) * self.order))
+                self.waiting.append(self.take(LANES * len(one.loop.terms) * self.order))
             self.loops.append((one, self.take(one.doubles)))
 
     @property
@@ -159,7 +161,7 @@ class SeriesJet:
         several orders together. The operations of all of them."""
         f, end = self.f, self.order - 1
         first = min(max((one.unrolled for one, _ in self.series), default=1), end)
-        many = sum(one.doubles for one, _ in self.series) >= MANY
+        many = sum(one.doubles for one, _ in self.series) >= self.many
         rounds = max(0, end - max(first, BEGUN)) // AHEAD if many else 0
         begun = end - rounds * AHEAD
         operations = sum(self.counted(k, None, windows) for k in range(first))
@@ -175,20 +177,22 @@ class SeriesJet:
     def counted(self, k: int | Integer, phase: int | None, windows: Windows | None) -> int:
         """The operations of stage k, which is written."""
         before = self.emitter.operations
-        if windows is None:
-            self.stage(k, phase)
-        else:
-            self.stage_between(k, phase, windows)
+        self.stage(k, phase, windows)
         return self.emitter.operations - before
 
-    def stage(self, k: int | Integer, phase: int | None) -> None:
-        """All of order k; ``phase``: how many stages there were since sums were begun, if they were."""
+    def stage(self, k: int | Integer, phase: int | None, windows: Windows | None) -> None:
+        """All of order k, or what a round has of it; ``phase``: how many stages there were since sums were
+        begun, if they were."""
         evaluation = self.evaluation(k)
+        listed = [one if isinstance(one, Chain) else one[0].loop for one in self.loops]
+        totals = added(self.totals, listed)
+        if windows is not None:
+            self.stage_between(evaluation, k, phase, windows, totals)
+            return
         if phase == 0 and isinstance(k, Integer):
             for series, place in self.series:
                 begin_sums(self.f, series, k, place, 0, int(series.blocks[-1]))
-        listed = [one if isinstance(one, Chain) else one[0].loop for one in self.loops]
-        evaluation.clear(added(self.totals, listed))
+        evaluation.clear(totals)
         for one in self.loops:
             if isinstance(one, Chain):
                 evaluation.add_up(one)
@@ -196,24 +200,30 @@ class SeriesJet:
                 SeriesWriter(evaluation, *one, k, phase).write()
         self.accelerate(evaluation, k, phase)
 
-    def stage_between(self, k: int | Integer, phase: int | None, windows: Windows) -> None:
-        """What a round has of it."""
-        f, evaluation, tiling = self.f, self.evaluation(k), windows.tiling
+    def stage_between(
+        self,
+        evaluation: Evaluation,
+        k: int | Integer,
+        phase: int | None,
+        windows: Windows,
+        totals: Sequence[Array],
+    ) -> None:
+        """What a round has of order k."""
         with windows.parts() as part:
-            for total in added(self.totals, [series.loop for series, _ in self.series]):
-                span = windows.positions(windows.units(k, 0, part), room(total.count))
-                evaluation.clear_between(total, span)
-        for i, (series, place) in enumerate(self.series):
+            span = windows.units(k, 0, part)
+            for total in totals:
+                evaluation.clear_between(total, windows.positions(span, room(total.count)))
+        for i, ((series, place), waiting) in enumerate(zip(self.series, self.waiting)):
             size = LANES * len(series.loop.terms)
             with windows.parts() as part:
                 blocks = windows.blocks(i, k, part)
                 if phase == 0 and isinstance(k, Integer):
-                    begin_sums(f, series, k, place, *windows.blocks(i, k, part, AHEAD - 1))
-                carried = f.place("%work", k * size + self.carried[i], "double")
-                SeriesWriter(evaluation, series, place, k, phase).write(Piece(blocks, carried))
+                    begin_sums(self.f, series, k, place, *windows.blocks(i, k, part, AHEAD - 1))
+                registers = self.f.place("%work", k * size + waiting, "double")
+                SeriesWriter(evaluation, series, place, k, phase).write(Piece(blocks, registers))
         with windows.parts() as part:
-            span = windows.units(k, tiling.stride, part)
-            self.accelerate_between(evaluation, k, windows.positions(span, self.degrees))
+            span = windows.units(k, windows.tiling.stride, part)
+            self.accelerate(evaluation, k, phase, windows.positions(span, self.degrees))
 
     def reciprocals(self, k: int | Integer) -> list[tuple[Real, Real]]:
         """1/(k + 1) and 1/(k + 2), each in two parts."""
@@ -222,19 +232,28 @@ class SeriesJet:
         one, two = ([self.emitter.everywhere(table, name, ahead) for table in tables] for ahead in (1, 2))
         return [(Real(self.f, a, LANES), Real(self.f, b, LANES)) for a, b in (one, two)]
 
-    def integrate(self, k: int | Integer, rate: Callable[[Integer], Real]) -> None:
-        """The next coefficients of velocities and coordinates, from coefficients k of the accelerations:
-        ``rate`` gives those of eight rows."""
-        f, degrees, (one, two) = self.f, self.degrees, self.reciprocals(k)
+    def integrate(
+        self, k: int | Integer, rate: Callable[[Integer, int], Real], span: Span | None = None
+    ) -> None:
+        """The next coefficients of velocities and coordinates, all or some, from coefficients k of the
+        accelerations: ``rate`` gives those of so many rows."""
+        f, degrees, reciprocals = self.f, self.degrees, self.reciprocals(k)
         following, beyond = (k + 1) * self.width, (k + 2) * self.width
+
+        def write(i: Integer, lanes: int) -> None:
+            one, two = (tuple(first_of(f, x, lanes) for x in pair) for pair in reciprocals)
+            velocity = divided(f, rate(i, lanes), *one)
+            f.store_row(velocity, "%work", i + degrees + following)
+            f.store_row(divided(f, velocity, *two), "%work", i + beyond)
+
+        if span is not None:
+            in_vectors(f, span, write)
+            return
         # from the last ones on: a whole vector of velocities goes beyond them, where the next coefficients of
         # the first coordinates are
         last = LANES * ((degrees - 1) // LANES)
         with f.loop(0, degrees, LANES, tested=False) as j:
-            i = f.count(last) - j
-            velocity = divided(f, rate(i), *one)
-            f.store_row(velocity, "%work", i + degrees + following)
-            f.store_row(divided(f, velocity, *two), "%work", i + beyond)
+            write(f.count(last) - j, LANES)
 
     # what systems have of their own: here M is diagonal and constant
 
@@ -248,29 +267,14 @@ class SeriesJet:
     def begin(self) -> None:
         """What is done before order 0."""
 
-    def accelerate(self, evaluation: Evaluation, k: int | Integer, phase: int | None) -> None:
-        """Coefficients k of the accelerations, from those of the forces."""
+    def accelerate(
+        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+    ) -> None:
+        """Coefficients k of the accelerations, all or some, from those of the forces."""
         f = self.f
         self.emitter.repeated = self.degrees // LANES + 1
         given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
-        self.integrate(k, lambda i: quotient(f, *(f.load_row(one, i, LANES) for one in given)))
-
-    def accelerate_between(self, evaluation: Evaluation, k: int | Integer, span: Span) -> None:
-        """Those of some rows, and what follows of velocities and coordinates."""
-        f, reciprocals = self.f, self.reciprocals(k)
-        given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
-
-        def write(i: Integer, lanes: int) -> None:
-            one, two = (
-                [f.splat(f.lane(x, 0), lanes) if lanes == 1 else x for x in pair] for pair in reciprocals
-            )
-            rate = quotient(f, *(f.load_row(array, i, lanes) for array in given))
-            velocity = divided(f, rate, *one)
-            f.store_row(velocity, "%work", i + self.degrees + (k + 1) * self.width)
-            f.store_row(divided(f, velocity, *two), "%work", i + (k + 2) * self.width)
-
-        self.emitter.repeated = self.degrees // LANES + 1
-        in_vectors(f, span, write)
+        self.integrate(k, lambda i, lanes: quotient(f, *(f.load_row(one, i, lanes) for one in given)), span)
 
     def regular(self) -> Bit:
         """Whether the masses are."""
@@ -291,6 +295,11 @@ def quotient(f: Function, a: Real, b: Real, inverse: Real) -> Real:
     """a / b, given 1/b as it is rounded: correctly rounded but in rare cases."""
     rough = a * inverse
     return f.fused(f.fused(-rough, b, a), inverse, rough)
+
+
+def first_of(f: Function, value: Real, lanes: int) -> Real:
+    """A number that every lane has, in so many."""
+    return value if lanes == value.lanes else f.lane(value, 0)
 
 
 def divided(f: Function, a: Real, inverse: Real, rest: Real) -> Real:

@@ -127,8 +127,8 @@ class LoopSeries:
 def begin_sums(
     f: Function, series: LoopSeries, k: Integer, at: int, first: Integer | int, last: Integer | int
 ) -> None:
-    """Begin the dot products of some blocks in the stages from ``k`` on, ``AHEAD`` of them, with what is known
-    before."""
+    """Begin the dot products of some blocks in the stages from ``k`` on, ``AHEAD`` of them, with what is
+    known before."""
     if not series.begun:
         return
     with f.loop(first, last) as i:

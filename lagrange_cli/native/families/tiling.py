@@ -9,8 +9,8 @@ In a ring the first members need the last ones. There, order k also begins furth
 around the seam, a trapezoid of as many members as the orders reach, is computed at the end, order by order.
 Members that the seam shares with the blocks are computed twice, with the same result.
 
-Positions are places in arrays: coordinates, velocities, and sums that the forces are made of. They are counted
-in units, of eight or of a row of a lattice.
+Positions are places in arrays: coordinates, velocities, and sums that the forces are made of. They are
+counted in units, of eight or of a row of a lattice.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ MANY = 2**17
 """Doubles that fit a processor's own cache: systems with fewer have no blocks."""
 BLOCK = 2**15
 """Doubles of a block: a quarter of that, as several orders of other members are in use."""
+STRIDES = 4
+"""A block is as many strides at least: so many orders find the same members in the cache."""
 MARGIN = 6
 """Strides that the seam of a ring takes beside those of the orders."""
 PART = 2
@@ -53,8 +55,8 @@ class Cuts:
 class Tiling:
     """Blocks of so many units, of ``count`` in all, each of ``unit`` positions.
 
-    Order k is ``k * stride`` units behind order 0; in each order, loops are ``lags`` behind its beginning. In a
-    ``ring`` the last round is the seam, and ``full`` counts whole units.
+    Order k is ``k * stride`` units behind order 0; in each order, loops are ``lags`` behind its beginning. In
+    a ``ring`` the last round is the seam, and ``full`` counts whole units.
     """
 
     unit: int
@@ -86,8 +88,8 @@ class Tiling:
 def tiling_of(
     series: Sequence[LoopSeries], moving: Collection[Array], degrees: int, order: int
 ) -> Tiling | None:
-    """How the orders of these series, of ``degrees`` coordinates, are computed in blocks, if they are many and
-    their members' dependences are local. ``moving`` are the arrays that change from order to order."""
+    """How the orders of these series, of ``degrees`` coordinates, are computed in blocks, if they are many
+    and need neighbours only. ``moving`` are the arrays that change from order to order."""
     doubles = sum(one.doubles for one in series) + 2 * degrees * order
     if doubles < MANY or not series:
         return None
@@ -99,7 +101,8 @@ def tiling_of(
     if not usable:
         return None
     best = min(usable, key=lambda one: one.stride * one.unit)
-    return replace(best, block=max(1, round(BLOCK / (best.unit * doubles / count))))
+    fitting = round(BLOCK / (best.unit * doubles / count))
+    return replace(best, block=max(1, STRIDES * best.stride, fitting))
 
 
 def extents(series: LoopSeries, moving: Collection[Array]) -> tuple[Numbers, Numbers]:

@@ -18,7 +18,6 @@ from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, Pair
 
-
 MANY = 64
 """From so many coordinates on, those that stand beside no velocity have a loop of their own."""
 
