@@ -140,7 +140,7 @@ class ArticulatedJet(SeriesJet):
 
     local = False
     many = 2**18
-    """Their code is long. These fit the second cache."""
+    """Their code is longer."""
 
     def __init__(self, balance: Balance, *given: Any) -> None:
         super().__init__(*given)

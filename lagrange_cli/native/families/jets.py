@@ -48,8 +48,8 @@ class SeriesJet:
 
     local = True
     """Whether an order takes nothing but loops and ``accelerate``."""
-    many = 2**12
-    """Doubles of coefficients that fit the fastest cache."""
+    many = 2**16
+    """Coefficients from which on the second copy of the code pays."""
 
     def __init__(
         self,
