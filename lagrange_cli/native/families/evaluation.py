@@ -17,7 +17,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Term, Total, Tree
 from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.loops import Loop, loops
-from lagrange_cli.native.families.spans import Span, behind, in_vectors, smaller
+from lagrange_cli.native.families.spans import Span, behind, divided, in_vectors, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -51,6 +51,8 @@ class Evaluation:
     known: Mapping[Node, str]
     """Operands of symbols that are no slots, in every lane: t."""
     emitter: LaneEmitter = field(default_factory=LaneEmitter)
+    scales: Mapping[Array, tuple[Real, Real]] = field(default_factory=dict)
+    """What numbers of arrays are multiplied by, in two parts."""
 
     def __post_init__(self) -> None:
         self.emitter.lines = self.f.sink
@@ -169,8 +171,8 @@ class Writer:
         fixed: dict[Node, str] = {}
         for (symbol, slot), i in zip(self.used.items(), self.number):
             if strides[i] == 0:
-                one = f.load(self.evaluation.where(slot.array), bases[i])
-                fixed[symbol] = f.splat(one, LANES).name
+                one = f.splat(f.load(self.evaluation.where(slot.array), bases[i]), LANES)
+                fixed[symbol] = self.scaled(slot.array, one).name
         added = Additions(f, self.loop, self.terms, self.evaluation.where)
         added.begin(bases)
         self.enter(r)
@@ -206,11 +208,17 @@ class Writer:
         for (symbol, slot), i in zip(self.used.items(), self.number):
             base = evaluation.where(slot.array)
             if strides[i] == 1:
-                known[symbol] = f.load_row(base, bases[i] + j, LANES).name
+                known[symbol] = self.scaled(slot.array, f.load_row(base, bases[i] + j, LANES)).name
             elif strides[i] is None:
-                known[symbol] = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
+                found = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
+                known[symbol] = self.scaled(slot.array, Real(f, found, LANES)).name
         values = [Real(f, evaluation.emitter.written(one), LANES) for one in self.values(known, j)]
         added.add(values, inside, j, self.looked_up)
+
+    def scaled(self, array: Array, value: Real) -> Real:
+        """Numbers of an array, as the evaluation multiplies them."""
+        scale = self.evaluation.scales.get(array)
+        return value if scale is None else divided(self.f, value, *scale)
 
     @property
     def terms(self) -> Sequence[tuple[Term, Array]]:

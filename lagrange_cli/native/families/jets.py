@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
@@ -12,7 +12,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, ro
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import loops, needed
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
-from lagrange_cli.native.families.spans import Span, in_vectors
+from lagrange_cli.native.families.spans import Span, divided, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling, tiling_of
 from lagrange_cli.native.families.windows import Windows
@@ -42,9 +42,15 @@ class Jet:
     operations: int
 
 
+def velocity_planes(degrees: int) -> tuple[int, int]:
+    """Where coefficient 0 of the velocities is, and how far it is from one to the next. Vectors may begin
+    before them or end behind them: zeros are between coefficients."""
+    return LANES, LANES * (-(-degrees // LANES) + 1)
+
+
 class SeriesJet:
-    """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where
-    what lasts is, from the beginning of scratch in ``%constants`` on."""
+    """The jet with series of the velocities, at ``velocity_planes``. ``places`` has where what lasts is, from
+    the beginning of scratch in ``%constants`` on."""
 
     local = True
     """Whether an order takes nothing but loops and ``accelerate``."""
@@ -64,14 +70,11 @@ class SeriesJet:
         self.slots: Slots = system.slots
         self.f, self.emitter = Function(HEAD), LaneEmitter()
         self.width, self.degrees = layout.width, system.q.count
-        self.work = room(self.width * (order + 1) + self.degrees)
+        self.work = 0
         base = self.f.place("%constants", self.f.load_integer("@scratch"), "double")
         self.places = {array: self.f.place(base, at, "double") for array, at in places.items()}
         self.time = self.f.splat(Real(self.f, "%t", 1), LANES).name
-        self.planes: dict[Array, tuple[int, int]] = {
-            system.q: (0, self.width),
-            system.v: (self.degrees, self.width),
-        }
+        self.planes: dict[Array, tuple[int, int]] = self.of_state()
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
         self.tiling: Tiling | None = None
@@ -84,17 +87,30 @@ class SeriesJet:
         return self.work - doubles
 
     def at(self, array: Array, k: int | Integer) -> Pointer:
-        """Where coefficient k of an array is."""
+        """Where coefficient k of an array is, or what it follows from (``scales``)."""
         if array not in self.planes:
             return self.places[array]
+        if self.local and array is self.system.q and not (isinstance(k, int) and k == 0):
+            array, k = self.system.v, k - 1
         first, step = self.planes[array]
         return self.f.place("%work", k * step + first, "double")
+
+    def scales(self, k: int | Integer) -> dict[Array, tuple[Real, Real]]:
+        """What numbers of these arrays are multiplied by: q[k] = v[k - 1] / k."""
+        first = isinstance(k, int) and k <= 1
+        return {self.system.q: self.reciprocal(k, 0)} if self.local and not first else {}
+
+    def of_state(self) -> dict[Array, tuple[int, int]]:
+        """The places of q and v."""
+        first, step = velocity_planes(self.degrees)
+        self.take(step * (self.order + 1) + LANES)
+        return {self.system.q: (self.take(room(self.degrees)), 0), self.system.v: (first, step)}
 
     def evaluation(self, k: int | Integer) -> Evaluation:
         """What computes totals of order k."""
         return Evaluation(
             self.f, self.slots, lambda array: self.at(array, k), self.tables,
-            {self.system.time: self.time}, self.emitter,
+            {self.system.time: self.time}, self.emitter, self.scales(k),
         )  # fmt: skip
 
     def arrange(self, totals: Sequence[Total]) -> None:
@@ -140,10 +156,7 @@ class SeriesJet:
         f, degrees, order = self.f, self.degrees, self.order
         self.totals = self.prepared()
         self.bounded()
-        with f.loop(0, 2 * degrees, tested=False) as i:
-            f.store(f.load("%state", i), "%work", i)
-        with f.loop(0, degrees, tested=False) as i:
-            f.store(f.load("%state", i + degrees), "%work", i + self.width)
+        self.start()
         self.begin()
         operations = self.emitter.operations
         if self.tiling is None:
@@ -151,8 +164,9 @@ class SeriesJet:
         else:
             with f.loop(0, self.tiling.rounds + self.tiling.ring, tested=False) as turn:
                 operations += self.stages(Windows(f, self.tables, self.tiling, turn))
+        last = self.at(self.system.v, order)
         with f.loop(0, degrees, tested=False) as i:
-            f.store(f.constant(0.0), "%work", i + degrees + order * self.width)
+            f.store(f.constant(0.0), last, i)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 
@@ -225,35 +239,11 @@ class SeriesJet:
             span = windows.units(k, windows.tiling.stride, part)
             self.accelerate(evaluation, k, phase, windows.positions(span, self.degrees))
 
-    def reciprocals(self, k: int | Integer) -> list[tuple[Real, Real]]:
-        """1/(k + 1) and 1/(k + 2), each in two parts."""
+    def reciprocal(self, k: int | Integer, ahead: int) -> tuple[Real, Real]:
+        """1/(k + ahead) in two parts."""
         name = str(k) if isinstance(k, int) else k.name
-        tables = "@reciprocals", "@rests"
-        one, two = ([self.emitter.everywhere(table, name, ahead) for table in tables] for ahead in (1, 2))
-        return [(Real(self.f, a, LANES), Real(self.f, b, LANES)) for a, b in (one, two)]
-
-    def integrate(
-        self, k: int | Integer, rate: Callable[[Integer, int], Real], span: Span | None = None
-    ) -> None:
-        """The next coefficients of velocities and coordinates, all or some, from coefficients k of the
-        accelerations: ``rate`` gives those of so many rows."""
-        f, degrees, reciprocals = self.f, self.degrees, self.reciprocals(k)
-        following, beyond = (k + 1) * self.width, (k + 2) * self.width
-
-        def write(i: Integer, lanes: int) -> None:
-            one, two = (tuple(first_of(f, x, lanes) for x in pair) for pair in reciprocals)
-            velocity = divided(f, rate(i, lanes), *one)
-            f.store_row(velocity, "%work", i + degrees + following)
-            f.store_row(divided(f, velocity, *two), "%work", i + beyond)
-
-        if span is not None:
-            in_vectors(f, span, write)
-            return
-        # from the last ones on: a whole vector of velocities goes beyond them, where the next coefficients of
-        # the first coordinates are
-        last = LANES * ((degrees - 1) // LANES)
-        with f.loop(0, degrees, LANES, tested=False) as j:
-            write(f.count(last) - j, LANES)
+        one, rest = (self.emitter.everywhere(table, name, ahead) for table in ("@reciprocals", "@rests"))
+        return Real(self.f, one, LANES), Real(self.f, rest, LANES)
 
     # what systems have of their own: here M is diagonal and constant
 
@@ -264,6 +254,13 @@ class SeriesJet:
         self.arrange(totals)
         return totals
 
+    def start(self) -> None:
+        """Coefficients 0."""
+        for shift, array in enumerate((self.system.q, self.system.v)):
+            place = self.at(array, 0)
+            with self.f.loop(0, self.degrees, tested=False) as i:
+                self.f.store(self.f.load("%state", i + shift * self.degrees), place, i)
+
     def begin(self) -> None:
         """What is done before order 0."""
 
@@ -271,10 +268,17 @@ class SeriesJet:
         self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
     ) -> None:
         """Coefficients k of the accelerations, all or some, from those of the forces."""
-        f = self.f
+        f, inverse = self.f, self.reciprocal(k, 1)
         self.emitter.repeated = self.degrees // LANES + 1
         given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
-        self.integrate(k, lambda i, lanes: quotient(f, *(f.load_row(one, i, lanes) for one in given)), span)
+        velocities = self.at(self.system.v, k + 1)
+
+        def write(i: Integer, lanes: int) -> None:
+            rate = quotient(f, *(f.load_row(one, i, lanes) for one in given))
+            parts = (one if lanes == LANES else f.lane(one, 0) for one in inverse)
+            f.store_row(divided(f, rate, *parts), velocities, i)
+
+        in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
 
     def regular(self) -> Bit:
         """Whether the masses are."""
@@ -295,13 +299,3 @@ def quotient(f: Function, a: Real, b: Real, inverse: Real) -> Real:
     """a / b, given 1/b as it is rounded: correctly rounded but in rare cases."""
     rough = a * inverse
     return f.fused(f.fused(-rough, b, a), inverse, rough)
-
-
-def first_of(f: Function, value: Real, lanes: int) -> Real:
-    """A number that every lane has, in so many."""
-    return value if lanes == value.lanes else f.lane(value, 0)
-
-
-def divided(f: Function, a: Real, inverse: Real, rest: Real) -> Real:
-    """a / b, given 1/b in two parts."""
-    return f.fused(a, inverse, a * rest)

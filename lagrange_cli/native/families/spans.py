@@ -1,4 +1,4 @@
-"""Pieces of arrays and of loops, and code that works on them."""
+"""Pieces of arrays and of loops, and what is done with their numbers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer
+from lagrange_cli.native.llvm.vector import Integer, Real
 
 Span: TypeAlias = "tuple[Integer, Integer]"
 """From one to before the other."""
@@ -38,3 +38,8 @@ def in_vectors(f: Function, span: Span, write: Callable[[Integer, int], None]) -
         write(i, LANES)
     with f.loop(whole.get(), last) as i:
         write(i, 1)
+
+
+def divided(f: Function, a: Real, inverse: Real, rest: Real) -> Real:
+    """a / b, given 1/b in two parts."""
+    return f.fused(a, inverse, a * rest)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -103,27 +103,40 @@ class DoubleSteps(Steps):
         return self.guards.first(f, h, now.unit)
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
-        at, lengths = f.variable(index), self.lengths
+        at = f.variable(index)
         t, low, end = (f.splat(x, LANES) for x in (now.t, now.low, h))
         with f.forever() as rounds:
             dt = (f.load_row("%times", at.get(), LANES) - t) - low
             hits = (dt <= end).count()
             with f.when(hits.equals(0)):
                 rounds.leave()
-            with f.loop(0, lengths.rows, tested=False) as i:
-                row = lengths.single(f, i)
-                c = [f.splat(f.load(row, m * lengths.term), LANES) for m in range(1, lengths.order + 1)]
+
+            def take(i: Integer, series: Iterable[Real]) -> None:
+                c = [f.splat(one, LANES) for one in series]
                 rest = f.splat(f.load("%state", i + self.state.part(1).start), LANES)
                 value = f.splat(f.load("%state", i), LANES) + (polynomial(f, c, dt) * dt + rest)
                 f.store_row(value, "%out", i * Integer(f, "%stride") + at.get())
+
+            self.take_series(f, take)
             at.set(at.get() + hits)
             rounds.repeat(hits.equals(LANES))
         return at.get()
 
-    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
+    def take_series(self, f: Function, take: Callable[[Integer, Iterable[Real]], None]) -> None:
+        """``take`` the coefficients of each row, from the first on."""
+        lengths = self.lengths
+        with f.loop(0, lengths.rows, tested=False) as i:
+            row = lengths.single(f, i)
+            take(i, (f.load(row, m * lengths.term) for m in range(1, lengths.order + 1)))
+
+    def pass_time(self, f: Function, now: Now, h: Real) -> None:
+        """The time at the end of the step."""
         t, low = two_sum(now.t, now.low + h)
         f.store(t, "%state", self.state.at(Clock.TIME))
         f.store(low, "%state", self.state.at(Clock.TIME_LOW))
+
+    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
+        self.pass_time(f, now, h)
         nothing = self.bounds.nothing(f, h) if self.proof else None
         return moved(f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing)
 
