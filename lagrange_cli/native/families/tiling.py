@@ -30,7 +30,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 MANY = 2**17
 """Doubles that fit a processor's own cache: systems with fewer have no blocks."""
-BLOCK = 2**15
+BLOCK = 2**14
 """Doubles of a block: a quarter of that, as several orders of other members are in use."""
 STRIDES = 4
 """A block is as many strides at least: so many orders find the same members in the cache."""
@@ -90,7 +90,7 @@ def tiling_of(
 ) -> Tiling | None:
     """How the orders of these series, of ``degrees`` coordinates, are computed in blocks, if they are many
     and need neighbours only. ``moving`` are the arrays that change from order to order."""
-    doubles = sum(one.doubles for one in series) + 2 * degrees * order
+    doubles = sum(one.doubles for one in series) + degrees * order
     if doubles < MANY or not series:
         return None
     bounds = [extents(one, moving) for one in series]
