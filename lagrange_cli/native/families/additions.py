@@ -16,6 +16,7 @@ import numpy as np
 
 from lagrange_cli.families.arrays import Array, Term
 from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 
@@ -68,6 +69,7 @@ class Additions:
         self.bases = bases
         self.sums = {key: self.f.variable(zero) for key in self.terms if self.strides[key[1]] == 0}
         self.waiting = {key: self.f.variable(zero) for key in self.behind}
+        self.carried: list[Variable[Real]] = [*self.sums.values(), *self.waiting.values()]
         self.beside = {
             key: (bases[key[1]] - bases[leader[1]]).equals(distance)
             for key, (leader, distance) in self.behind.items()
@@ -97,6 +99,16 @@ class Additions:
                 self.put(value, key, self.bases[key[1]] + j)
             else:
                 self.scatter(value, self.where(key[0]), looked_up(key[1], j))
+
+    def resume(self, place: Pointer) -> None:
+        """Go on in a row where ``pause`` left it."""
+        for i, one in enumerate(self.carried):
+            one.set(self.f.load_row(place, i * LANES, LANES))
+
+    def pause(self, place: Pointer) -> None:
+        """Leave a row before its end: what is in registers."""
+        for i, one in enumerate(self.carried):
+            self.f.store_row(one.get(), place, i * LANES)
 
     def end(self, length: Integer) -> None:
         """The rest of a row of so many members."""

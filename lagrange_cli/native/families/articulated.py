@@ -10,10 +10,11 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Slots, Term, Total
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
-from lagrange_cli.native.families.jets import SeriesJet, divided, regular
+from lagrange_cli.native.families.jets import SeriesJet, regular
 from lagrange_cli.native.families.kinds import Kind, Local
 from lagrange_cli.native.families.loops import Loop, needed
 from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.families.spans import Span, divided
 from lagrange_cli.native.families.stage import MemberStage, SeriesWriter
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.interface import LANES
@@ -71,7 +72,7 @@ def series_of(kind: Kind, slots: Slots, time: Node, order: int, alone: frozenset
         else local.terms
     )
     loop = Loop(local.domain, terms, slots, alone)
-    return JointSeries(loop, slots, moving, time, order, local)
+    return JointSeries(loop, slots, moving, time, order, local=local)
 
 
 class JointWriter(SeriesWriter):
@@ -137,10 +138,23 @@ class JointStage(MemberStage):
 class ArticulatedJet(SeriesJet):
     """The jet of a system of joints."""
 
+    local = False
+    many = 2**18
+    """Their code is longer."""
+
     def __init__(self, balance: Balance, *given: Any) -> None:
         super().__init__(*given)
         self.balance = balance
         self.good: list[Bit] = []
+
+    def of_state(self) -> dict[Array, tuple[int, int]]:
+        """Coefficient m of the state's row i is at ``m * width + i``."""
+        self.take(room(self.width * (self.order + 1) + self.degrees))
+        return {self.system.q: (0, self.width), self.system.v: (self.degrees, self.width)}
+
+    def start(self) -> None:
+        super().start()
+        self.copied(self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
 
     def prepared(self) -> Sequence[Total]:
         balance, fixed = self.balance, self.lasting.fixed
@@ -210,7 +224,9 @@ class ArticulatedJet(SeriesJet):
             writer.correcting = correcting
             writer.write()
 
-    def accelerate(self, evaluation: Evaluation, k: int | Integer, phase: int | None) -> None:
+    def accelerate(
+        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+    ) -> None:
         balance, first = self.balance, isinstance(k, int) and k == 0
         given = [*balance.local, *(balance.slopes if first else ())]
         evaluation.clear(added(self.moving(given), [series.loop for series, _ in self.joints]))
@@ -242,9 +258,17 @@ class ArticulatedJet(SeriesJet):
 
     def advance(self, evaluation: Evaluation, k: int | Integer) -> None:
         """The newest coefficients of coordinates, and of nodes that forces depend on."""
-        f, (one, two) = self.f, self.reciprocals(k)
+        f, one, two = self.f, self.reciprocal(k, 1), self.reciprocal(k, 2)
         found = evaluation.where(self.balance.rates)
-        self.integrate(k, lambda i: f.load_row(found, i, LANES))
+        following, beyond = (k + 1) * self.width, (k + 2) * self.width
+        # from the last ones on: a whole vector of velocities goes beyond them, where the next coefficients of
+        # the first coordinates are
+        last = LANES * ((self.degrees - 1) // LANES)
+        with f.loop(0, self.degrees, LANES, tested=False) as j:
+            i = f.count(last) - j
+            velocity = divided(f, f.load_row(found, i, LANES), *one)
+            f.store_row(velocity, "%work", i + self.degrees + following)
+            f.store_row(divided(f, velocity, *two), "%work", i + beyond)
         for c, place, rate_of in self.followed:
             source = evaluation.where(self.balance.accelerations[c])
             with f.loop(0, self.balance.count, LANES, tested=False) as i:

@@ -17,6 +17,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Term, Total, Tree
 from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.loops import Loop, loops
+from lagrange_cli.native.families.spans import Span, behind, divided, in_vectors, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -50,6 +51,8 @@ class Evaluation:
     known: Mapping[Node, str]
     """Operands of symbols that are no slots, in every lane: t."""
     emitter: LaneEmitter = field(default_factory=LaneEmitter)
+    scales: Mapping[Array, tuple[Real, Real]] = field(default_factory=dict)
+    """What numbers of arrays are multiplied by, in two parts."""
 
     def __post_init__(self) -> None:
         self.emitter.lines = self.f.sink
@@ -80,6 +83,11 @@ class Evaluation:
             with self.f.loop(0, room(total.count), LANES, tested=False) as i:
                 self.f.store_row(self.f.zero(LANES), base, i)
 
+    def clear_between(self, total: Array, span: Span) -> None:
+        """The same for some of them."""
+        base = self.where(total)
+        in_vectors(self.f, span, lambda i, lanes: self.f.store_row(self.f.zero(lanes), base, i))
+
 
 def added(totals: Iterable[Array], listed: Iterable[Loop | Chain]) -> list[Array]:
     """Those to which terms are added, and which have to be 0 before."""
@@ -102,6 +110,15 @@ def climb(f: Function, tables: Tables, tree: Tree, *, back: bool) -> Iterator[tu
         yield member, parent, parent < count
 
 
+@dataclass(frozen=True)
+class Piece:
+    """Some blocks of eight members of a loop. What is in registers waits at ``registers`` where a row goes on
+    in another piece."""
+
+    blocks: Span
+    registers: Pointer
+
+
 class Writer:
     """The code of one loop."""
 
@@ -109,16 +126,29 @@ class Writer:
         self.evaluation, self.f, self.loop = evaluation, evaluation.f, loop
         self.used, self.rows = loop.used, loop.rows
         self.listed, self.number = loop.numbered
+        self.piece: Piece | None = None
         evaluation.emitter.repeated = int(np.sum(-(-self.rows.lengths // LANES)))
 
-    def write(self) -> None:
-        """All rows."""
+    def write(self, piece: Piece | None = None) -> None:
+        """All rows, or a piece."""
+        if piece is None:
+            self.write_rows(0, len(self.rows.starts))
+            return
+        first, last = piece.blocks
+        with self.f.when(first < last):
+            counts = np.diff(self.rows.blocks)
+            row_of = np.repeat(np.arange(len(counts)), counts)
+            self.piece = piece
+            self.write_rows(self.listed_at(row_of, first), self.listed_at(row_of, last - 1) + 1)
+
+    def write_rows(self, first: Integer | int, last: Integer | int) -> None:
+        """The rows from ``first`` to before ``last``."""
         rows, self.first = self.rows, self.f.count(0)
         if len(rows.starts) == 1:
             bases = [self.f.count(int(table[0])) for table in self.listed]
             self.row(bases, self.f.count(int(rows.lengths[0])), self.f.count(0))
             return
-        with self.f.loop(0, len(rows.starts), tested=False) as r:
+        with self.f.loop(first, last, tested=False) as r:
             length = self.listed_at(rows.lengths, r)
             if None in rows.strides:
                 self.first = self.listed_at(rows.starts, r)
@@ -141,14 +171,26 @@ class Writer:
         fixed: dict[Node, str] = {}
         for (symbol, slot), i in zip(self.used.items(), self.number):
             if strides[i] == 0:
-                one = f.load(self.evaluation.where(slot.array), bases[i])
-                fixed[symbol] = f.splat(one, LANES).name
+                one = f.splat(f.load(self.evaluation.where(slot.array), bases[i]), LANES)
+                fixed[symbol] = self.scaled(slot.array, one).name
         added = Additions(f, self.loop, self.terms, self.evaluation.where)
         added.begin(bases)
         self.enter(r)
-        with f.loop(0, length, LANES, tested=False) as j:
+        if self.piece is None:
+            with f.loop(0, length, LANES, tested=False) as j:
+                self.eight(bases, length, j, fixed, added)
+            added.end(length)
+            return
+        before = f.count(0) if len(self.rows.starts) == 1 else self.listed_at(self.rows.blocks[:-1], r)
+        start, end = (behind(f, one, before) * LANES for one in self.piece.blocks)
+        with f.when(start > 0):
+            added.resume(self.piece.registers)
+        with f.loop(start, smaller(f, end, length), LANES, tested=False) as j:
             self.eight(bases, length, j, fixed, added)
-        added.end(length)
+        with f.when(end >= length):
+            added.end(length)
+        with f.otherwise():
+            added.pause(self.piece.registers)
 
     def eight(
         self,
@@ -166,11 +208,17 @@ class Writer:
         for (symbol, slot), i in zip(self.used.items(), self.number):
             base = evaluation.where(slot.array)
             if strides[i] == 1:
-                known[symbol] = f.load_row(base, bases[i] + j, LANES).name
+                known[symbol] = self.scaled(slot.array, f.load_row(base, bases[i] + j, LANES)).name
             elif strides[i] is None:
-                known[symbol] = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
+                found = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
+                known[symbol] = self.scaled(slot.array, Real(f, found, LANES)).name
         values = [Real(f, evaluation.emitter.written(one), LANES) for one in self.values(known, j)]
         added.add(values, inside, j, self.looked_up)
+
+    def scaled(self, array: Array, value: Real) -> Real:
+        """Numbers of an array, as the evaluation multiplies them."""
+        scale = self.evaluation.scales.get(array)
+        return value if scale is None else divided(self.f, value, *scale)
 
     @property
     def terms(self) -> Sequence[tuple[Term, Array]]:

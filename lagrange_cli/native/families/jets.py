@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.limits import way_out, whole
-from lagrange_cli.native.families.evaluation import Evaluation, added, room
+from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import loops, needed
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
+from lagrange_cli.native.families.spans import Span, divided, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
+from lagrange_cli.native.families.tiling import Tiling, tiling_of
+from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -20,13 +23,13 @@ from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.convolution import AHEAD
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.state import StateLayout
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
-BEGUN, MANY = 7, 2**18
-"""From this stage on, dot products are begun for several orders together, where coefficients are so many that
-they do not fit a processor's own memory. (The code is twice as long.)"""
+BEGUN = 7
+"""From this stage on, dot products are begun for several orders together, where coefficients are many. (The
+code is twice as long.)"""
 HEAD = "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
 
 
@@ -39,9 +42,20 @@ class Jet:
     operations: int
 
 
+def velocity_planes(degrees: int) -> tuple[int, int]:
+    """Where coefficient 0 of the velocities is, and how far it is from one to the next. Vectors may begin
+    before them or end behind them: zeros are between coefficients."""
+    return LANES, LANES * (-(-degrees // LANES) + 1)
+
+
 class SeriesJet:
-    """The jet with series: coefficient m of the state's row i is at ``m * width + i``. ``places`` has where
-    what lasts is, from the beginning of scratch in ``%constants`` on."""
+    """The jet with series of the velocities, at ``velocity_planes``. ``places`` has where what lasts is, from
+    the beginning of scratch in ``%constants`` on."""
+
+    local = True
+    """Whether an order takes nothing but loops and ``accelerate``."""
+    many = 2**16
+    """Coefficients from which on the second copy of the code pays."""
 
     def __init__(
         self,
@@ -56,16 +70,16 @@ class SeriesJet:
         self.slots: Slots = system.slots
         self.f, self.emitter = Function(HEAD), LaneEmitter()
         self.width, self.degrees = layout.width, system.q.count
-        self.work = room(self.width * (order + 1) + self.degrees)
+        self.work = 0
         base = self.f.place("%constants", self.f.load_integer("@scratch"), "double")
         self.places = {array: self.f.place(base, at, "double") for array, at in places.items()}
         self.time = self.f.splat(Real(self.f, "%t", 1), LANES).name
-        self.planes: dict[Array, tuple[int, int]] = {
-            system.q: (0, self.width),
-            system.v: (self.degrees, self.width),
-        }
+        self.planes: dict[Array, tuple[int, int]] = self.of_state()
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
+        self.tiling: Tiling | None = None
+        self.waiting: list[int] = []
+        """Where the registers of each loop wait between blocks, for each order."""
 
     def take(self, doubles: int) -> int:
         """So many further ones of ``%work``."""
@@ -73,17 +87,30 @@ class SeriesJet:
         return self.work - doubles
 
     def at(self, array: Array, k: int | Integer) -> Pointer:
-        """Where coefficient k of an array is."""
+        """Where coefficient k of an array is, or what it follows from (``scales``)."""
         if array not in self.planes:
             return self.places[array]
+        if self.local and array is self.system.q and not (isinstance(k, int) and k == 0):
+            array, k = self.system.v, k - 1
         first, step = self.planes[array]
         return self.f.place("%work", k * step + first, "double")
+
+    def scales(self, k: int | Integer) -> dict[Array, tuple[Real, Real]]:
+        """What numbers of these arrays are multiplied by: q[k] = v[k - 1] / k."""
+        first = isinstance(k, int) and k <= 1
+        return {self.system.q: self.reciprocal(k, 0)} if self.local and not first else {}
+
+    def of_state(self) -> dict[Array, tuple[int, int]]:
+        """The places of q and v."""
+        first, step = velocity_planes(self.degrees)
+        self.take(step * (self.order + 1) + LANES)
+        return {self.system.q: (self.take(room(self.degrees)), 0), self.system.v: (first, step)}
 
     def evaluation(self, k: int | Integer) -> Evaluation:
         """What computes totals of order k."""
         return Evaluation(
             self.f, self.slots, lambda array: self.at(array, k), self.tables,
-            {self.system.time: self.time}, self.emitter,
+            {self.system.time: self.time}, self.emitter, self.scales(k),
         )  # fmt: skip
 
     def arrange(self, totals: Sequence[Total]) -> None:
@@ -93,12 +120,23 @@ class SeriesJet:
         moving = self.system.time.symbols
         for symbol, slot in self.slots.of.items():
             moving |= symbol.symbols if slot.array in self.planes else 0
-        for one in loops(totals, self.slots):
+        listed = [
+            one
+            if isinstance(one, Chain)
+            else LoopSeries(one, self.slots, moving, self.system.time, self.order)
+            for one in loops(totals, self.slots)
+        ]
+        found = [one for one in listed if not isinstance(one, Chain)]
+        if self.local and len(found) == len(listed):
+            self.tiling = tiling_of(found, self.planes, self.degrees, self.order)
+        for i, one in enumerate(listed):
             if isinstance(one, Chain):
                 self.loops.append(one)
                 continue
-            series = LoopSeries(one, self.slots, moving, self.system.time, self.order)
-            self.loops.append((series, self.take(series.doubles)))
+            if self.tiling is not None:
+                one = replace(one, kept=self.tiling.kept(i))
+                self.waiting.append(self.take(LANES * len(one.loop.terms) * self.order))
+            self.loops.append((one, self.take(one.doubles)))
 
     @property
     def series(self) -> list[tuple[LoopSeries, int]]:
@@ -118,48 +156,57 @@ class SeriesJet:
         f, degrees, order = self.f, self.degrees, self.order
         self.totals = self.prepared()
         self.bounded()
-        with f.loop(0, 2 * degrees, tested=False) as i:
-            f.store(f.load("%state", i), "%work", i)
-        with f.loop(0, degrees, tested=False) as i:
-            f.store(f.load("%state", i + degrees), "%work", i + self.width)
+        self.start()
         self.begin()
-        operations = self.emitter.operations + self.stages()
+        operations = self.emitter.operations
+        if self.tiling is None:
+            operations += self.stages()
+        else:
+            with f.loop(0, self.tiling.rounds + self.tiling.ring, tested=False) as turn:
+                operations += self.stages(Windows(f, self.tables, self.tiling, turn))
+        last = self.at(self.system.v, order)
         with f.loop(0, degrees, tested=False) as i:
-            f.store(f.constant(0.0), "%work", i + degrees + order * self.width)
+            f.store(f.constant(0.0), last, i)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 
-    def stages(self) -> int:
+    def stages(self, windows: Windows | None = None) -> int:
         """All orders: the first ones by themselves, then a loop, and one in which dot products are begun for
         several orders together. The operations of all of them."""
         f, end = self.f, self.order - 1
         first = min(max((one.unrolled for one, _ in self.series), default=1), end)
-        many = sum(one.doubles for one, _ in self.series) >= MANY
+        many = sum(one.doubles for one, _ in self.series) >= self.many
         rounds = max(0, end - max(first, BEGUN)) // AHEAD if many else 0
         begun = end - rounds * AHEAD
-        operations = sum(self.counted(k) for k in range(first))
+        operations = sum(self.counted(k, None, windows) for k in range(first))
         if first < begun:
             with f.loop(first, begun, tested=False) as counter:
-                operations += (begun - first) * self.counted(counter)
+                operations += (begun - first) * self.counted(counter, None, windows)
         if rounds:
             with f.loop(begun, end, AHEAD, tested=False) as counter:
-                for series, place in self.series:
-                    begin_sums(f, series, counter, place)
                 for phase in range(AHEAD):
-                    operations += rounds * self.counted(counter + phase, phase)
+                    operations += rounds * self.counted(counter + phase, phase, windows)
         return operations
 
-    def counted(self, k: int | Integer, phase: int | None = None) -> int:
+    def counted(self, k: int | Integer, phase: int | None, windows: Windows | None) -> int:
         """The operations of stage k, which is written."""
         before = self.emitter.operations
-        self.stage(k, phase)
+        self.stage(k, phase, windows)
         return self.emitter.operations - before
 
-    def stage(self, k: int | Integer, phase: int | None) -> None:
-        """All of order k; ``phase``: how many stages there were since sums were begun, if they were."""
+    def stage(self, k: int | Integer, phase: int | None, windows: Windows | None) -> None:
+        """All of order k, or what a round has of it; ``phase``: how many stages there were since sums were
+        begun, if they were."""
         evaluation = self.evaluation(k)
         listed = [one if isinstance(one, Chain) else one[0].loop for one in self.loops]
-        evaluation.clear(added(self.totals, listed))
+        totals = added(self.totals, listed)
+        if windows is not None:
+            self.stage_between(evaluation, k, phase, windows, totals)
+            return
+        if phase == 0 and isinstance(k, Integer):
+            for series, place in self.series:
+                begin_sums(self.f, series, k, place, 0, int(series.blocks[-1]))
+        evaluation.clear(totals)
         for one in self.loops:
             if isinstance(one, Chain):
                 evaluation.add_up(one)
@@ -167,26 +214,36 @@ class SeriesJet:
                 SeriesWriter(evaluation, *one, k, phase).write()
         self.accelerate(evaluation, k, phase)
 
-    def reciprocals(self, k: int | Integer) -> list[tuple[Real, Real]]:
-        """1/(k + 1) and 1/(k + 2), each in two parts."""
-        name = str(k) if isinstance(k, int) else k.name
-        tables = "@reciprocals", "@rests"
-        one, two = ([self.emitter.everywhere(table, name, ahead) for table in tables] for ahead in (1, 2))
-        return [(Real(self.f, a, LANES), Real(self.f, b, LANES)) for a, b in (one, two)]
+    def stage_between(
+        self,
+        evaluation: Evaluation,
+        k: int | Integer,
+        phase: int | None,
+        windows: Windows,
+        totals: Sequence[Array],
+    ) -> None:
+        """What a round has of order k."""
+        with windows.parts() as part:
+            span = windows.units(k, 0, part)
+            for total in totals:
+                evaluation.clear_between(total, windows.positions(span, room(total.count)))
+        for i, ((series, place), waiting) in enumerate(zip(self.series, self.waiting)):
+            size = LANES * len(series.loop.terms)
+            with windows.parts() as part:
+                blocks = windows.blocks(i, k, part)
+                if phase == 0 and isinstance(k, Integer):
+                    begin_sums(self.f, series, k, place, *windows.blocks(i, k, part, AHEAD - 1))
+                registers = self.f.place("%work", k * size + waiting, "double")
+                SeriesWriter(evaluation, series, place, k, phase).write(Piece(blocks, registers))
+        with windows.parts() as part:
+            span = windows.units(k, windows.tiling.stride, part)
+            self.accelerate(evaluation, k, phase, windows.positions(span, self.degrees))
 
-    def integrate(self, k: int | Integer, rate: Callable[[Integer], Real]) -> None:
-        """The next coefficients of velocities and coordinates, from coefficients k of the accelerations:
-        ``rate`` gives those of eight rows."""
-        f, degrees, (one, two) = self.f, self.degrees, self.reciprocals(k)
-        following, beyond = (k + 1) * self.width, (k + 2) * self.width
-        # from the last ones on: a whole vector of velocities goes beyond them, where the next coefficients of
-        # the first coordinates are
-        last = LANES * ((degrees - 1) // LANES)
-        with f.loop(0, degrees, LANES, tested=False) as j:
-            i = f.count(last) - j
-            velocity = divided(f, rate(i), *one)
-            f.store_row(velocity, "%work", i + degrees + following)
-            f.store_row(divided(f, velocity, *two), "%work", i + beyond)
+    def reciprocal(self, k: int | Integer, ahead: int) -> tuple[Real, Real]:
+        """1/(k + ahead) in two parts."""
+        name = str(k) if isinstance(k, int) else k.name
+        one, rest = (self.emitter.everywhere(table, name, ahead) for table in ("@reciprocals", "@rests"))
+        return Real(self.f, one, LANES), Real(self.f, rest, LANES)
 
     # what systems have of their own: here M is diagonal and constant
 
@@ -197,15 +254,31 @@ class SeriesJet:
         self.arrange(totals)
         return totals
 
+    def start(self) -> None:
+        """Coefficients 0."""
+        for shift, array in enumerate((self.system.q, self.system.v)):
+            place = self.at(array, 0)
+            with self.f.loop(0, self.degrees, tested=False) as i:
+                self.f.store(self.f.load("%state", i + shift * self.degrees), place, i)
+
     def begin(self) -> None:
         """What is done before order 0."""
 
-    def accelerate(self, evaluation: Evaluation, k: int | Integer, phase: int | None) -> None:
-        """Coefficients k of the accelerations, from those of the forces."""
-        f = self.f
+    def accelerate(
+        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+    ) -> None:
+        """Coefficients k of the accelerations, all or some, from those of the forces."""
+        f, inverse = self.f, self.reciprocal(k, 1)
         self.emitter.repeated = self.degrees // LANES + 1
         given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
-        self.integrate(k, lambda i: quotient(f, *(f.load_row(one, i, LANES) for one in given)))
+        velocities = self.at(self.system.v, k + 1)
+
+        def write(i: Integer, lanes: int) -> None:
+            rate = quotient(f, *(f.load_row(one, i, lanes) for one in given))
+            parts = (one if lanes == LANES else f.lane(one, 0) for one in inverse)
+            f.store_row(divided(f, rate, *parts), velocities, i)
+
+        in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
 
     def regular(self) -> Bit:
         """Whether the masses are."""
@@ -226,8 +299,3 @@ def quotient(f: Function, a: Real, b: Real, inverse: Real) -> Real:
     """a / b, given 1/b as it is rounded: correctly rounded but in rare cases."""
     rough = a * inverse
     return f.fused(f.fused(-rough, b, a), inverse, rough)
-
-
-def divided(f: Function, a: Real, inverse: Real, rest: Real) -> Real:
-    """a / b, given 1/b in two parts."""
-    return f.fused(a, inverse, a * rest)

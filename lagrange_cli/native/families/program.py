@@ -18,9 +18,10 @@ from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
-from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular
+from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.native.llvm.function import Function
@@ -29,16 +30,14 @@ from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.recurrences.batches.convolution import dot_products
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.advance import advance
-from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
+from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
-from lagrange_cli.native.stepping.steps import STRAIGHT
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
 from lagrange_cli.spec.content import names_of
@@ -53,15 +52,6 @@ def write_family_program(
     """The program of ``system`` with q's series to ``order``; one of ``RATES`` gives the accelerations alone,
     with the steps of a ``scheme`` on these."""
     return _Writer(system, observed, tolerance, order, scheme).program()
-
-
-class FamilySteps(DoubleSteps):
-    """What steps are made of where coefficients of all rows are side by side."""
-
-    def straighten(self, f: Function) -> None:
-        first, last = STRAIGHT * self.lengths.term, (self.lengths.order + 1) * self.lengths.term
-        with f.loop(first, last, LANES, tested=False) as i:
-            f.store_row(f.zero(LANES), "%work", i)
 
 
 @dataclass(frozen=True)
@@ -136,7 +126,7 @@ class _Writer:
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
             guards=(), limits=(), events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(),
-            series_at=(0, 1, self.layout.width) if self.order > RATES else (0, 0, 0), carried=0,
+            series_at=(0, 0, 0), carried=0,
         )  # fmt: skip
         if self.scheme:
             interface = replace(interface, carried=scheme.carried(interface.inner))
@@ -149,6 +139,9 @@ class _Writer:
         lengths = Lengths(
             self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width, floor=floor
         )
+        if self.order > RATES and self.balance is None:
+            first, term = velocity_planes(self.degrees)
+            lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
         given = Given(
             interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady,
             floors=floors,
@@ -157,9 +150,10 @@ class _Writer:
             work, steps = on_rates(scheme, lengths, given)
             parts.append(steps)
         elif self.order > RATES:
-            parts.append(advance(FamilySteps(lengths, given)))
+            kind = VelocitySteps if lengths.followers else FamilySteps
+            parts.append(advance(kind(lengths, given)))
         if self.order > RATES or self.balance is not None:
-            parts += [*numbers("", self.order + 4), rests(self.order + 4), *dot_products()]
+            parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         parts.append(accelerate(lengths))
         observe, counted = self.observe()
         parts += [observe, self.prepare()]

@@ -7,6 +7,7 @@ to be looked up: in a sum over pairs of bodies one index stays and the other one
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +32,12 @@ class Rows:
     starts: Places
     lengths: Places
     strides: tuple[int | None, ...]
+
+    @cached_property
+    def blocks(self) -> Places:
+        """The first block of eight members of each row, and the number of all."""
+        blocks: Places = np.concatenate([[0], np.cumsum(-(-self.lengths // LANES))])
+        return blocks
 
 
 def rows_of(tables: Sequence[Places], count: int) -> Rows:

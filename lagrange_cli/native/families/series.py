@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Slots
@@ -18,11 +16,14 @@ from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.recurrences.batches.convolution import AHEAD
+from lagrange_cli.native.recurrences.batches.convolution import AHEAD, begin_dots
 from lagrange_cli.native.recurrences.batches.layout import BEFORE
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
 from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,9 @@ class LoopSeries:
     moving: int
     time: Node
     order: int
+    kept: tuple[int, int] | None = None
+    """The blocks whose coefficients are kept, if not all are: the first ones, and a power of 2 that is in use
+    at a time."""
 
     @cached_property
     def program(self) -> SeriesProgram:
@@ -96,16 +100,23 @@ class LoopSeries:
         """Vectors of a series."""
         return BEFORE + self.order + 1
 
-    @cached_property
-    def blocks(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+    @property
+    def blocks(self) -> Places:
         """The first block of each row, and their number."""
-        counts = -(-self.loop.rows.lengths // LANES)
-        return np.concatenate([[0], np.cumsum(counts)])
+        return self.loop.rows.blocks
 
     @property
     def doubles(self) -> int:
         """What all coefficients take."""
-        return self.size * int(self.blocks[-1])
+        return self.size * (sum(self.kept) if self.kept else int(self.blocks[-1]))
+
+    def place(self, f: Function, block: Integer) -> Integer:
+        """Where the coefficients of a block begin."""
+        if self.kept:
+            first, others = self.kept
+            turning = ((block - first) & (others - 1)) + first
+            block = f.select(block < first, block, turning) if first else turning
+        return block * self.size
 
     @property
     def convolutions(self) -> int:
@@ -113,12 +124,15 @@ class LoopSeries:
         return self.program.convolutions * self.loop.domain.count
 
 
-def begin_sums(f: Function, series: LoopSeries, k: Integer, at: int) -> None:
-    """Begin the dot products of the stages from ``k`` on, ``AHEAD`` of them, with what is known before."""
+def begin_sums(
+    f: Function, series: LoopSeries, k: Integer, at: int, first: Integer | int, last: Integer | int
+) -> None:
+    """Begin the dot products of some blocks in the stages from ``k`` on, ``AHEAD`` of them, with what is
+    known before."""
     if not series.begun:
         return
-    with f.loop(0, int(series.blocks[-1]), tested=False) as i:
-        block = f.place("%work", i * series.size + (at + LANES * BEFORE), "double")
+    with f.loop(first, last) as i:
+        block = f.place("%work", series.place(f, i) + (at + LANES * BEFORE), "double")
         for index, place in series.begun.items():
             first, last = series.known(index)
             a, b = (
@@ -126,4 +140,4 @@ def begin_sums(f: Function, series: LoopSeries, k: Integer, at: int) -> None:
                 for part in series.program.series[index].arguments
             )
             ahead, out = series.program.series[index].level, f.place(block, series.sums + place, "double")
-            f.call(None, "dots", a, b, f.count(first), k + last, k + ahead, out)
+            begin_dots(f, a, b, first, k + last, k + ahead, out)

@@ -44,8 +44,8 @@ class SeriesWriter(Writer):
     def block_at(self, j: Integer) -> Pointer:
         """Where the coefficients of eight members begin."""
         assert self.block is not None
-        place = (self.block + j.operation("lshr", 3)) * self.series.size + (self.at + LANES * BEFORE)
-        return self.f.place("%work", place, "double")
+        place = self.series.place(self.f, self.block + j.operation("lshr", 3))
+        return self.f.place("%work", place + (self.at + LANES * BEFORE), "double")
 
 
 class _First(dict[int, "Value"]):

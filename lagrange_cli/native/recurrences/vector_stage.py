@@ -5,9 +5,11 @@ Coefficients of a series follow one another as vectors, from ``pointer`` on.
 
 from __future__ import annotations
 
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
 from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
+from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.batches.convolution import dot, power_dots, square_dot
 from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
 from lagrange_cli.series.program import Op, Series, reciprocal
 
@@ -15,6 +17,7 @@ from lagrange_cli.series.program import Op, Series, reciprocal
 class VectorStage(Stage[str]):
     """Stage ``k``, a number or that of a loop, of eight members."""
 
+    f: Function
     k: int | Integer
     emitter: LaneEmitter
     _dots: dict[int, list[Operand]]
@@ -52,21 +55,17 @@ class VectorStage(Stage[str]):
         if isinstance(self.k, int) and self.k + ahead < 2:
             return None, []
         if index not in self._dots:
-            one = self.expansion.program.series[index]
-            n = str(self.k + ahead) if isinstance(self.k, int) else (self.k + ahead).name
-            places = [f"ptr {self.pointer(part).name}" for part in ((a,) if a == b else (a, b))]
-            self._dots[index] = self._summed(one, ", ".join([*places, f"i64 {n}"]))
+            self._dots[index] = self._summed(self.expansion.program.series[index], a, b, self.k + ahead)
         return self._dots[index][weighted], []
 
-    def _summed(self, one: Series, given: str) -> list[Operand]:
+    def _summed(self, one: Series, a: int, b: int, n: int | Integer) -> list[Operand]:
         """The dot product of a series, and for a power the weighted one, too."""
-        define = self.emitter.define
+        if a == b:
+            return [square_dot(self.f, self.pointer(a), n).name]
+        places = self.pointer(a), self.pointer(b)
         if one.op is Op.POWER and not reciprocal(one.data):
-            both = f"{{ {VECTOR}, {VECTOR} }}"
-            made = define(f"call {both} @power_dots({given})")
-            return [define(f"extractvalue {both} {made}, {i}") for i in (0, 1)]
-        name = "square_dot" if len(set(one.arguments)) < len(one.arguments) else "dot"
-        return [define(f"call {VECTOR} @{name}({given})")]
+            return [sum.name for sum in power_dots(self.f, *places, n)]
+        return [dot(self.f, *places, n).name]
 
 
 def rests(size: int) -> str:

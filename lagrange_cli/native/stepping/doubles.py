@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -10,13 +10,16 @@ from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout import Layout
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
-from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import AT_REST, Given, Steps
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, Pair
+
+MANY = 64
+"""From so many coordinates on, those that stand beside no velocity have a loop of their own."""
 
 
 def lengths_of(layout: Layout, degrees: int) -> Lengths:
@@ -100,27 +103,40 @@ class DoubleSteps(Steps):
         return self.guards.first(f, h, now.unit)
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
-        at, lengths = f.variable(index), self.lengths
+        at = f.variable(index)
         t, low, end = (f.splat(x, LANES) for x in (now.t, now.low, h))
         with f.forever() as rounds:
             dt = (f.load_row("%times", at.get(), LANES) - t) - low
             hits = (dt <= end).count()
             with f.when(hits.equals(0)):
                 rounds.leave()
-            with f.loop(0, lengths.rows, tested=False) as i:
-                row = lengths.single(f, i)
-                c = [f.splat(f.load(row, m * lengths.term), LANES) for m in range(1, lengths.order + 1)]
+
+            def take(i: Integer, series: Iterable[Real]) -> None:
+                c = [f.splat(one, LANES) for one in series]
                 rest = f.splat(f.load("%state", i + self.state.part(1).start), LANES)
                 value = f.splat(f.load("%state", i), LANES) + (polynomial(f, c, dt) * dt + rest)
                 f.store_row(value, "%out", i * Integer(f, "%stride") + at.get())
+
+            self.take_series(f, take)
             at.set(at.get() + hits)
             rounds.repeat(hits.equals(LANES))
         return at.get()
 
-    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
+    def take_series(self, f: Function, take: Callable[[Integer, Iterable[Real]], None]) -> None:
+        """``take`` the coefficients of each row, from the first on."""
+        lengths = self.lengths
+        with f.loop(0, lengths.rows, tested=False) as i:
+            row = lengths.single(f, i)
+            take(i, (f.load(row, m * lengths.term) for m in range(1, lengths.order + 1)))
+
+    def pass_time(self, f: Function, now: Now, h: Real) -> None:
+        """The time at the end of the step."""
         t, low = two_sum(now.t, now.low + h)
         f.store(t, "%state", self.state.at(Clock.TIME))
         f.store(low, "%state", self.state.at(Clock.TIME_LOW))
+
+    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
+        self.pass_time(f, now, h)
         nothing = self.bounds.nothing(f, h) if self.proof else None
         return moved(f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing)
 
@@ -144,7 +160,9 @@ def moved(
     degrees, (rates, allowances) = lengths.degrees, expected
     h = lengths.wide(f, h)
     farthest = f.variable(f.zero(lengths.lanes))
-    with lengths.each(f) as row:
+
+    def move(row: Row, *, with_rates: bool = True) -> None:
+        """A vector of rows."""
         c, is_place = row.series().terms(1, lengths.order), row.among(0, degrees)
         change, rest = careful_sum(f, c, h, CHAINS if lengths.together > 1 else 1)
         old, lost = row.at("%state"), row.at("%state", low)
@@ -155,6 +173,8 @@ def moved(
         row.put(error if moving is None else f.select(moving, error, lost), "%state", low)
         lesser = f.smaller(f.magnitude(new), f.magnitude(old))
         farthest.set(f.larger(farthest.get(), row.only(is_place, lesser)))
+        if not with_rates:
+            return
         with row.if_velocities():
             if lengths.together == 1:  # read again: there are too many of them to be kept
                 c = row.series().terms(1, lengths.order)
@@ -162,4 +182,11 @@ def moved(
             most = allowed.of(f, lengths, f.magnitude(speed) + f.magnitude(c[0]), row.floored(lesser))
             row.put(speed, rates)
             row.put(most if nothing is None else most + lengths.wide(f, nothing), allowances)
+
+    apart = lengths.vector(degrees) if degrees >= MANY and not lengths.followed[1] else 0
+    if apart:
+        with lengths.each(f, 0, apart) as row:
+            move(row, with_rates=False)
+    with lengths.each(f, apart) as row:
+        move(row)
     return lengths.gather(f, "fmax", farthest.get())

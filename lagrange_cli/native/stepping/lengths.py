@@ -27,6 +27,7 @@ class Lengths:
     Steps are chosen by the velocities, or by the rows that are ``followed`` instead: the first of them, and
     how many they are. If they are ``apart``, nothing that other rows hold has a say, nor what is no number.
     If ``floor`` is not 0, no velocity is measured by less than what is at its row from there on in ``%work``.
+    If coordinates are ``followers``, they have no series of their own: it follows from the velocities'.
     """
 
     degrees: int
@@ -42,6 +43,7 @@ class Lengths:
     followed: tuple[int, int] = (0, 0)
     apart: bool = False
     floor: int = 0
+    followers: bool = False
 
     @property
     def leading(self) -> tuple[int, int]:
@@ -59,17 +61,27 @@ class Lengths:
         return self.lanes // self.together
 
     @contextmanager
-    def each(self, f: Function) -> Iterator[Row]:
-        """Rows of the state, one vector after another."""
-        last = self.width if self.together > 1 else self.rows
-        with f.loop(0, last, self.together, tested=False) as i:
+    def each(self, f: Function, first: int = 0, last: int = 0) -> Iterator[Row]:
+        """Rows of the state, one vector after another: all of them, or some."""
+        last = last or (self.width if self.together > 1 else self.rows)
+        with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
+
+    @contextmanager
+    def stored(self, f: Function) -> Iterator[Row]:
+        """The vectors of rows that have series of their own."""
+        with self.velocities(f) if self.followers else self.each(f) as row:
+            yield row
+
+    def vector(self, row: int) -> int:
+        """The first row of the vector that one is in."""
+        return row - row % self.together
 
     @contextmanager
     def velocities(self, f: Function) -> Iterator[Row]:
         """The vectors that hold velocities (``leading``), and others where there are several rows in each."""
         first, count = self.leading
-        first, last = (0, self.width) if self.together > 1 else (first, first + count)
+        first, last = (self.vector(first), self.width) if self.together > 1 else (first, first + count)
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
 
@@ -81,7 +93,7 @@ class Lengths:
     def single(self, f: Function, i: Integer) -> Pointer:
         """Where coefficient 0 of one row is."""
         if self.row == 1:
-            return f.place("%work", i)
+            return f.place("%work", i + self.first if self.first else i)
         lane = i & (self.lanes - 1)
         return f.place("%work", (i - lane) * self.row + lane + self.first, "double")
 

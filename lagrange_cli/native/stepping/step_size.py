@@ -172,7 +172,7 @@ class StepSize:
         end = f.variable(f.count(1))
         with f.section() as found, f.forever():
             total = f.variable(f.zero(lengths.lanes))
-            with lengths.each(f) as row:
+            with lengths.stored(f) as row:
                 one = f.magnitude(row.series()[end.get()])
                 counts = self.heard(row) if lengths.followed[1] else row.among(0, 2 * lengths.degrees)
                 total.set(total.get() + row.only(counts, one))
@@ -183,7 +183,7 @@ class StepSize:
                 found.leave()
         with f.when(end.get() <= STEPPING):
             f.give(f.constant(0.0))
-        with f.loop(end.get(), order + 1) as m, lengths.each(f) as row:
+        with f.loop(end.get(), order + 1) as m, lengths.stored(f) as row:
             row.series().put(f.zero(lengths.lanes), m)
         step = f.call(
             Real, f"{self.prefix}cautious_step", f.pointer("%state"), f.pointer("%work"), Real(f, "%h")

@@ -1,83 +1,82 @@
-"""Convolutions of series in batches, as functions of vectors: they are given the places of coefficients."""
+"""Convolutions of series in batches: coefficients of a series follow one another as vectors of eight members.
+
+They stand where they are needed. In a call, the caller's vectors would have to wait in memory: no register
+of eight doubles outlasts it (a lattice of 30 x 30 pendulums: a third of the time).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import VECTOR
 
 CHAINS = 4
 """Sums that a dot product is made of, so that its additions need not wait for each other."""
 AHEAD = 4
 """Orders of which dot products are begun together."""
+Products: TypeAlias = "Sequence[tuple[Real, Real]]"
 
 
-def dot_products() -> list[str]:
-    """The text of all of them."""
-    return [dot_product(), square_dot(), power_dots(), dot_products_ahead()]
+def coefficient(f: Function, series: Pointer, m: Integer | int) -> Real:
+    """The ``m``-th vector of a series."""
+    place = f.place(series, m, VECTOR)
+    return Real(f, f.define(f"load {VECTOR}, ptr {place.name}, align {8 * LANES}"), LANES)
 
 
-def dot_product() -> str:
-    """``@dot(a, b, n)``: sum_{m=1}^{n-1} a[m] b[n-m] of vectors."""
-    f = Function(f"define internal {VECTOR} @dot(ptr %a, ptr %b, i64 %n) #0", LANES)
-    n = Integer(f, "%n", 1)
-    sums = chained(f, n, lambda m: [(f.load("%a", m), f.load("%b", n - m))])
-    f.give(sums[0])
-    return f.text()
+def dot(f: Function, a: Pointer, b: Pointer, n: Integer | int) -> Real:
+    """sum_{m=1}^{n-1} a[m] b[n-m]."""
+    return chained(f, n, n, lambda m, rest: [(coefficient(f, a, m), coefficient(f, b, rest))])[0]
 
 
-def square_dot() -> str:
-    """``@square_dot(a, n)``: that of a series with itself, from half of the terms."""
-    f = Function(f"define internal {VECTOR} @square_dot(ptr %a, i64 %n) #0", LANES)
-    n = Integer(f, "%n", 1)
-    middle = (n + 1).operation("lshr", 1)
-    half, _ = chained(f, middle, lambda m: [(f.load("%a", m), f.load("%a", n - m))])
+def square_dot(f: Function, a: Pointer, n: Integer | int) -> Real:
+    """That of a series with itself, from half of the terms."""
+    middle = (n + 1) // 2 if isinstance(n, int) else (n + 1).operation("lshr", 1)
+    half = chained(f, n, middle, lambda m, rest: [(coefficient(f, a, m), coefficient(f, a, rest))])[0]
+    if isinstance(n, int):
+        one = coefficient(f, a, middle)
+        return half + half if n % 2 else f.fused(one, one, half + half)
     total = f.variable(half + half)
     with f.when(~n.odd()):
-        one = f.load("%a", middle)
+        one = coefficient(f, a, middle)
         total.set(f.fused(one, one, total.get()))
-    f.give(total.get())
-    return f.text()
+    return total.get()
 
 
-def power_dots() -> str:
-    """``@power_dots(a, b, n)``: sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m]."""
-    both = f"{{ {VECTOR}, {VECTOR} }}"
-    f = Function(f"define internal {both} @power_dots(ptr %a, ptr %b, i64 %n) #0", LANES)
-    n = Integer(f, "%n", 1)
+def power_dots(f: Function, a: Pointer, b: Pointer, n: Integer | int) -> list[Real]:
+    """sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m]."""
 
-    def terms(m: Integer) -> list[tuple[Real, Real]]:
-        a, b = f.load("%a", m), f.load("%b", n - m)
-        return [(a, b), (f.splat(m.to_real(), LANES) * a, b)]
+    def products(m: Integer | int, rest: Integer | int) -> Products:
+        one, other = coefficient(f, a, m), coefficient(f, b, rest)
+        number = f.constant(float(m)) if isinstance(m, int) else m.to_real()
+        return [(one, other), (f.splat(number, LANES) * one, other)]
 
-    f.give(*chained(f, n, terms))
-    return f.text()
+    return chained(f, n, n, products)
 
 
-def dot_products_ahead() -> str:
-    """``@dots(a, b, first, last, n, out)``: out[r] = sum_{m=first}^{last} a[m] b[n+r-m], ``AHEAD`` of them:
-    coefficients are loaded once for several orders."""
-    given = "ptr %a, ptr %b, i64 %first, i64 %last, i64 %n, ptr %out"
-    f = Function(f"define internal void @dots({given}) #0", LANES)
-    first, last, n = (Integer(f, f"%{name}", 1) for name in ("first", "last", "n"))
-    m, sums = f.variable(first), [f.variable(f.zero(LANES)) for _ in range(AHEAD)]
-    window = [f.variable(f.load("%b", n - first + r)) for r in range(1, AHEAD)]
+def begin_dots(
+    f: Function, a: Pointer, b: Pointer, first: int, last: Integer, n: Integer, out: Pointer
+) -> None:
+    """out[r] = sum_{m=first}^{last} a[m] b[n+r-m], ``AHEAD`` of them: coefficients are loaded once for
+    several orders."""
+    m, sums = f.variable(f.count(first)), [f.variable(f.zero(LANES)) for _ in range(AHEAD)]
+    window = [f.variable(coefficient(f, b, n - first + r)) for r in range(1, AHEAD)]
 
     def add(steps: int) -> None:
         """So many terms of each sum."""
         values = [one.get() for one in window]
         for i in range(steps):
             here = m.get() + i if i else m.get()
-            a, values = f.load("%a", here), [f.load("%b", n - here), *values]
-            for total, b in zip(sums, values):
-                total.set(f.fused(a, b, total.get()))
+            one, values = coefficient(f, a, here), [coefficient(f, b, n - here), *values]
+            for total, other in zip(sums, values):
+                total.set(f.fused(one, other, total.get()))
             values.pop()
-        for one, value in zip(window, values):
-            one.set(value)
+        for variable, value in zip(window, values):
+            variable.set(value)
         m.set(m.get() + steps)
 
     with f.forever() as rounds:
@@ -89,31 +88,47 @@ def dot_products_ahead() -> str:
             rounds.leave()
         add(1)
     for r, total in enumerate(sums):
-        f.store(total.get(), "%out", r)
-    f.give()
-    return f.text()
+        f.store_row(total.get(), out, r * LANES, aligned=True)
 
 
-def chained(f: Function, last: Integer, terms: Callable[[Integer], list[tuple[Real, Real]]]) -> list[Real]:
-    """The sums of products ``terms(m)`` for m = 1, 2, .. below ``last``, each in several chains."""
-    m, zero = f.variable(f.count(1)), f.zero(LANES)
+def chained(
+    f: Function,
+    n: Integer | int,
+    last: Integer | int,
+    products: Callable[[Integer | int, Integer | int], Products],
+) -> list[Real]:
+    """The sums of ``products(m, n - m)`` for m = 1, 2, .. below ``last``, each in several chains."""
+    zero = f.zero(LANES)
+    chains: list[list[Variable[Real]]] = [[f.variable(zero), f.variable(zero)] for _ in range(CHAINS)]
 
-    def add(m: Integer, sums: list[Variable[Real]]) -> None:
-        for total, (a, b) in zip(sums, terms(m)):
+    def add(factors: Products, sums: list[Variable[Real]]) -> None:
+        for total, (a, b) in zip(sums, factors):
             total.set(f.fused(a, b, total.get()))
 
-    chains = [[f.variable(zero), f.variable(zero)] for _ in range(CHAINS)]
+    if isinstance(n, int) or isinstance(last, int):
+        assert isinstance(n, int) and isinstance(last, int)
+        together = max(0, last - 1) // CHAINS * CHAINS
+        for m in range(1, last):
+            add(products(m, n - m), chains[(m - 1) % CHAINS if m <= together else 0])
+        return added(chains)
+    at = f.variable(f.count(1))
     with f.forever() as rounds:
-        with f.when(m.get() + CHAINS > last):
+        with f.when(at.get() + CHAINS > last):
             rounds.leave()
         for i, sums in enumerate(chains):
-            add(m.get() + i if i else m.get(), sums)
-        m.set(m.get() + CHAINS)
+            here = at.get() + i if i else at.get()
+            add(products(here, n - here), sums)
+        at.set(at.get() + CHAINS)
     with f.forever() as rounds:
-        with f.when(m.get() >= last):
+        with f.when(at.get() >= last):
             rounds.leave()
-        add(m.get(), chains[0])
-        m.set(m.get() + 1)
+        add(products(at.get(), n - at.get()), chains[0])
+        at.set(at.get() + 1)
+    return added(chains)
+
+
+def added(chains: Sequence[Sequence[Variable[Real]]]) -> list[Real]:
+    """The sums of chains, in pairs."""
     found = []
     for part in zip(*chains):
         values = [total.get() for total in part]

@@ -15,7 +15,6 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.columns import column_at
-from lagrange_cli.native.recurrences.batches.convolution import dot_products
 from lagrange_cli.native.recurrences.batches.gathering import gathered, places_at
 from lagrange_cli.native.recurrences.batches.layout import BEFORE, INVERSE, Blocks, count
 from lagrange_cli.native.recurrences.batches.quotient import quotient
@@ -55,11 +54,7 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
             stage(jet, counter, last + 1 - rolled)
     copy_state(jet)
     f.give(regular.get())
-    parts = [
-        rests(blocks.order + 4),
-        *dot_products(),
-        f.text(),
-    ]
+    parts = [rests(blocks.order + 4), f.text()]
     work = blocks.doubles if jet.saddle is None else jet.saddle.end
     return "\n".join(parts), LANES * -(-work // LANES), emitter.operations
 

@@ -1,0 +1,95 @@
+"""The code of one round of a tiling: which members, and which positions, are due in each order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from lagrange_cli.native.families.spans import Span, behind, larger, smaller
+from lagrange_cli.native.families.tiling import Numbers, Tiling
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer
+from lagrange_cli.native.recurrences.batches.gathering import place_at
+from lagrange_cli.native.recurrences.batches.tables import Tables
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Those of the ``turn``-th round."""
+
+    f: Function
+    tables: Tables
+    tiling: Tiling
+    turn: Integer
+
+    @property
+    def seam(self) -> Bit:
+        """Whether the seam of a ring is due."""
+        return self.turn.equals(self.tiling.rounds)
+
+    @contextmanager
+    def parts(self) -> Iterator[Integer]:
+        """The seam has two: before the blocks, and behind them."""
+        if self.tiling.ring:
+            both = self.f.select(self.seam, self.f.count(2), self.f.count(1))
+            with self.f.loop(0, both, tested=False) as part:
+                yield part
+        else:
+            yield self.f.count(0)
+
+    def units(self, k: Integer | int, lag: int, part: Integer) -> Span:
+        """The units of order k that are ``lag`` behind its beginning."""
+        first, last = self._between(self._shift(k, lag))
+        if not self.tiling.ring:
+            return first, last
+        edge = self._edge(k, lag)
+        before = part.equals(0)
+        low = self.f.select(before, self.f.count(0), self.f.count(self.tiling.full) - edge)
+        high = self.f.select(before, edge, self.f.count(self.tiling.count))
+        return self.f.select(self.seam, low, first), self.f.select(self.seam, high, last)
+
+    def blocks(self, loop: int, k: Integer | int, part: Integer, ahead: int = 0) -> Span:
+        """The blocks of a loop that order k computes; at the seam, those of so many orders ahead, too."""
+        f, tiling, cuts = self.f, self.tiling, self.tiling.cuts[loop]
+        shift = self._shift(k, tiling.lags[loop])
+        first, last = (self._at(cuts.up, one) for one in self._between(shift))
+        if not tiling.ring:
+            return first, last
+        first = larger(f, first, self._at(cuts.down, shift + tiling.stride))
+        last = larger(f, first, last)
+        edge, before = self._edge(k + ahead, tiling.lags[loop]), part.equals(0)
+        below = self._at(cuts.down, edge)
+        above = larger(f, below, self._at(cuts.up, f.count(tiling.full) - edge))
+        low = f.select(before, f.count(0), above)
+        high = f.select(before, below, f.count(int(cuts.up[-1])))
+        return f.select(self.seam, low, first), f.select(self.seam, high, last)
+
+    def positions(self, span: Span, most: int) -> Span:
+        """Positions up to ``most`` in these units."""
+        first, last = (smaller(self.f, one * self.tiling.unit, self.f.count(most)) for one in span)
+        return first, last
+
+    def _shift(self, k: Integer | int, lag: int) -> Integer:
+        if isinstance(k, int):
+            return self.f.count(k * self.tiling.stride + lag)
+        return k * self.tiling.stride + lag
+
+    def _edge(self, k: Integer | int, lag: int) -> Integer:
+        """How many units of the seam are before the blocks, and as many behind them."""
+        return self._shift(k, 3 * self.tiling.stride - lag)
+
+    def _between(self, shift: Integer) -> Span:
+        """The units of a block, so far back."""
+        f, tiling = self.f, self.tiling
+        before = self.turn * tiling.block
+        ends = before, before + tiling.block
+        if tiling.ring:
+            end, least = f.count(tiling.full - tiling.stride), shift + tiling.stride
+            first, last = (larger(f, least, behind(f, smaller(f, one, end), shift)) for one in ends)
+        else:
+            first, last = (smaller(f, behind(f, one, shift), f.count(tiling.count)) for one in ends)
+        return first, last
+
+    def _at(self, values: Numbers, i: Integer) -> Integer:
+        return place_at(self.f, i + self.tables.of_places(values.tolist()))
