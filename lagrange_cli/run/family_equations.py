@@ -52,7 +52,7 @@ def derive_families(spec: Spec, stage: Stage = untimed, most: float = math.inf) 
 
     with stage("derive"), located(spec):
         system = family_system(spec)
-        if system is None or system.joints is not None:  # whose members are not written as these are
+        if system is None:
             return None
         from lagrange_cli.limits import Work
         from lagrange_cli.symbolic.families.equations import family_equations

@@ -24,24 +24,26 @@ from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
-from lagrange_cli.symbolic.families.builder import WrittenBuilder
+from lagrange_cli.symbolic.families.chains import Path, WrittenChains
 from lagrange_cli.symbolic.families.derivatives import Part, parts
 from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
 from lagrange_cli.symbolic.families.lines import Line, Lines
+from lagrange_cli.symbolic.families.sums import exchanged
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Loops, Ranks, Summed, member, opened, summed_of
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.textbook import textbook_form
 
-MASS, SLOPE, FORCE = "p", "dU/dq", "Q"
+MASS, SLOPE, FORCE, INERTIA = "p", "dL/dq", "Q", "m a dr/dq"
 
 
 @dataclass(frozen=True)
 class FamilyEquations:
     """The equations of motion of a system of families. ``T`` and ``U`` are None where the file gives L.
     ``momenta``, ``accelerations``, ``forces`` (those outside L, where there are any) and ``equations`` have a
-    line for members that are alike; the ``expression`` of an equation's line is its left side."""
+    line for members that are alike; the ``expression`` of an equation's line is its left side. Of chains and
+    trees there are no ``accelerations``: their equations are not solved. ``paths`` are those along trees."""
 
     name: str
     degrees_of_freedom: int
@@ -56,9 +58,10 @@ class FamilyEquations:
     momenta: tuple[Line, ...]
     forces: tuple[Line, ...]
     equations: tuple[tuple[Line, Equation], ...]
-    accelerations: tuple[Line, ...]
+    accelerations: tuple[Line, ...] | None
     conserved: tuple[Conserved, ...]
     changing: tuple[Changing, ...]
+    paths: tuple[Path, ...]
 
 
 def family_equations(system: FamilySystem) -> FamilyEquations | None:
@@ -71,7 +74,7 @@ def family_equations(system: FamilySystem) -> FamilyEquations | None:
 class _Deriver:
     def __init__(self, system: FamilySystem) -> None:
         self.system, self.spec = system, system.spec
-        self.builder = WrittenBuilder(self.spec)
+        self.builder = WrittenChains(self.spec)
         self.order = Order(Ranks(roles(self.spec)), self.spec.decimals)
         self.lines = Lines(self.builder, self.order)
 
@@ -124,13 +127,7 @@ class _Deriver:
         spec = self.spec
         if spec.lagrangian is not None:
             return None, self.builder.scalar(spec.lagrangian)
-        kinetic = sympy.Add(
-            *(
-                Summed(sympy.Add(*(mass * self.builder.rate(x) ** 2 / 2 for x in place)), Loops(loops))
-                for loops, place, mass in self.particles()
-            )
-        )
-        return kinetic, sympy.Add(*map(self.builder.scalar, spec.potential.values()))
+        return self.kinetic(), sympy.Add(*map(self.builder.scalar, spec.potential.values()))
 
     def applied(self, name: str) -> Iterator[Part]:
         """The parts of Q by the members of a family of coordinates."""
@@ -164,28 +161,22 @@ class _Deriver:
         inertia = lagrangian if kinetic is None else kinetic
         momenta, forces, equations, accelerations = [], [], [], []
         for family in self.builder.coordinates:
-            name, speed = family.name, velocity_name(family.name)
-            several = {
-                MASS: [*parts(inertia, speed)],
-                SLOPE: [*parts(lagrangian, name)],
-                FORCE: [*self.applied(name)],
-            }
-            momenta += [line.of(own[MASS]) for line, own in self.lines.of(family, {MASS: several[MASS]})]
-            if several[FORCE]:
-                lines = self.lines.of(family, {FORCE: several[FORCE]})
+            mass = {MASS: [*parts(inertia, velocity_name(family.name))]}
+            momenta += [line.of(own[MASS]) for line, own in self.lines.of(family, mass)]
+            force = {FORCE: [*self.applied(family.name)]}
+            if force[FORCE]:
+                lines = self.lines.of(family, force)
                 forces += [line.of(own[FORCE]) for line, own in lines if own[FORCE] != 0]
+            if self.system.joints is not None:
+                equations += self.balanced(family, potential, force)
+                continue
+            several = {**mass, **force, SLOPE: [*parts(lagrangian, family.name)]}
             for line, own in self.lines.of(family, several):
-                v = symbol_of(line, speed)
-                mass = tidy(
-                    own[MASS].diff(v) if not own[MASS].has(Summed) else self.mass(own[MASS], v), order
-                )
-                force = own[SLOPE] + own[FORCE]
-                a = symbol_of(line, acceleration_name(name))
-                equation = textbook_form(mass * a - force, order)
+                equation, acceleration = self.solved(line, own)
                 equations.append((line.of(equation.left), equation))
-                accelerations.append(line.of(tidy(force / mass, order)))
+                accelerations.append(line.of(acceleration))
         conserved, changing = self.balance(lagrangian, momenta, forces)
-        h = self.neat((kinetic + potential) if kinetic is not None else self.energy(lagrangian))
+        h = self.neat(self.energy(lagrangian) if kinetic is None else self.kinetic(moving=True) + potential)
         return FamilyEquations(
             name=spec.name,
             degrees_of_freedom=spec.degrees_of_freedom,
@@ -200,9 +191,50 @@ class _Deriver:
             momenta=tuple(momenta),
             forces=tuple(forces),
             equations=tuple(equations),
-            accelerations=tuple(accelerations),
+            accelerations=None if self.system.joints is not None else tuple(accelerations),
             conserved=tuple(conserved),
             changing=tuple(changing),
+            paths=tuple(self.builder.paths),
+        )
+
+    def solved(self, line: Line, own: Mapping[str, sympy.Expr]) -> tuple[Equation, sympy.Expr]:
+        """The equation of a line, where M is diagonal and constant, and the acceleration."""
+        name, order = line.family.name, self.order
+        v, a = (symbol_of(line, one) for one in (velocity_name(name), acceleration_name(name)))
+        mass = tidy(own[MASS].diff(v) if not own[MASS].has(Summed) else self.mass(own[MASS], v), order)
+        force = own[SLOPE] + own[FORCE]
+        return textbook_form(mass * a - force, order), tidy(force / mass, order)
+
+    def balanced(
+        self, family: Family, potential: sympy.Expr, force: Mapping[str, Sequence[Part]]
+    ) -> Iterator[tuple[Line, Equation]]:
+        """The equations of a family where M is another: sum of m a . dr/dq = -dU/dq + Q (d'Alembert)."""
+        rate = self.builder.rate
+        inertia = [
+            Part(mass * rate(rate(x)) * one.factor, (*loops, *one.loops), one.indices)
+            for loops, place, mass in self.particles()
+            for x in place
+            for one in parts(x, family.name)
+        ]
+        several = {INERTIA: inertia, SLOPE: [*parts(potential, family.name)], **force}
+        for line, own in self.lines.of(family, several):
+            equation = textbook_form(own[INERTIA] + own[SLOPE] - own[FORCE], self.order)
+            yield line.of(equation.left), equation
+
+    def kinetic(self, *, moving: bool = False) -> sympy.Expr:
+        """T; if ``moving``, T2 - T0: its terms of degree 2 in velocities minus those of degree 0, which are
+        where the places depend on t (Goldstein, Classical Mechanics, eq. 2.57)."""
+
+        def square(x: sympy.Expr) -> sympy.Expr:
+            if not moving:
+                return self.builder.rate(x) ** 2
+            return self.builder.rate(x, explicit=False) ** 2 - explicit_rate(x) ** 2
+
+        return sympy.Add(
+            *(
+                Summed(sympy.Add(*(mass * square(x) / 2 for x in place)), Loops(loops))
+                for loops, place, mass in self.particles()
+            )
         )
 
     @staticmethod
@@ -216,6 +248,9 @@ class _Deriver:
     def neat(self, expression: sympy.Expr) -> sympy.Expr:
         """An expression in textbook form, and the bodies of its sums."""
         if isinstance(expression, Summed):
+            fewer = exchanged(expression, self.lines.sizes)
+            if fewer != expression:
+                return self.neat(fewer)
             return summed_of(self.neat(expression.body), expression.loops)
         if expression.has(Summed):
             expression = expression.func(*map(self.neat, expression.args))

@@ -39,7 +39,8 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
         Statement(writer.names(name), str(size)) for name, size in equations.sizes.items() if name in used
     )
     accelerations = tuple(
-        line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
+        line_statement(one, one.name("", ACCELERATION_SUFFIX), writer)
+        for one in equations.accelerations or ()
     )
     explicit = Section("Accelerations", accelerations)
     if form == "explicit":
@@ -74,7 +75,7 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
 def names_used(equations: FamilyEquations) -> set[str]:
     """The names of indices and sizes in the equations."""
     found = names_in(equations.L)
-    for line in (*equations.momenta, *equations.accelerations):
+    for line in (*equations.momenta, *(equations.accelerations or ())):
         found |= names_in(line.expression)
         found.update(*(one.names for one in line.loops), *(one.names for one in line.indices))
     return found
@@ -103,7 +104,7 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
 
     motion = {line.name(): text(one.left - one.right) for line, one in equations.equations}
     factors = {line.name(): text(one.factor) for line, one in equations.equations}
-    lines = [*equations.momenta, *equations.accelerations, *equations.forces]
+    lines = [*equations.momenta, *(equations.accelerations or ()), *equations.forces]
     return {
         "name": equations.name,
         "coordinates": [name for family in equations.coordinates for name in family.members],
