@@ -42,11 +42,21 @@ class Described(Protocol):
 
 
 class FamilyValues:
-    """The values at one state: ``q``, ``v`` (coordinates,), t, and ``parameters`` in the file's order."""
+    """The values at one state: ``q``, ``v`` (coordinates,), t, ``parameters`` in the file's order, and those of
+    ``others``."""
 
-    def __init__(self, system: Described, t: float, q: Values, v: Values, parameters: Values) -> None:
+    def __init__(
+        self,
+        system: Described,
+        t: float,
+        q: Values,
+        v: Values,
+        parameters: Values,
+        others: Mapping[Array, Values] | None = None,
+    ) -> None:
         self.slots = system.slots
         self._arrays: dict[Array, Values] = {system.q: q, system.v: v, system.given: parameters}
+        self._arrays |= others or {}
         names = {one.name: i for i, one in enumerate(system.spec.parameters)}
         self._scalars: dict[Node, Any] = {system.time: t}
         self._scalars |= {node: parameters[names[name]] for name, node in system.parameters.items()}

@@ -25,13 +25,14 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.chains import Path, WrittenChains
-from lagrange_cli.symbolic.families.derivatives import Part, parts
+from lagrange_cli.symbolic.families.derivatives import Part, parts, spans_within
 from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
 from lagrange_cli.symbolic.families.lines import Line, Lines
 from lagrange_cli.symbolic.families.sums import exchanged
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import Loops, Ranks, Summed, member, opened, summed_of
+from lagrange_cli.symbolic.indexed.whole import Spans
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.textbook import textbook_form
 
@@ -245,15 +246,17 @@ class _Deriver:
             raise Unsuited
         return plain.diff(v).xreplace(sums)
 
-    def neat(self, expression: sympy.Expr) -> sympy.Expr:
-        """An expression in textbook form, and the bodies of its sums."""
+    def neat(self, expression: sympy.Expr, around: Spans | None = None) -> sympy.Expr:
+        """An expression in textbook form, and the bodies of its sums; ``around`` has the bounds of indices."""
+        spans = self.lines.sizes if around is None else around
         if isinstance(expression, Summed):
-            fewer = exchanged(expression, self.lines.sizes)
+            fewer = exchanged(expression, spans)
             if fewer != expression:
-                return self.neat(fewer)
-            return summed_of(self.neat(expression.body), expression.loops)
+                return self.neat(fewer, spans)
+            inside = spans_within(expression.loops, spans)
+            return summed_of(self.neat(expression.body, inside), expression.loops)
         if expression.has(Summed):
-            expression = expression.func(*map(self.neat, expression.args))
+            expression = expression.func(*(self.neat(one, spans) for one in expression.args))
         return neat(expression, self.order, Role.COORDINATE)
 
     def energy(self, expression: sympy.Expr) -> sympy.Expr:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import sympy
 
+from lagrange_cli.symbolic.families.derivatives import spans_within
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop, decided, relation
 from lagrange_cli.symbolic.indexed.members import Loops, Summed, expression_of, names_in, renamed, summed_of
@@ -95,7 +96,7 @@ def exchanged(summed: sympy.Expr, spans: Spans) -> sympy.Expr:
     *around, last = summed.loops
     used = names_in(summed.body)
     if last.index not in used:
-        inner = spans_of(around, spans)
+        inner = spans_within(around, spans)
         if not decided(relation(last.start, "<=", last.stop), inner):
             return summed
         body = summed.body * expression_of(last.stop - last.start)
@@ -103,7 +104,7 @@ def exchanged(summed: sympy.Expr, spans: Spans) -> sympy.Expr:
     if not around or around[-1].index in used:
         return summed
     *further, outer = around
-    inner = spans_of(further, spans)
+    inner = spans_within(further, spans)
     own = named(last.index)
     turned = turned_around(outer, last, inner)
     if turned is None:
@@ -131,14 +132,6 @@ def turned_around(outer: Loop, last: Loop, spans: Spans) -> tuple[Loop, sympy.Ex
             return None
         return loop, expression_of(beyond - outer.start)
     return None
-
-
-def spans_of(loops: Sequence[Loop], spans: Spans) -> Mapping[str, tuple[int, int]]:
-    """The bounds of indices, of loops around one another."""
-    found = dict(spans)
-    for one in loops:
-        found[one.index] = one.span(found)
-    return found
 
 
 def telescoped(expression: sympy.Expr, values: Values) -> sympy.Expr:
