@@ -340,15 +340,14 @@ class WrittenBuilder(Builder):
 
     # velocities
 
-    def rate(self, expression: sympy.Expr, *, explicit: bool = True) -> sympy.Expr:
-        """The time derivative of what depends on coordinates, velocities and t; without that by t unless
-        ``explicit``."""
+    def rate(self, expression: sympy.Expr) -> sympy.Expr:
+        """The time derivative of what depends on coordinates, velocities and t."""
         plain, sums = opened(expression)
-        made = plain.diff(sympy.Symbol(TIME)) if explicit else sympy.S.Zero
+        made = plain.diff(sympy.Symbol(TIME))
         for symbol in sorted(plain.free_symbols, key=str):
             if symbol in sums:
                 one = sums[symbol]
-                made += plain.diff(symbol) * Summed(self.rate(one.body, explicit=explicit), one.args[1])
+                made += plain.diff(symbol) * Summed(self.rate(one.body), one.args[1])
                 continue
             base, indices = KNOWN.get(symbol.name, (symbol.name, ()))
             if base in self.rates:

@@ -27,6 +27,7 @@ from lagrange_cli.symbolic.families.sums import telescoped
 from lagrange_cli.symbolic.indexed.conditions import Loop, relation
 from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Summed, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number
+from lagrange_cli.symbolic.work import size_of
 
 PARENT = "@{}"
 """What stands for a component of a member's parent, while the member is built."""
@@ -57,8 +58,9 @@ class Path:
 @dataclass(frozen=True, eq=False)
 class Chain:
     """One component of members that follow from one another: from the one before (``step`` -1), the one after
-    (1), or along a ``path``."""
+    (1), or along a ``path``; all of them begin at ``start``."""
 
+    start: sympy.Expr
     pieces: tuple[Piece, ...]
     step: int
     path: Path | None
@@ -137,9 +139,10 @@ class WrittenChains(WrittenBuilder):
                 parents[own] = one.parent.value({**self.sizes, one.loop.index: own})
         if np.any(parents < NONE) or np.any(parents >= size):
             raise Unsuited
+        start, shown = begun(pieces) if np.sum(parents == NONE) == 1 else (sympy.S.Zero, pieces)
         if not one_path(parents, every):
-            return Chain(tuple(merged(pieces)), 0, self.path(group, pieces, parents))
-        return Chain(tuple(merged(pieces)), -1 if parents[0] == NONE else 1, None)
+            return Chain(start, tuple(merged(shown)), 0, self.path(group, pieces, parents))
+        return Chain(start, tuple(merged(shown)), -1 if parents[0] == NONE else 1, None)
 
     def members(self, loop: Loop) -> Any:
         """The numbers that a loop runs through. Raises ``Unsuited`` if it has conditions."""
@@ -166,7 +169,7 @@ class WrittenChains(WrittenBuilder):
 
     def along(self, chain: Chain, place: Whole, values: Any, frame: Frame) -> sympy.Expr:
         """A component of the member at a ``place``, whose numbers are ``values``."""
-        found = []
+        found = [chain.start]
         values = np.broadcast_to(values, frame.count)
         for piece in chain.pieces:
             loop = self.up_to(piece.loop, chain.step, place, values)
@@ -246,6 +249,18 @@ def one_path(parents: Any, every: Any) -> bool:
     """Whether each member follows from the one before, or each from the one after."""
     forward = np.array_equal(parents[1:], every[:-1]) and parents[0] == NONE
     return forward or (np.array_equal(parents[:-1], every[1:]) and parents[-1] == NONE)
+
+
+def begun(pieces: Sequence[Piece]) -> tuple[sympy.Expr, Sequence[Piece]]:
+    """What the only root has besides what all members add, and pieces without it."""
+    (root,) = [one for one in pieces if one.parent is None]
+    beside = [one for one in pieces if one.parent is not None][:1]
+    for one in beside:
+        usual = renamed(one.added, {one.loop.index: root.loop.start}, {})
+        rest = sympy.expand_mul(root.added) - sympy.expand_mul(usual)
+        if size_of(rest) < size_of(root.added):
+            return rest, [Piece(p.loop, usual, None) if p is root else p for p in pieces]
+    return sympy.S.Zero, pieces
 
 
 def merged(pieces: Sequence[Piece]) -> Iterator[Piece]:

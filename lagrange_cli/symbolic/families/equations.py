@@ -21,20 +21,23 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.model.constraints import without_force, without_work
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
-from lagrange_cli.symbolic.families.chains import Path, WrittenChains
+from lagrange_cli.symbolic.families.builder import LETTERS
+from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.derivatives import Part, parts, spans_within
 from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
 from lagrange_cli.symbolic.families.lines import Line, Lines
-from lagrange_cli.symbolic.families.sums import exchanged
+from lagrange_cli.symbolic.families.places import RATES, NamedPlace, WrittenPlaces
+from lagrange_cli.symbolic.families.sums import exchanged, finished
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.indexed.members import Loops, Ranks, Summed, member, opened, summed_of
+from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Ranks, Summed, member, opened, summed_of
 from lagrange_cli.symbolic.indexed.whole import Spans
-from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.order import Order, Role, is_negative
 from lagrange_cli.symbolic.textbook import textbook_form
+from lagrange_cli.symbolic.work import size_of
 
 MASS, SLOPE, FORCE, INERTIA = "p", "dL/dq", "Q", "m a dr/dq"
 
@@ -63,19 +66,35 @@ class FamilyEquations:
     conserved: tuple[Conserved, ...]
     changing: tuple[Changing, ...]
     paths: tuple[Path, ...]
+    places: tuple[NamedPlace, ...]
+    """Where particles are, for places that are written by name, and their velocities and accelerations."""
 
 
 def family_equations(system: FamilySystem) -> FamilyEquations | None:
-    """The equations, None where the conditions of a family are too irregular to be written with indices."""
+    """The equations, None where the conditions of a family are too irregular to be written with indices.
+
+    Places along chains are written as the sums that they are, or by name, whatever is shorter.
+    """
     with suppress(Unsuited, Split, ExpressionError, ArithmeticError):
-        return _Deriver(system).equations()
+        closed = _Deriver(system).equations()
+        if system.joints is None:
+            return closed
+        by_name = _Deriver(system, naming=True).equations()
+        return min(closed, by_name, key=length)
     return None
 
 
+def length(equations: FamilyEquations) -> int:
+    """Terms and factors of everything."""
+    energies = [one for one in (equations.T, equations.U, equations.h) if one is not None]
+    lines = (*equations.momenta, *equations.places, *(line for line, _ in equations.equations))
+    return sum(map(size_of, (*energies, *(one.expression for one in lines))))
+
+
 class _Deriver:
-    def __init__(self, system: FamilySystem) -> None:
+    def __init__(self, system: FamilySystem, *, naming: bool = False) -> None:
         self.system, self.spec = system, system.spec
-        self.builder = WrittenChains(self.spec)
+        self.builder = WrittenPlaces(self.spec, naming=naming)
         self.order = Order(Ranks(roles(self.spec)), self.spec.decimals)
         self.lines = Lines(self.builder, self.order)
 
@@ -91,7 +110,8 @@ class _Deriver:
         for family in grouped(spec.embedding, particle_families(spec)):
             for kind in self.kinds(family, spec.embedding):
                 mass = self.elsewhere(kind, family, spec.masses)
-                for loops, (place, (own,)) in self.values(kind, self.written(kind), mass):
+                where = self.elsewhere(kind, family, spec.embedding)
+                for loops, (place, (own,)) in self.values(kind, where, mass):
                     yield loops, place, own
 
     def values(
@@ -123,6 +143,24 @@ class _Deriver:
 
         return build
 
+    def parts(self, expression: sympy.Expr, base: str) -> Iterator[Part]:
+        """The derivatives of an expression by the members of a family."""
+        return parts(expression, base, self.builder.meaning)
+
+    def explicit_rate(self, expression: sympy.Expr) -> sympy.Expr:
+        """The partial derivative by t."""
+        plain, sums = opened(expression)
+        made = plain.diff(sympy.Symbol(TIME))
+        for symbol in sorted(plain.free_symbols, key=str):
+            if symbol in sums:
+                one = sums[symbol]
+                made += plain.diff(symbol) * Summed(self.explicit_rate(one.body), one.args[1])
+                continue
+            meaning = self.builder.meaning(*KNOWN[symbol.name]) if symbol.name in KNOWN else None
+            if meaning is not None:
+                made += plain.diff(symbol) * self.explicit_rate(meaning)
+        return made.xreplace(sums)
+
     def energies(self) -> tuple[sympy.Expr | None, sympy.Expr]:
         """T and U; None and L."""
         spec = self.spec
@@ -146,10 +184,10 @@ class _Deriver:
                 position = self.elsewhere(kind, family, spec.embedding)
                 for loops, (acting, place) in self.values(kind, self.written(kind), position):
                     for force, x in zip(acting, place, strict=True):
-                        for one in parts(x, name):
+                        for one in self.parts(x, name):
                             yield Part(force * one.factor, (*loops, *one.loops), one.indices)
         for power in forces.get("dissipation", {}).values():
-            for each in parts(self.builder.scalar(power), velocity_name(name)):
+            for each in self.parts(self.builder.scalar(power), velocity_name(name)):
                 yield Part(-each.factor, each.loops, each.indices)
 
     # what follows
@@ -162,7 +200,7 @@ class _Deriver:
         inertia = lagrangian if kinetic is None else kinetic
         momenta, forces, equations, accelerations = [], [], [], []
         for family in self.builder.coordinates:
-            mass = {MASS: [*parts(inertia, velocity_name(family.name))]}
+            mass = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
             momenta += [line.of(own[MASS]) for line, own in self.lines.of(family, mass)]
             force = {FORCE: [*self.applied(family.name)]}
             if force[FORCE]:
@@ -171,14 +209,15 @@ class _Deriver:
             if self.system.joints is not None:
                 equations += self.balanced(family, potential, force)
                 continue
-            several = {**mass, **force, SLOPE: [*parts(lagrangian, family.name)]}
+            several = {**mass, **force, SLOPE: [*self.parts(lagrangian, family.name)]}
             for line, own in self.lines.of(family, several):
                 equation, acceleration = self.solved(line, own)
                 equations.append((line.of(equation.left), equation))
                 accelerations.append(line.of(acceleration))
+        left = [line for line, _ in equations]
         conserved, changing = self.balance(lagrangian, momenta, forces)
         h = self.neat(self.energy(lagrangian) if kinetic is None else self.kinetic(moving=True) + potential)
-        return FamilyEquations(
+        found = FamilyEquations(
             name=spec.name,
             degrees_of_freedom=spec.degrees_of_freedom,
             sizes=spec.sizes,
@@ -196,7 +235,49 @@ class _Deriver:
             conserved=tuple(conserved),
             changing=tuple(changing),
             paths=tuple(self.builder.paths),
+            places=tuple(self.places(lagrangian, h, *(one.expression for one in (*momenta, *forces, *left)))),
         )
+        return self.finished(found)
+
+    def finished(self, found: FamilyEquations) -> FamilyEquations:
+        """The equations as they are printed."""
+        paths = {one.name for one in self.builder.paths}
+        letters = [one for one in LETTERS if one not in self.builder.taken]
+
+        def shown(expression: sympy.Expr, around: Sequence[Loop] = ()) -> sympy.Expr:
+            used = {one.index for one in around}
+            return finished(expression, [one for one in letters if one not in used], paths)
+
+        def lines(listed: Sequence[Line]) -> tuple[Line, ...]:
+            return tuple(one.of(shown(one.expression, one.loops)) for one in listed)
+
+        return replace(
+            found,
+            T=None if found.T is None else shown(found.T),
+            U=None if found.U is None else shown(found.U),
+            L=shown(found.L),
+            h=shown(found.h),
+            momenta=lines(found.momenta),
+            forces=lines(found.forces),
+            equations=tuple(
+                (line, replace(one, left=shown(one.left, line.loops), right=shown(one.right, line.loops)))
+                for line, one in found.equations
+            ),
+            accelerations=None if found.accelerations is None else lines(found.accelerations),
+            conserved=tuple(replace(one, expression=shown(one.expression)) for one in found.conserved),
+            changing=tuple(replace(one, rate=shown(one.rate)) for one in found.changing),
+            places=tuple(
+                replace(one, expression=shown(one.expression, one.loops)) for one in found.places
+            ),
+        )
+
+    def places(self, *expressions: sympy.Expr) -> Iterator[NamedPlace]:
+        """What the names of places in expressions stand for."""
+        symbols = [symbol.name for one in expressions for symbol in one.free_symbols]
+        used = {KNOWN[name][0] for name in symbols if name in KNOWN}
+        for one in self.builder.written_places(used):
+            expression = self.lines.shown(one.expression, {}, one.loops)
+            yield NamedPlace(one.symbol, one.loops, expression)
 
     def solved(self, line: Line, own: Mapping[str, sympy.Expr]) -> tuple[Equation, sympy.Expr]:
         """The equation of a line, where M is diagonal and constant, and the acceleration."""
@@ -215,11 +296,13 @@ class _Deriver:
             Part(mass * rate(rate(x)) * one.factor, (*loops, *one.loops), one.indices)
             for loops, place, mass in self.particles()
             for x in place
-            for one in parts(x, family.name)
+            for one in self.parts(x, family.name)
         ]
-        several = {INERTIA: inertia, SLOPE: [*parts(potential, family.name)], **force}
+        several = {INERTIA: inertia, SLOPE: [*self.parts(potential, family.name)], **force}
         for line, own in self.lines.of(family, several):
             equation = textbook_form(own[INERTIA] + own[SLOPE] - own[FORCE], self.order)
+            sign = -1 if is_negative(self.order.sorted_terms(equation.left)[0]) else 1
+            equation = Equation(sign * equation.left, sign * equation.right, sign * equation.factor)
             yield line.of(equation.left), equation
 
     def kinetic(self, *, moving: bool = False) -> sympy.Expr:
@@ -229,7 +312,8 @@ class _Deriver:
         def square(x: sympy.Expr) -> sympy.Expr:
             if not moving:
                 return self.builder.rate(x) ** 2
-            return self.builder.rate(x, explicit=False) ** 2 - explicit_rate(x) ** 2
+            speed = self.builder.rate(x)
+            return speed**2 - 2 * speed * self.explicit_rate(x)
 
         return sympy.Add(
             *(
@@ -297,7 +381,7 @@ class _Deriver:
                 )
             )  # fmt: skip
             reasons += ["generalized forces or friction do work"] * (power != 0)
-            rate = tidy(power - explicit_rate(lagrangian), self.order)
+            rate = tidy(power - self.explicit_rate(lagrangian), self.order)
             changing.append(Changing("h", rate, " and ".join(reasons)))
         texts = dict(self.displaced(momenta))
         for each in constants.conserved:
@@ -346,15 +430,6 @@ class _Deriver:
                 yield f"L_{name}", total(lambda x, m, i=i, j=j: m * (x[i] * rate(x[j]) - x[j] * rate(x[i])))
 
 
-def explicit_rate(expression: sympy.Expr) -> sympy.Expr:
-    """The partial derivative by t."""
-    plain, sums = opened(expression)
-    made = plain.diff(sympy.Symbol(TIME))
-    for symbol, one in sums.items():
-        made += plain.diff(symbol) * Summed(explicit_rate(one.body), one.args[1])
-    return made.xreplace(sums)
-
-
 def symbol_of(line: Line, base: str) -> sympy.Symbol:
     """A symbol with a line's indices."""
     return member(base, line.indices) if line.indices else sympy.Symbol(base)
@@ -369,4 +444,9 @@ def roles(spec: Spec) -> dict[str, tuple[Role, int]]:
         found[name] = Role.COORDINATE, rank
         found[velocity_name(name)] = Role.VELOCITY, rank
         found[acceleration_name(name)] = Role.ACCELERATION, rank
+    first = len(spec.coordinates)
+    for family in particle_families(spec):
+        for components, role in zip(RATES, (Role.COORDINATE, Role.VELOCITY, Role.ACCELERATION)):
+            found |= {f"{family}.{one}": (role, first + k) for k, one in enumerate(components)}
+        first += 1
     return found

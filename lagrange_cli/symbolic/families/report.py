@@ -57,8 +57,13 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
     ]
     nothing = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
     conserved = tuple(conserved_statement(each, writer) for each in equations.conserved) or (nothing,)
+    places = tuple(
+        Statement(writer.names(one.symbol.name), writer.text(one.expression), with_members("", one.loops, writer))
+        for one in equations.places
+    )
     found = [
         Section("Sizes", sizes),
+        *([Section("Positions", places)] if places else []),
         Section("Lagrangian", tuple(writer.statement(name, one) for name, one in energies)),
         Section("Momenta", tuple(line_statement(one, one.name("p_"), writer) for one in equations.momenta)),
         Section("Equations of motion", tuple(of_motion)),

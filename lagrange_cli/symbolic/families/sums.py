@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import sympy
@@ -10,8 +10,8 @@ import sympy
 from lagrange_cli.symbolic.families.derivatives import spans_within
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop, decided, relation
-from lagrange_cli.symbolic.indexed.members import Loops, Summed, expression_of, names_in, renamed, summed_of
-from lagrange_cli.symbolic.indexed.whole import Spans, Values, named, number
+from lagrange_cli.symbolic.indexed.members import HIDDEN, KNOWN, Loops, Summed, expression_of, names_in, renamed, summed_of
+from lagrange_cli.symbolic.indexed.whole import Spans, Values, Whole, named, number
 from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.work import size_of
 
@@ -173,3 +173,42 @@ def runs(loop: Loop, values: Values) -> bool:
     if loop.conditions or loop.step != 1 or not loop.names <= values.keys():
         return False
     return bool(np.all(loop.start.value(values) <= loop.stop.value(values)))
+
+
+def finished(expression: sympy.Expr, letters: Sequence[str], paths: Collection[str]) -> sympy.Expr:
+    """An expression as it is printed: indices of sums are ``letters``, factors that all terms of a sum share
+    are in front of them, and path[i,i] is 1."""
+    if isinstance(expression, Summed):
+        free = [one for one in letters if one not in {loop.index for loop in expression.loops}]
+        known: dict[str, Whole] = {}
+        loops = []
+        for loop in expression.loops:
+            loop = loop.changed(lambda whole: whole.with_names(known))
+            if loop.index.startswith(HIDDEN):
+                known[loop.index] = named(free.pop(0))
+                loop = Loop(known[loop.index].text, loop.start, loop.stop, loop.step, loop.conditions)
+            loops.append(loop)
+        around = {loop.index for loop in loops}
+        inside = [one for one in letters if one not in around]
+        body = finished(renamed(expression.body, known, {}), inside, paths)
+        return summed_of(with_common_factor(body), loops)
+    if expression.is_Symbol and expression.name in KNOWN:
+        base, indices = KNOWN[expression.name]
+        return sympy.S.One if base in paths and indices[0] == indices[1] else expression
+    if not expression.args:
+        return expression
+    made = [finished(one, letters, paths) for one in expression.args]
+    return expression if made == list(expression.args) else expression.func(*made)
+
+
+def with_common_factor(expression: sympy.Expr) -> sympy.Expr:
+    """A sum as a product of what all of its terms have, and the rest."""
+    if not expression.is_Add:
+        return expression
+    common = sympy.S.One
+    powers = [one.as_coeff_Mul()[1].as_powers_dict() for one in expression.args]
+    for base, exponent in powers[0].items():
+        exponents = [one.get(base, sympy.S.Zero) for one in powers]
+        if base.is_commutative and exponent.is_Integer and all(one.is_Integer and one > 0 for one in exponents):
+            common *= base ** min(exponents)
+    return common * sympy.Add(*(one / common for one in expression.args))
