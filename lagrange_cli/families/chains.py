@@ -16,7 +16,7 @@ from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import Differ, Places, Whole, integers
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.expression.syntax import Sum, Tree, names, plain_names, sums
+from lagrange_cli.expression.syntax import Sum, names, plain_names, sums
 from lagrange_cli.families.arrays import (
     NONE,
     Array,

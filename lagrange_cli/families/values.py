@@ -42,8 +42,8 @@ class Described(Protocol):
 
 
 class FamilyValues:
-    """The values at one state: ``q``, ``v`` (coordinates,), t, ``parameters`` in the file's order, and those of
-    ``others``."""
+    """The values at one state: ``q``, ``v`` (coordinates,), t, ``parameters`` in the file's order, and those
+    of ``others``."""
 
     def __init__(
         self,

@@ -94,6 +94,10 @@ class WrittenBuilder(Builder):
         """The value of a tree: an expression, or several for a vector."""
         return self._value(tree, frame)
 
+    def building(self, tree: Tree) -> Callable[[Frame], Any]:
+        """What builds a tree."""
+        return lambda frame: self.value(tree, frame)
+
     def scalar(self, written: Expression) -> sympy.Expr:
         """The value of an expression that belongs to no family."""
         values = {**self.root, **written.indices}

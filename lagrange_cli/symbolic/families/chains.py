@@ -25,7 +25,7 @@ from lagrange_cli.symbolic.families.builder import WrittenBuilder
 from lagrange_cli.symbolic.families.frames import Frame, Split
 from lagrange_cli.symbolic.families.sums import telescoped
 from lagrange_cli.symbolic.indexed.conditions import Loop, relation
-from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Summed, member, renamed
+from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number
 from lagrange_cli.symbolic.work import size_of
 
@@ -102,9 +102,7 @@ class WrittenChains(WrittenBuilder):
         pieces: list[list[Piece]] = [[] for _ in range(parts)]
         with self.growing(group, parts):
             for kind in self.of_family(group):
-                for loops, value in self.kinds(
-                    kind.loops, kind.frame, lambda one, kind=kind: self.value(kind.tree, one)
-                ):
+                for loops, value in self.kinds(kind.loops, kind.frame, self.building(kind.tree)):
                     listed = value if isinstance(value, tuple) else (value,)
                     for k, (one, own) in enumerate(zip(listed, pieces, strict=True)):
                         if loops:

@@ -24,7 +24,7 @@ from lagrange_cli.symbolic.indexed.conditions import (
     negation,
     relation,
 )
-from lagrange_cli.symbolic.indexed.members import Loops, Summed, even, renamed, summed_of
+from lagrange_cli.symbolic.indexed.members import Loops, Summed, even, member, renamed, summed_of
 from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, number
 from lagrange_cli.symbolic.order import Order
 
@@ -175,3 +175,8 @@ class Lines:
         ]
         inner = {**inner, **spans_within(loops, spans)}
         return summed_of(self.settled(renamed(body, names, inner), inner), loops)
+
+
+def symbol_of(line: Line, base: str) -> sympy.Symbol:
+    """A symbol with a line's indices."""
+    return member(base, line.indices) if line.indices else sympy.Symbol(base)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from itertools import count
+from collections.abc import Collection, Iterator, Sequence
+from itertools import count, pairwise
 from typing import Any
 
 import sympy
 
-from lagrange_cli.expression.syntax import Tree
 from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.groups import Group, particle_families
 from lagrange_cli.records import dataclass
@@ -29,6 +28,7 @@ class Place:
 
     name: str
     loops: tuple[Loop, ...]
+    shape: tuple[int, ...]
     components: tuple[sympy.Expr, ...]
 
 
@@ -38,6 +38,7 @@ class NamedPlace:
 
     symbol: sympy.Symbol
     loops: tuple[Loop, ...]
+    shape: tuple[int, ...]
     expression: sympy.Expr
 
 
@@ -74,7 +75,7 @@ class WrittenPlaces(WrittenChains):
                 self.places[name] = found
                 for k in range(len(found.components)):
                     bases = [f"{name}.{listed[k]}" for listed in RATES]
-                    self.rates |= dict(zip(bases, bases[1:]))
+                    self.rates |= dict(pairwise(bases))
                     self._meanings |= {base: (found, k, rate) for rate, base in enumerate(bases)}
         return self.places.get(name)
 
@@ -90,11 +91,7 @@ class WrittenPlaces(WrittenChains):
         components = value if isinstance(value, tuple) else (value,)
         if not any(one.has(Summed) for one in components):
             return None
-        return Place(group.family.name, kind.loops, components)
-
-    def building(self, tree: Tree) -> Callable[[Frame], Any]:
-        """What builds a tree."""
-        return lambda frame: self.value(tree, frame)
+        return Place(group.family.name, kind.loops, group.family.shape, components)
 
     def meaning(self, base: str, wholes: Sequence[Whole]) -> sympy.Expr | None:
         """What a name of a place, velocity or acceleration stands for, with indices of sums that nothing else
@@ -113,8 +110,8 @@ class WrittenPlaces(WrittenChains):
         return made
 
     def written_places(self, used: Collection[str]) -> Iterator[NamedPlace]:
-        """The names of components, velocities and accelerations that are ``used``, and what they stand for."""
+        """The names of places, velocities and accelerations that are ``used``, and what they stand for."""
         for base, (place, component, rate) in self._meanings.items():
             if base in used or (not rate and any(f"{place.name}.{one[component]}" in used for one in RATES)):
                 symbol = member(base, [named(loop.index) for loop in place.loops])
-                yield NamedPlace(symbol, place.loops, self.moved(place, component, rate))
+                yield NamedPlace(symbol, place.loops, place.shape, self.moved(place, component, rate))

@@ -14,7 +14,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import Sum
-from lagrange_cli.expression.vocabulary import acceleration_name
+from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, VELOCITY_COMPONENTS, acceleration_name
 from lagrange_cli.families.arrays import NONE, Array, Chain, Source, Total
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
@@ -40,17 +40,20 @@ class Reader(ChainBuilder):
     def __init__(self, system: FamilySystem, paths: Sequence[Path]) -> None:
         super().__init__(system.spec)
         self.a = Array(Source.VELOCITIES, len(system.spec.coordinates))
+        self.faster[self.v] = self.a
         self.further = {
             acceleration_name(one.family.name): (self.a, one.first, one.family.shape)
             for one in self.rows.values()
             if one.array is self.q
         }
         self.paths = {Array(Source.PARAMETERS, len(one.table) ** 2): one for one in paths}
-        self.further |= {
-            one.name: (array, 0, (len(one.table),) * 2) for array, one in self.paths.items()
-        }
+        self.further |= {one.name: (array, 0, (len(one.table),) * 2) for array, one in self.paths.items()}
 
     def named(self, identifier: str, places: list[Whole], members: Members) -> Any:
+        name, _, component = identifier.partition(".")
+        if component in ACCELERATION_COMPONENTS:
+            speed = VELOCITY_COMPONENTS[ACCELERATION_COMPONENTS.index(component)]
+            return self.rate(super().named(f"{name}.{speed}", places, members), members.domain)
         if identifier not in self.further:
             return super().named(identifier, places, members)
         array, first, shape = self.further[identifier]
@@ -86,7 +89,7 @@ class ReadBack:
 
     def __init__(self, system: FamilySystem, equations: FamilyEquations) -> None:
         self.system, self.order, self.paths = system, equations.order, equations.paths
-        self.sizes = system.spec.sizes
+        self.sizes, self.chance = system.spec.sizes, np.random.default_rng(1)
         self.first: dict[str, int] = {}
         first = 0
         for family in equations.coordinates:
@@ -100,16 +103,14 @@ class ReadBack:
         made = np.full((2, self.count), np.nan)
         for line in lines:
             places, indices = self.members(line)
-            which = np.sort(np.random.default_rng(len(places)).permutation(len(places))[:most])
+            which = np.sort(self.chance.permutation(len(places))[:most])
             indices = {name: one[which] for name, one in indices.items()}
             made[:, places[which]] = self.value(line.expression, indices, len(which), state)
         return made[0], made[1]
 
     def members(self, line: Line) -> tuple[Any, dict[str, Any]]:
         """The coordinates of a line, and the indices that these have."""
-        bounds = [
-            np.arange(*(end.value(self.sizes) for end in (one.start, one.stop))) for one in line.loops
-        ]
+        bounds = [np.arange(*(end.value(self.sizes) for end in (one.start, one.stop))) for one in line.loops]
         grid = [one.ravel() for one in np.meshgrid(*bounds, indexing="ij")] if bounds else []
         indices = {loop.index: one for loop, one in zip(line.loops, grid)}
         known = {**self.sizes, **indices}

@@ -10,7 +10,16 @@ import sympy
 from lagrange_cli.symbolic.families.derivatives import spans_within
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop, decided, relation
-from lagrange_cli.symbolic.indexed.members import HIDDEN, KNOWN, Loops, Summed, expression_of, names_in, renamed, summed_of
+from lagrange_cli.symbolic.indexed.members import (
+    HIDDEN,
+    KNOWN,
+    Loops,
+    Summed,
+    expression_of,
+    names_in,
+    renamed,
+    summed_of,
+)
 from lagrange_cli.symbolic.indexed.whole import Spans, Values, Whole, named, number
 from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.work import size_of
@@ -209,6 +218,10 @@ def with_common_factor(expression: sympy.Expr) -> sympy.Expr:
     powers = [one.as_coeff_Mul()[1].as_powers_dict() for one in expression.args]
     for base, exponent in powers[0].items():
         exponents = [one.get(base, sympy.S.Zero) for one in powers]
-        if base.is_commutative and exponent.is_Integer and all(one.is_Integer and one > 0 for one in exponents):
+        if (
+            base.is_commutative
+            and exponent.is_Integer
+            and all(one.is_Integer and one > 0 for one in exponents)
+        ):
             common *= base ** min(exponents)
     return common * sympy.Add(*(one / common for one in expression.args))

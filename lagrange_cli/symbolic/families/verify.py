@@ -43,11 +43,15 @@ def verify(
     Raises ``UsageError`` where sums have too many terms.
     """
     worst = 0.0, "h", COMPILED
+    comparison = Comparison(system, equations, compiled, start)
     with np.errstate(all="ignore"):
-        for quantity, routes, difference in Comparison(system, equations, compiled, start).differences():
+        for quantity, routes, difference in comparison.differences():
             if not difference <= worst[0]:
                 worst = difference, quantity, routes
-    return Verification(worst[0], worst[1], STATES, worst[2], {"near the start": STATES}, False)
+    where, most = "near the start", comparison.most
+    if most < len(comparison.names):
+        where += f", {most} member{'s' * (most > 1)} of each line at a time"
+    return Verification(worst[0], worst[1], STATES, worst[2], {where: STATES}, False)
 
 
 class Comparison:
@@ -77,6 +81,7 @@ class Comparison:
             yield from self.of_motion(at)
             yield from self.momenta(at)
             yield from self.energy(at)
+            yield from self.places(at)
 
     def of_motion(self, at: Any) -> Quantities:
         """Those of the equations of motion."""
@@ -96,9 +101,7 @@ class Comparison:
             yield self.worst("the equation of {}", COMPILED, self.values(left, solution), np.zeros(len(q)))
         if len(q) <= SMALL:
             factors = [line.of(one.factor) for line, one in self.equations.equations]
-            direct = directly(
-                self.system.spec, self.start.parameters, t, q.tolist(), v.tolist(), a.tolist()
-            )
+            direct = directly(self.system.spec, self.start.parameters, t, q.tolist(), v.tolist(), a.tolist())
             residual = np.array(direct.residual, dtype=float) / self.values(factors, at)[0]
             yield self.worst("the equation of {}", DIRECT, self.values(left, at), residual)
             momenta = np.array(direct.momenta, dtype=float)
@@ -125,6 +128,16 @@ class Comparison:
         h, size = self.read.value(self.equations.h, {}, 1, at)
         least = abs(power) + abs(kinetic) + float(np.sum(Sizes(own).node(self.system.potential)))
         yield "h", DERIVED, abs(float(h[0]) - power + kinetic - potential) / max(least, float(size[0]))
+
+    def places(self, at: Any) -> Quantities:
+        """Those of places that have names."""
+        for one in self.equations.places:
+            ranges = [np.arange(loop.start.value(self.read.sizes), loop.stop.value(self.read.sizes))
+                      for loop in one.loops]  # fmt: skip
+            grid = [each.ravel()[: self.most] for each in np.meshgrid(*ranges, indexing="ij")]
+            indices = {loop.index: each for loop, each in zip(one.loops, grid)}
+            apart, size = self.read.value(one.expression - one.symbol, indices, len(grid[0]), at)
+            yield one.symbol.name, DERIVED, float(np.max(np.abs(apart) / np.maximum(size, 1e-300)))
 
     def values(self, lines: Sequence[Line], at: Any) -> tuple[Array, Array]:
         """The values of lines and their sizes, of as many members as is possible."""
