@@ -125,10 +125,17 @@ def _product(data: Any, arguments: Sequence[Any]) -> Any:
     return made
 
 
+def _switch(data: Any, arguments: Sequence[Any]) -> Any:
+    u, above, below = arguments
+    at = (above + below) / 2 if data == 0 else above if data > 0 else below
+    return np.where(u > 0, above, np.where(u < 0, below, at))
+
+
 OPERATIONS: Mapping[Kind, Callable[[Any, Sequence[Any]], Any]] = {
     Kind.NUMBER: lambda data, arguments: float(data),
     Kind.SUM: _sum,
     Kind.PRODUCT: _product,
     Kind.POWER: lambda data, arguments: arguments[0] ** arguments[1],
+    Kind.SWITCH: _switch,
     Kind.FUNCTION: lambda data, arguments: FUNCTIONS[str(data)](*arguments),
 }

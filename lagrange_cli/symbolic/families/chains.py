@@ -24,7 +24,7 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.symbolic.families.builder import WrittenBuilder
 from lagrange_cli.symbolic.families.frames import Frame, Split
 from lagrange_cli.symbolic.families.sums import telescoped
-from lagrange_cli.symbolic.indexed.conditions import Loop, relation
+from lagrange_cli.symbolic.indexed.conditions import Loop, changed, holds, relation
 from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number
 from lagrange_cli.symbolic.work import size_of
@@ -143,10 +143,13 @@ class WrittenChains(WrittenBuilder):
         return Chain(start, tuple(merged(shown)), -1 if parents[0] == NONE else 1, None)
 
     def members(self, loop: Loop) -> Any:
-        """The numbers that a loop runs through. Raises ``Unsuited`` if it has conditions."""
-        if loop.conditions or loop.step != 1:
+        """The numbers that a loop runs through. Raises ``Unsuited`` if it has steps."""
+        if loop.step != 1:
             raise Unsuited
-        return np.arange(loop.start.value(self.sizes), loop.stop.value(self.sizes))
+        found = np.arange(loop.start.value(self.sizes), loop.stop.value(self.sizes))
+        for one in loop.conditions:
+            found = found[np.broadcast_to(holds(one, {**self.sizes, loop.index: found}), len(found))]
+        return found
 
     def path(self, group: Group, pieces: Sequence[Piece], parents: Any) -> Path:
         """The path of a tree: trees that are alike have one."""
@@ -170,7 +173,8 @@ class WrittenChains(WrittenBuilder):
         found = [chain.start]
         values = np.broadcast_to(values, frame.count)
         for piece in chain.pieces:
-            loop = self.up_to(piece.loop, chain.step, place, values)
+            outermost = piece is chain.pieces[0 if chain.step > 0 else -1]
+            loop = self.up_to(piece.loop, chain.step, place, values, outermost=outermost)
             if loop is None:
                 continue
             index = self.fresh(loop.index, frame, piece.added)
@@ -179,32 +183,37 @@ class WrittenChains(WrittenBuilder):
                 piece.parent is None and np.sum(chain.path.table == NONE) == 1 == len(self.members(loop))
             ):
                 body *= member(chain.path.name, [place, named(index)])
-            found.append(self._over(Loop(index, loop.start, loop.stop), body))
+            known = {loop.index: named(index)}
+            conditions = tuple(
+                changed(one, lambda whole, known=known: whole.with_names(known)) for one in loop.conditions
+            )
+            found.append(self._over(Loop(index, loop.start, loop.stop, 1, conditions), body))
         return sympy.Add(*found)
 
-    def up_to(self, loop: Loop, step: int, place: Whole, values: Any) -> Loop | None:
-        """The part of a loop that is before a place, or behind it; None if that is nothing."""
+    def up_to(self, loop: Loop, step: int, place: Whole, values: Any, *, outermost: bool) -> Loop | None:
+        """The part of a loop up to a place, or from it on; None if that is nothing. No member is beyond the
+        ``outermost`` loop."""
         first, last = loop.start.value(self.sizes), loop.stop.value(self.sizes) - 1
         if step < 0:
             if np.all(values < first):
                 return None
             if np.any(values < first - 1):
                 raise Split(relation(place, "<", loop.start))
-            if not np.any(values < last):
+            if not outermost and not np.any(values < last):
                 return loop
             if np.any(values > last):
                 raise Split(relation(place, "<=", loop.stop - number(1)))
-            return Loop(loop.index, loop.start, place + number(1))
+            return Loop(loop.index, loop.start, place + number(1), 1, loop.conditions)
         if step > 0:
             if np.all(values > last):
                 return None
             if np.any(values > last + 1):
                 raise Split(relation(place, ">=", loop.stop))
-            if not np.any(values > first):
+            if not outermost and not np.any(values > first):
                 return loop
             if np.any(values < first):
                 raise Split(relation(place, ">=", loop.start))
-            return Loop(loop.index, place, loop.stop)
+            return Loop(loop.index, place, loop.stop, 1, loop.conditions)
         return loop
 
     def _value(self, tree: Tree, indices: Any) -> Any:
@@ -265,23 +274,28 @@ def merged(pieces: Sequence[Piece]) -> Iterator[Piece]:
     """Pieces beside each other that are alike as one."""
     last: Piece | None = None
     for piece in pieces:
-        if last is not None and last.loop.stop == piece.loop.start and at(piece, last):
-            loop = Loop(piece.loop.index, last.loop.start, piece.loop.stop)
-            last = Piece(loop, piece.added, piece.parent)
-            continue
-        if last is not None:
+        together = None if last is None else joined(last, piece)
+        if last is not None and together is None:
             yield last
-        last = piece
+        last = piece if together is None else together
     if last is not None:
         yield last
 
 
-def at(piece: Piece, before: Piece) -> bool:
-    """Whether a piece has the value of the one before it there, too."""
-    single = before.loop.stop - before.loop.start == number(1)
-    place = before.loop.start if single else named(before.loop.index)
-    own = renamed(before.added, {before.loop.index: place}, {})
-    return bool(renamed(piece.added, {piece.loop.index: place}, {}) == own)
+def joined(one: Piece, other: Piece) -> Piece | None:
+    """Two pieces as one, if the second follows the first, and what is added to a single member is what is
+    added to all others, too."""
+    loops = one.loop, other.loop
+    if loops[0].stop != loops[1].start or loops[0].conditions or loops[1].conditions:
+        return None
+    alone = [loop.stop - loop.start == number(1) for loop in loops]
+    general = one if alone[1] and not alone[0] else other
+    single = one if general is other else other
+    place = single.loop.start if any(alone) else named(single.loop.index)
+    added = [renamed(each.added, {each.loop.index: place}, {}) for each in (one, other)]
+    if added[0] != added[1]:
+        return None
+    return Piece(Loop(general.loop.index, loops[0].start, loops[1].stop), general.added, general.parent)
 
 
 def shortened(expression: sympy.Expr, known: Mapping[str, Any]) -> sympy.Expr:

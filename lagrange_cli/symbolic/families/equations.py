@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 
 import sympy
 
@@ -73,11 +74,17 @@ def family_equations(system: FamilySystem) -> FamilyEquations | None:
     """
     with suppress(Unsuited, Split, ExpressionError, ArithmeticError):
         if system.joints is None:
-            return _Deriver(system).equations()
-        by_name = _Deriver(system, naming=True).equations()
-        closed = attempt(AS_SUMS, _Deriver(system).equations)
+            return equations_of(system, naming=False)
+        by_name = equations_of(system, naming=True)
+        closed = attempt(AS_SUMS, partial(equations_of, system, naming=False))
         return by_name if closed is None else min(closed, by_name, key=length)
     return None
+
+
+def equations_of(system: FamilySystem, *, naming: bool) -> FamilyEquations:
+    """The equations; if ``naming``, with names of places along chains. Raises ``Unsuited``, ``Split``,
+    ``ExpressionError`` or ``ArithmeticError`` where they cannot be written with indices."""
+    return _Deriver(system, naming=naming).equations()
 
 
 def length(equations: FamilyEquations) -> int:

@@ -115,7 +115,7 @@ class Lines:
             conditions = [one if one in true else negation(one) for one in masks]
             listed = [changed(one, lambda index: index.with_names(known)) for one in conditions]
             spans = spans_within(loops, self.sizes)
-            kept = tuple(one for one in listed if decided(one, spans) is not True)
+            kept = tuple(one for one in dict.fromkeys(listed) if decided(one, spans) is not True)
             last = loops[-1]
             loops[-1] = Loop(last.index, last.start, last.stop, last.step, kept)
         return tuple(loops), tuple(indices)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import count, pairwise
 from typing import Any
 
 import sympy
 
+from lagrange_cli.expression.syntax import Binary, Tree
 from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.groups import Group, particle_families
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec
-from lagrange_cli.symbolic.families.chains import WrittenChains, together
+from lagrange_cli.symbolic.families.chains import WrittenChains, shortened, together
 from lagrange_cli.symbolic.families.frames import Frame
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.indexed.members import Summed, hidden, member, renamed
+from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, hidden, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole, named
 
 RATES = COMPONENTS, VELOCITY_COMPONENTS, ACCELERATION_COMPONENTS
@@ -92,6 +93,29 @@ class WrittenPlaces(WrittenChains):
         if not any(one.has(Summed) for one in components):
             return None
         return Place(group.family.name, kind.loops, group.family.shape, components)
+
+    def _value(self, tree: Tree, indices: Any) -> Any:
+        made = super()._value(tree, indices)
+        if not self._meanings or not isinstance(tree, Binary):
+            return made
+        known = {**self.sizes, **indices.arrays}
+        listed = [
+            one.replace(lambda part: part.is_Add, lambda part: self.apart(part, known))
+            for one in (made if isinstance(made, tuple) else (made,))
+        ]
+        return tuple(listed) if isinstance(made, tuple) else listed[0]
+
+    def apart(self, expression: sympy.Expr, known: Mapping[str, Any]) -> sympy.Expr:
+        """A difference of places with names as what it is, if that is no sum."""
+        named_ones = {}
+        for symbol in expression.free_symbols:
+            meaning = self.meaning(*KNOWN[symbol.name]) if symbol.name in KNOWN else None
+            if meaning is not None:
+                named_ones[symbol] = meaning
+        if len(named_ones) < 2:
+            return expression
+        closed = shortened(sympy.expand_mul(expression.xreplace(named_ones)), known)
+        return expression if closed.has(Summed) else closed
 
     def meaning(self, base: str, wholes: Sequence[Whole]) -> sympy.Expr | None:
         """What a name of a place, velocity or acceleration stands for, with indices of sums that nothing else

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import Whole, flat
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.parse import parse
-from lagrange_cli.expression.syntax import Sum
+from lagrange_cli.expression.syntax import ExpressionError, Sum
 from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, VELOCITY_COMPONENTS, acceleration_name
 from lagrange_cli.families.arrays import NONE, Array, Chain, Source, Total
 from lagrange_cli.families.chains import ChainBuilder
@@ -130,12 +131,21 @@ class ReadBack:
         """The values of an expression, whose text is read back, for all values of indices, and their sizes.
         Raises ``Unsuited`` where its sums have too many terms."""
         reader = Reader(self.system, self.paths)
-        tree = parse(render(expression, Text(), self.order))
-        node = reader.value(tree, Members(reader.domain(count), count, {**self.sizes, **indices}))
-        if isinstance(node, tuple):
-            raise Unsuited
         values = reader.at(state)
-        return np.broadcast_to(values.node(node), count), np.broadcast_to(Sizes(values).node(node), count)
+        found = np.zeros((2, count))
+        known = {**self.sizes, **indices}
+        try:
+            tree = parse(render(expression, Text(), self.order))
+        except ExpressionError as error:
+            raise UsageError(
+                f"the printed equations are too long to be verified ({error.message})"
+            ) from error
+        for _, node, which in reader.each(tree, known, count):
+            if isinstance(node, tuple):
+                raise Unsuited
+            found[0, which] = values.node(node)
+            found[1, which] = Sizes(values).node(node)
+        return found[0], found[1]
 
 
 class Sizes:

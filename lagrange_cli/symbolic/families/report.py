@@ -92,7 +92,7 @@ def trees(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
         name = writer.names(f"{path.name}[i,j]")
         said.append(Statement(name, "", writer.prose(ON_THE_PATH)))
         for loop, parent in zip(path.loops, path.parents):
-            own = writer.notation.inline(writer.notation.symbol(f"({parent.text})"))
+            own = writer.notation.inline(writer.notation.whole(parent.text))
             own = writer.prose(f"the parent of `{loop.index}` is ") + own
             said.append(Statement("", "", with_members(own, (loop,), writer)))
     if said:

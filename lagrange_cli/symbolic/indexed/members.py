@@ -195,6 +195,8 @@ def leads_negative(sum_: sympy.Expr) -> bool:
 
 def summed_of(body: sympy.Expr, loops: Sequence[Loop]) -> sympy.Expr:
     """The sum, with what all of its terms have in common, and no index changes, in front of it."""
+    if body.is_zero:
+        return sympy.S.Zero
     bound = {one.index for one in loops}
     turned = [one for one in sympy.Mul.make_args(body) if one.is_Add and leads_negative(one)]
     if turned and not body.is_Add:
