@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from itertools import count
 from typing import Any
 
@@ -24,7 +25,7 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.symbolic.families.builder import WrittenBuilder
 from lagrange_cli.symbolic.families.frames import Frame, Split
 from lagrange_cli.symbolic.families.sums import telescoped
-from lagrange_cli.symbolic.indexed.conditions import Loop, changed, holds, relation
+from lagrange_cli.symbolic.indexed.conditions import Loop, holds, relation
 from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number
 from lagrange_cli.symbolic.work import size_of
@@ -183,11 +184,8 @@ class WrittenChains(WrittenBuilder):
                 piece.parent is None and np.sum(chain.path.table == NONE) == 1 == len(self.members(loop))
             ):
                 body *= member(chain.path.name, [place, named(index)])
-            known = {loop.index: named(index)}
-            conditions = tuple(
-                changed(one, lambda whole, known=known: whole.with_names(known)) for one in loop.conditions
-            )
-            found.append(self._over(Loop(index, loop.start, loop.stop, 1, conditions), body))
+            own = loop.changed(partial(Whole.with_names, known={loop.index: named(index)}))
+            found.append(self._over(Loop(index, own.start, own.stop, 1, own.conditions), body))
         return sympy.Add(*found)
 
     def up_to(self, loop: Loop, step: int, place: Whole, values: Any, *, outermost: bool) -> Loop | None:

@@ -240,7 +240,8 @@ def test_sympy_reads_the_data_back() -> None:
     assert "bob_ax[j]" in tree["equations"]["a[i]"]
 
 
-@pytest.mark.parametrize("case", range(3))
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("case", range(20))
 def test_h_changes_as_is_printed(case: int) -> None:
     """dh/dt beside a difference of h along the motion."""
     texts = (drawn(random.Random(f"changing {k}"), 4) for k in range(100))
