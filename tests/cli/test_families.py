@@ -222,7 +222,9 @@ def test_chains_are_printed_with_indices_however_long_they_are(tmp_path):
         (SYSTEMS / "chain.yaml", [], 3, "with constraints every member is written out"),
     ],
 )
-def test_why_members_are_written_out_and_what_can_be_done(system, options, status, said, tmp_path, monkeypatch):
+def test_why_members_are_written_out_and_what_can_be_done(
+    system, options, status, said, tmp_path, monkeypatch
+):
     monkeypatch.setenv("LAGRANGE_LIMITS", "work=100000")
     run = lagrange("equations", system, "--size", "N=1000", *options, cwd=tmp_path)
     assert run.returncode == status

@@ -25,7 +25,7 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.symbolic.families.builder import WrittenBuilder
 from lagrange_cli.symbolic.families.frames import Frame, Split
 from lagrange_cli.symbolic.families.sums import telescoped
-from lagrange_cli.symbolic.indexed.conditions import Loop, holds, relation
+from lagrange_cli.symbolic.indexed.conditions import Loop, changed, holds, relation
 from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number
 from lagrange_cli.symbolic.work import size_of
@@ -184,8 +184,9 @@ class WrittenChains(WrittenBuilder):
                 piece.parent is None and np.sum(chain.path.table == NONE) == 1 == len(self.members(loop))
             ):
                 body *= member(chain.path.name, [place, named(index)])
-            own = loop.changed(partial(Whole.with_names, known={loop.index: named(index)}))
-            found.append(self._over(Loop(index, own.start, own.stop, 1, own.conditions), body))
+            mine = partial(Whole.with_names, known={loop.index: named(index)})
+            conditions = tuple(changed(one, mine) for one in loop.conditions)
+            found.append(self._over(Loop(index, loop.start, loop.stop, 1, conditions), body))
         return sympy.Add(*found)
 
     def up_to(self, loop: Loop, step: int, place: Whole, values: Any, *, outermost: bool) -> Loop | None:

@@ -50,7 +50,7 @@ class WrittenPlaces(WrittenChains):
         super().__init__(spec)
         self.naming = naming
         self.places: dict[str, Place] = {}
-        self.count = (f"@{k}" for k in count())
+        self.count = (f"p{k}" for k in count())
         self._asked: set[str] = set()
         self._meanings: dict[str, tuple[Place, int, int]] = {}
 

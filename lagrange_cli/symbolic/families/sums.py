@@ -214,14 +214,11 @@ def with_common_factor(expression: sympy.Expr) -> sympy.Expr:
     """A sum as a product of what all of its terms have, and the rest."""
     if not expression.is_Add:
         return expression
-    common = sympy.S.One
     powers = [one.as_coeff_Mul()[1].as_powers_dict() for one in expression.args]
-    for base, exponent in powers[0].items():
-        exponents = [one.get(base, sympy.S.Zero) for one in powers]
-        if (
-            base.is_commutative
-            and exponent.is_Integer
-            and all(one.is_Integer and one > 0 for one in exponents)
-        ):
-            common *= base ** min(exponents)
+    alike = [
+        base**exponent
+        for base, exponent in powers[0].items()
+        if exponent.is_Integer and exponent > 0 and all(one.get(base) == exponent for one in powers)
+    ]
+    common = sympy.Mul(*alike)
     return common * sympy.Add(*(one / common for one in expression.args))

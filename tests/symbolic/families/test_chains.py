@@ -141,10 +141,10 @@ def test_the_n_pendulum_is_that_of_a_textbook(count: int) -> None:
     for line in (
         f"N = {count}",
         "U = -m*l*g*sum((N - j)*cos(theta[j]) for j in range(N))",
-        "p_theta[i] = m*l**2*sum(cos(theta[i] - theta[k])*theta_dot[k] for j in range(i, N)"
-        " for k in range(j + 1))   [for i in range(N)]",
-        "l*sum(cos(theta[i] - theta[k])*theta_ddot[k] + sin(theta[i] - theta[k])*theta_dot[k]**2"
-        " for j in range(i, N) for k in range(j + 1))",
+        "p_theta[i] = m*l**2*sum(cos(theta[i] - theta[k])*theta_dot[k] for j in range(i, N)",
+        "for k in range(j + 1))   [for i in range(N)]",
+        "l*sum(cos(theta[i] - theta[k])*theta_ddot[k] + sin(theta[i] - theta[k])*theta_dot[k]**2",
+        "for j in range(i, N) for k in range(j + 1))",
         "+ g*(N - i)*sin(theta[i]) = 0   [theta[i], divided by m*l, for i in range(N)]",
         "the solution of all equations of motion together, which are linear in them",
     ):
