@@ -66,7 +66,7 @@ def cyclic(given: Given, names: set[str], momenta: Sequence[Line]) -> Iterator[C
 
 def displaced(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:
     """What displacements of all particles, or of all members of a family, conserve."""
-    if given.spec.lagrangian is not None:
+    if given.spec.lagrangian is not None or given.system.joints is not None:
         for family in given.builder.coordinates:
             own = [one for one in momenta if one.family is family]
             yield (

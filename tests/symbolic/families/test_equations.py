@@ -132,8 +132,8 @@ def test_bodies_as_in_a_textbook() -> None:
         "T = sum(m[i]*(x_dot[i]**2 + y_dot[i]**2) for i in range(N))/2",
         "U = -G*sum(m[i]*m[j]/sqrt((x[i] - x[j])**2 + (y[i] - y[j])**2) for i in range(N) for j in range(i))",
         "p_x[i] = m[i]*x_dot[i] [for i in range(N)]",
-        "x_ddot[i] + G*sum(m[j]*(x[i] - x[j])/((x[i] - x[j])**2 + (y[i] - y[j])**2)**(3/2) for j in range(N) if j != i)"
-        " = 0 [x[i], divided by m[i], for i in range(N)]",
+        "x_ddot[i] + G*sum(m[j]*(x[i] - x[j])/((x[i] - x[j])**2 + (y[i] - y[j])**2)**(3/2)"
+        " for j in range(N) if j != i) = 0 [x[i], divided by m[i], for i in range(N)]",
         "x_ddot[i] = -G*sum(m[j]*(x[i] - x[j])/((x[i] - x[j])**2 + (y[i] - y[j])**2)**(3/2)"
         " for j in range(N) if j != i) [for i in range(N)]",
         "P_x = sum(m[i]*x_dot[i] for i in range(N))",
