@@ -10,7 +10,7 @@ import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.array_builder import Members
-from lagrange_cli.expression.index_arrays import Whole, flat
+from lagrange_cli.expression.index_arrays import MOST, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.parse import parse
@@ -35,8 +35,14 @@ if TYPE_CHECKING:
     """t, q, v, the accelerations and the parameters."""
 
 
+MOST_NUMBERS = 20_000_000
+"""Of the matrix of a path: 160 MB."""
+
+
 class Reader(ChainBuilder):
     """Builds what is printed, which has accelerations and paths besides what system files have."""
+
+    most = 4 * MOST
 
     def __init__(self, system: FamilySystem, paths: Sequence[Path]) -> None:
         super().__init__(system.spec)
@@ -74,8 +80,10 @@ class Reader(ChainBuilder):
 
 
 def matrix(path: Path) -> Numbers:
-    """The numbers of a path."""
+    """The numbers of a path. Raises ``Unsuited`` where there are too many."""
     count = len(path.table)
+    if count * count > MOST_NUMBERS:
+        raise Unsuited
     made, places = np.eye(count), np.arange(count)
     rows = np.arange(count)
     while len(rows):

@@ -16,7 +16,7 @@ from lagrange_cli.spec.values import Values
 from lagrange_cli.symbolic.direct import directly
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.families.readback import ReadBack, Sizes
+from lagrange_cli.symbolic.families.readback import ReadBack, Reader, Sizes
 from lagrange_cli.symbolic.verify import COMPILED, DIRECT, Verification
 
 if TYPE_CHECKING:
@@ -32,6 +32,10 @@ STATES, NEAR = 4, 0.1
 DERIVED = "printed and derived for all members together"
 SMALL = 60
 """Coordinates up to which the file is differentiated directly, too: member by member."""
+
+TOO_MANY = (
+    "the sums of the printed equations have too many terms to be compared: choose smaller sizes with --size"
+)
 
 
 def verify(
@@ -64,7 +68,10 @@ class Comparison:
         self.read = ReadBack(system, equations)
         self.names = [one.name for one in system.spec.coordinates]
         self.most = len(self.names)
-        """Members of each line that are compared: fewer where the sums of all have too many terms."""
+        """Members of each line that are compared: fewer where the sums of all have too many terms, as those
+        of chains have, which have sums within sums."""
+        if system.joints is not None:
+            self.most = max(1, min(self.most, Reader.most // self.most**2))
 
     def differences(self) -> Quantities:
         """Those of all quantities at all states."""
@@ -106,7 +113,7 @@ class Comparison:
             yield self.worst("the equation of {}", DIRECT, self.values(left, at), residual)
             momenta = np.array(direct.momenta, dtype=float)
             yield self.worst("p_{}", DIRECT, self.values(self.equations.momenta, at), momenta)
-            h, size = self.read.value(self.equations.h, {}, 1, at)
+            h, size = self.value(self.equations.h, {}, 1, at)
             yield "h", DIRECT, abs(float(h[0]) - float(direct.h)) / float(size[0] or 1)
 
     def momenta(self, at: Any) -> Quantities:
@@ -125,7 +132,7 @@ class Comparison:
             float(np.sum(own.node(one))) for one in (self.system.kinetic, self.system.potential)
         )
         power = float(own.of(self.system.momenta) @ v)
-        h, size = self.read.value(self.equations.h, {}, 1, at)
+        h, size = self.value(self.equations.h, {}, 1, at)
         least = abs(power) + abs(kinetic) + float(np.sum(Sizes(own).node(self.system.potential)))
         yield "h", DERIVED, abs(float(h[0]) - power + kinetic - potential) / max(least, float(size[0]))
 
@@ -136,7 +143,7 @@ class Comparison:
                       for loop in one.loops]  # fmt: skip
             grid = [each.ravel()[: self.most] for each in np.meshgrid(*ranges, indexing="ij")]
             indices = {loop.index: each for loop, each in zip(one.loops, grid)}
-            apart, size = self.read.value(one.expression - one.symbol, indices, len(grid[0]), at)
+            apart, size = self.value(one.expression - one.symbol, indices, len(grid[0]), at)
             yield one.symbol.name, DERIVED, float(np.max(np.abs(apart) / np.maximum(size, 1e-300)))
 
     def values(self, lines: Sequence[Line], at: Any) -> tuple[Array, Array]:
@@ -146,11 +153,15 @@ class Comparison:
                 return self.read.values(lines, at, self.most)
             except Unsuited as error:
                 if self.most == 1:
-                    raise UsageError(
-                        "the sums of the printed equations have too many terms to be compared: "
-                        "choose smaller sizes with --size"
-                    ) from error
+                    raise UsageError(TOO_MANY) from error
                 self.most = (self.most + 1) // 2
+
+    def value(self, expression: Any, indices: dict[str, Any], count: int, at: Any) -> tuple[Array, Array]:
+        """The values of an expression and their sizes, for all values of indices."""
+        try:
+            return self.read.value(expression, indices, count, at)
+        except Unsuited as error:
+            raise UsageError(TOO_MANY) from error
 
     def worst(
         self, quantity: str, routes: str, printed: tuple[Array, Array], other: Array
