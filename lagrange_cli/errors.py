@@ -4,6 +4,7 @@ LagrangeError
 ├── UsageError       2    an option, its value, a --set of an unknown name
 │   └── MissingPackage    what an extra would have installed
 ├── SpecError        3    the system file is wrong: one Problem or many, each with its place
+│   └── TooLargeSystem    it is right, but too large for what was asked
 ├── SingularCoordinate 3  found while deriving; the command line gives it its place
 ├── InfiniteForce    3    likewise
 ├── TooLarge         3    likewise, the file as a whole
@@ -117,6 +118,10 @@ class SpecError(LagrangeError):
         self.filename = filename
         self.problems = tuple(sorted(problems))
         super().__init__("\n".join(problem.render(filename) for problem in self.problems))
+
+
+class TooLargeSystem(SpecError):
+    """The system file is right, but too large for what was asked."""
 
 
 class SingularCoordinate(LagrangeError):

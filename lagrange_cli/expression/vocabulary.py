@@ -40,6 +40,8 @@ RESERVED = frozenset(CALLABLE) | FAMILY_WORDS | CONSTANTS | {TIME}
 
 COMPONENTS = ("x", "y", "z")
 VELOCITY_COMPONENTS = ("vx", "vy", "vz")
+ACCELERATION_COMPONENTS = ("ax", "ay", "az")
+"""As ``equations`` prints them; system files do not have them."""
 AXES_COMPONENTS = tuple(f"R{i}{j}" for i in "123" for j in "123")
 """Components of a rigid body's axes: ``R12`` is the x component of its second axis."""
 AXES_RATES = tuple(f"v{name}" for name in AXES_COMPONENTS)

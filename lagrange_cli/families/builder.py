@@ -56,6 +56,8 @@ class FamilyBuilder(ArrayBuilder):
         count = len(spec.coordinates)
         self.q = Array(Source.COORDINATES, count)
         self.v = Array(Source.VELOCITIES, count)
+        self.faster = {self.q: self.v}
+        """The rates of coordinates."""
         self.given = Array(Source.PARAMETERS, len(spec.parameters))
         self.whole = Array(Source.WHOLE, 0)
         self.root = Domain(1)
@@ -191,10 +193,10 @@ class FamilyBuilder(ArrayBuilder):
         found: Node = self.graph.diff(node, self.time)
         for symbol, slot in self.slots.inside(node):
             rates: Array | None = None
-            if slot.array is self.v:
-                raise Unsuited
-            if slot.array is self.q:
-                rates = self.v
+            if slot.array in (self.q, self.v):
+                rates = self.faster.get(slot.array)
+                if rates is None:
+                    raise Unsuited
             elif isinstance(slot.array, Total):
                 rates = self.rates_of(slot.array)
             elif slot.array.source is Source.TOTAL:

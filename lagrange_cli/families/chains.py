@@ -16,7 +16,7 @@ from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import Differ, Places, Whole, integers
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.expression.syntax import Binary, Name, Negative, Sum, Tree, Vector, names, plain_names, sums
+from lagrange_cli.expression.syntax import Sum, names, plain_names, sums
 from lagrange_cli.families.arrays import (
     NONE,
     Array,
@@ -31,7 +31,7 @@ from lagrange_cli.families.arrays import (
     tree_of,
 )
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.groups import Group
+from lagrange_cli.families.groups import Group, components
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec
@@ -85,7 +85,7 @@ class ChainBuilder(FamilyBuilder):
 
     def grown(self, group: Group) -> tuple[Chain, ...]:
         """The same. Raises ``Unsuited`` where they follow in another way than by an addition."""
-        count = max(self.components(tree, group) for tree in group.trees)
+        count = max(components(tree, self.groups, group) for tree in group.trees)
         arrays = tuple(Array(Source.TOTAL, group.count) for _ in range(count))
         parents = [np.full(group.count, NONE, dtype=np.int64) for _ in arrays]
         terms: list[list[Term]] = [[] for _ in arrays]
@@ -105,22 +105,6 @@ class ChainBuilder(FamilyBuilder):
             assert isinstance(chain, Chain)
             made.append(chain)
         return tuple(made)
-
-    def components(self, tree: Tree, *within: Group) -> int:
-        """How many components an expression has, as far as its form shows; members of groups that it is
-        ``within`` say nothing."""
-        if isinstance(tree, Vector):
-            return len(tree.items)
-        if isinstance(tree, Negative):
-            return self.components(tree.operand, *within)
-        if isinstance(tree, Sum):
-            return self.components(tree.body, *within)
-        if isinstance(tree, Binary):
-            return max(self.components(side, *within) for side in (tree.left, tree.right))
-        group = self.groups.get(tree.identifier) if isinstance(tree, Name) else None
-        if group is None or group in within:
-            return 1
-        return max(self.components(one, group, *within) for one in group.trees)
 
     def added_to(self, part: Node, found: Sequence[tuple[Node, Slot]], array: Array) -> tuple[Node, Places]:
         """What is added to the parent in ``part``, and who that is."""

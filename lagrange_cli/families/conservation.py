@@ -57,7 +57,8 @@ class State:
         count = system.q.count
         q, v = chance.uniform(0.2, 1.2, count), chance.uniform(-1.0, 1.0, count)
         self.system, self.v, self.t = system, v, float(chance.uniform(0.2, 1.2))
-        self.values = FamilyValues(system, self.t, q, v, chance.uniform(0.5, 1.5, len(spec.parameters)))
+        self.q, self.parameters = q, chance.uniform(0.5, 1.5, len(spec.parameters))
+        self.values = FamilyValues(system, self.t, q, v, self.parameters)
         self.slopes, self.slope_sizes = self._pair(system.slopes)
         self.applied, self.applied_sizes = self._pair(system.applied)
 
@@ -87,6 +88,12 @@ class State:
             found[one.rows] = wanted
             left[place][one.members] = False
         return None if any(np.any(one) for one in left.values()) else np.nan_to_num(found)
+
+    def keeps_kinetic(self, direction: Values) -> bool:
+        """Whether T is the same far away in a direction, at the same velocities."""
+        moved = FamilyValues(self.system, self.t, self.q + direction, self.v, self.parameters)
+        before, after = (float(np.sum(one.node(self.system.kinetic))) for one in (self.values, moved))
+        return abs(after - before) <= ROUNDED * abs(before)
 
     def vanishes(self, direction: Values, *, applied: bool, inside: bool = True) -> bool:
         """Whether forces do no work in a direction: those in L if ``inside``, and those ``applied``."""
@@ -126,11 +133,13 @@ def constants_of(system: FamilySystem) -> Constants:
 
 def further(system: FamilySystem, states: Sequence[State], kept: NDArray[np.bool_]) -> Iterator[Conserved]:
     """What displacements conserve; not sums of momenta that are all ``kept``."""
-    for trial in trials(system) if system.joints is None else ():
+    for trial in trials(system):
         directions = [trial.of(one) for one in states]
         if any(one is None or not np.any(one) for one in directions):
             continue
         pairs = [(one, state) for one, state in zip(directions, states) if one is not None]
+        if system.joints is not None and not all(state.keeps_kinetic(one) for one, state in pairs):
+            continue
         if not all(state.vanishes(one, applied=True) for one, state in pairs):
             continue
         constant = trial.quantity.startswith("P")
@@ -155,8 +164,8 @@ def unchanged(system: FamilySystem, *, idle: bool) -> str:
 
 
 def trials(system: FamilySystem) -> Iterator[Trial]:
-    """Displacements of all particles; of all members of a family, where L is given."""
-    if system.spec.lagrangian is not None:
+    """Displacements of all particles; of all members of a family, where L is given, and of chains."""
+    if system.spec.lagrangian is not None or system.joints is not None:
         yield from shifts(system)
         return
     counts = {name: len(totals) for name, totals in system.positions.items()}

@@ -19,7 +19,7 @@ from lagrange_cli.spec.spec import grouped
 def current(system: FamilySystem, quantity: str) -> Total:
     """The total of one member that is the conserved ``quantity``: P_x, L_z, K_x, or P_u of a family u."""
     kind, _, name = quantity.partition("_")
-    if system.spec.lagrangian is not None:
+    if system.spec.lagrangian is not None or system.joints is not None:
         terms = [*of_family(system, name)]
     elif kind == "L":
         i, j = TURNS[name]
@@ -36,8 +36,8 @@ def of_family(system: FamilySystem, name: str) -> Iterator[Term]:
         count = len(family.members)
         if family.name == name:
             domain, rows = Domain(count), np.arange(first, first + count)
-            mass, speed = (system.slots.symbol(domain, one, rows) for one in (system.masses, system.v))
-            yield Term(domain, mass * speed, np.zeros(count, dtype=np.int64))
+            momentum = system.slots.symbol(domain, system.momenta, rows)
+            yield Term(domain, momentum, np.zeros(count, dtype=np.int64))
         first += count
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import Differ, Places, one_if_equal
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.syntax import Tree
+from lagrange_cli.expression.syntax import Binary, Name, Negative, Sum, Tree, Vector
 from lagrange_cli.families.arrays import Array, Domain
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import groups_by_name
@@ -111,3 +111,20 @@ def alike(one: Group, other: Group) -> Iterator[Places]:
     labels = one.labels * (int(other.labels.max()) + 1) + other.labels
     for label in np.unique(labels):
         yield np.flatnonzero(labels == label)
+
+
+def components(tree: Tree, groups: Mapping[str, Group], *within: Group) -> int:
+    """How many components an expression has, as far as its form shows; members of groups that it is
+    ``within`` say nothing."""
+    if isinstance(tree, Vector):
+        return len(tree.items)
+    if isinstance(tree, Negative):
+        return components(tree.operand, groups, *within)
+    if isinstance(tree, Sum):
+        return components(tree.body, groups, *within)
+    if isinstance(tree, Binary):
+        return max(components(side, groups, *within) for side in (tree.left, tree.right))
+    group = groups.get(tree.identifier) if isinstance(tree, Name) else None
+    if group is None or group in within:
+        return 1
+    return max(components(one, groups, group, *within) for one in group.trees)

@@ -43,11 +43,21 @@ class Described(Protocol):
 
 
 class FamilyValues:
-    """The values at one state: ``q``, ``v`` (coordinates,), t, and ``parameters`` in the file's order."""
+    """The values at one state: ``q``, ``v`` (coordinates,), t, ``parameters`` in the file's order, and those
+    of ``others``."""
 
-    def __init__(self, system: Described, t: float, q: Values, v: Values, parameters: Values) -> None:
+    def __init__(
+        self,
+        system: Described,
+        t: float,
+        q: Values,
+        v: Values,
+        parameters: Values,
+        others: Mapping[Array, Values] | None = None,
+    ) -> None:
         self.slots = system.slots
         self._arrays: dict[Array, Values] = {system.q: q, system.v: v, system.given: parameters}
+        self._arrays |= others or {}
         names = names_of(system.spec.parameters).starts
         self._scalars: dict[Node, Any] = {system.time: t}
         self._scalars |= {node: parameters[names[name]] for name, node in system.parameters.items()}
@@ -116,10 +126,17 @@ def _product(data: Any, arguments: Sequence[Any]) -> Any:
     return made
 
 
+def _switch(data: Any, arguments: Sequence[Any]) -> Any:
+    u, above, below = arguments
+    at = (above + below) / 2 if data == 0 else above if data > 0 else below
+    return np.where(u > 0, above, np.where(u < 0, below, at))
+
+
 OPERATIONS: Mapping[Kind, Callable[[Any, Sequence[Any]], Any]] = {
     Kind.NUMBER: lambda data, arguments: float(data),
     Kind.SUM: _sum,
     Kind.PRODUCT: _product,
     Kind.POWER: lambda data, arguments: arguments[0] ** arguments[1],
+    Kind.SWITCH: _switch,
     Kind.FUNCTION: lambda data, arguments: FUNCTIONS[str(data)](*arguments),
 }

@@ -18,6 +18,7 @@ from lagrange_cli.errors import (
     SpecError,
     Spinning,
     TooLarge,
+    TooLargeSystem,
     Undetermined,
     UsageError,
 )
@@ -195,9 +196,10 @@ def located(spec: Spec) -> Iterator[None]:
         message, hint = error.message, error.hint
         found = largest_expression(spec)
         if found is None:
-            raise SpecError(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
+            raise TooLargeSystem(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
         message += f"; this expression has {found.size} terms and factors with its definitions expanded"
-        raise Source(spec.filename, spec.text).error(found.place, message, hint) from error
+        problem = Source(spec.filename, spec.text).problem(found.place, message, hint)
+        raise TooLargeSystem(spec.filename, [problem]) from error
 
 
 def jumping(spec: Spec, key: str, name: str) -> Place:

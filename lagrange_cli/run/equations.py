@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.errors import LagrangeError
+from lagrange_cli.errors import LagrangeError, SpecError, TooLargeSystem
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.monitor import Stage, untimed
@@ -164,14 +164,18 @@ def check_printed(spec: Spec) -> None:
     from lagrange_cli.model.largest import largest_expression
     from lagrange_cli.spec.source import Source
 
-    found = largest_expression(spec)
+    try:
+        found = largest_expression(spec)
+    except SpecError as error:  # the file is right otherwise: it has been read
+        raise TooLargeSystem(error.filename, [*error.problems]) from error
     if found is not None and found.size > whole("printed"):
-        raise Source(spec.filename, spec.text).error(
+        problem = Source(spec.filename, spec.text).problem(
             found.place,
             f"this expression has {found.size} terms and factors with its definitions expanded: more than "
             f"'equations' prints ({whole('printed')})",
             f"'check' and 'solve' may work nevertheless, {way_out('printed')}",
         )
+        raise TooLargeSystem(spec.filename, [problem])
 
 
 def as_data(derived: Derived, form: str, parameters: dict[str, float]) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.records import dataclass
+from lagrange_cli.errors import TooLargeSystem, UsageError
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import located
 from lagrange_cli.run.equations import FORMS
 from lagrange_cli.run.monitor import Stage, untimed
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 INDEXED = FORMS[:2]
 """Forms in which families are printed with their indices."""
+FEW = 4
+"""Members of a family whose equations are short when they are written out."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ def derive_families(spec: Spec, stage: Stage = untimed, most: float = math.inf) 
 
     with stage("derive"), located(spec):
         system = family_system(spec)
-        if system is None or system.joints is not None:  # whose members are not written as these are
+        if system is None:
             return None
         from lagrange_cli.limits import Work
         from lagrange_cli.symbolic.families.equations import family_equations
@@ -62,6 +65,57 @@ def derive_families(spec: Spec, stage: Stage = untimed, most: float = math.inf) 
         with counting(work):
             equations = family_equations(system)
         return None if equations is None else DerivedFamilies(system, equations, work)
+
+
+@contextmanager
+def by_members(spec: Spec, form: str, coordinates: str) -> Iterator[None]:
+    """A context in which the equations of a system are written out, member by member: what is too large for
+    that is said to be, with the reason why it is done and a way out.
+
+    Raises ``SpecError``.
+    """
+    try:
+        yield
+    except TooLargeSystem as error:
+        if not spec.families.get("coordinates"):
+            raise
+        first, *others = error.problems
+        hint = f"{why_members(spec, form, coordinates)}: {smaller(spec)}"
+        raise TooLargeSystem(error.filename, [replace(first, hint=hint), *others]) from error
+
+
+def why_members(spec: Spec, form: str, coordinates: str) -> str:
+    """Why the equations are not printed with indices."""
+    from lagrange_cli.families.system import UNKNOWN, family_system
+
+    if coordinates:
+        return "in other coordinates every member is written out"
+    if form not in INDEXED:
+        return f"--form {form} writes out every member"
+    parts = [part for part in UNKNOWN if getattr(spec, part)]
+    if parts:
+        return f"with {parts[0]} every member is written out"
+    if family_system(spec) is not None:
+        return "its conditions are too irregular to be printed with indices, so every member is written out"
+    kinds = "a constant diagonal mass matrix, or particles along chains and trees, without kinks"
+    return f"every member is written out, since printing with indices needs {kinds}"
+
+
+def smaller(spec: Spec) -> str:
+    """How to write out fewer members."""
+    sizes = [name for name, size in spec.sizes.items() if size > FEW]
+    way = f"choose fewer, such as --size {sizes[0]}={FEW}" if sizes else "write a smaller system"
+    return f"{way}; 'check' and 'solve' may work nevertheless"
+
+
+def refuse_form(derived: DerivedFamilies, form: str) -> None:
+    """Raise ``UsageError`` where the equations do not have a form."""
+    if form == "explicit" and derived.equations.accelerations is None:
+        raise UsageError(
+            "--form explicit: accelerations along chains and trees are the solution of all "
+            f"{len(derived.system.spec.coordinates)} equations together, and are not printed with indices; "
+            f"print the equations without --form, or {smaller(derived.system.spec).partition(';')[0]}"
+        )
 
 
 def families_as_data(derived: DerivedFamilies, parameters: Mapping[str, float]) -> dict[str, Any]:

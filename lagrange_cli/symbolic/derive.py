@@ -29,6 +29,7 @@ from lagrange_cli.symbolic.equations import Equations, Event
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.textbook import textbook_form
+from lagrange_cli.symbolic.work import check_size
 
 
 def derive_equations(model: Model[sympy.Expr]) -> Equations:
@@ -48,7 +49,9 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
     else:
         lagrangian = neat(model.lagrangian, order, Role.VELOCITY)
 
-    momenta = tuple(tidy(lagrangian.diff(velocity), order) for velocity in v)
+    # the rate of a momentum is the longest expression of all: what is too long shows soon
+    pairs = [with_rate(tidy(lagrangian.diff(velocity), order), model) for velocity in v]
+    momenta, rates = (tuple(listed) for listed in zip(*pairs, strict=True))
     slopes = tuple(tidy(lagrangian.diff(coordinate), order) for coordinate in q)
     forces = tuple(tidy(force, order) for force in generalized_forces(model))
     mass_matrix = symmetric_matrix(momenta, v, order)
@@ -59,12 +62,8 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
     if idle:
         raise SingularCoordinate(idle)
     left_sides = tuple(
-        sympy.Add(*(entry * own for entry, own in zip(row, a, strict=True)))
-        + along_motion(momentum, q, v, model.time)
-        - slope
-        - force
-        - own
-        for momentum, row, slope, force, own in zip(momenta, mass_matrix, slopes, forces, bound, strict=True)
+        sympy.Add(*(entry * own for entry, own in zip(row, a, strict=True))) + rate - slope - force - own
+        for rate, row, slope, force, own in zip(rates, mass_matrix, slopes, forces, bound, strict=True)
     )
     at_rest = dict.fromkeys((*a, *(each.multiplier for each in constraints if each.linear)), sympy.S.Zero)
     force = tuple(
@@ -112,6 +111,11 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
         redundant={one.name: neat(one.expression, order, Role.COORDINATE) for one in model.redundant},
         replaced={name: neat(one, order, Role.COORDINATE) for name, one in model.replaced.items()},
     )
+
+
+def with_rate(momentum: sympy.Expr, model: Model[sympy.Expr]) -> tuple[sympy.Expr, sympy.Expr]:
+    """A momentum, and its rate of change without accelerations."""
+    return momentum, check_size(along_motion(momentum, model.q, model.v, model.time))
 
 
 def shown_event(event: Occurrence[sympy.Expr], order: Order) -> Event:

@@ -10,7 +10,7 @@ from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
 from lagrange_cli.symbolic.indexed.whole import number
 from lagrange_cli.symbolic.latex_lines import SIGN, WIDTH, broken, is_sum, width
-from lagrange_cli.symbolic.notations import GREEK, dotted, multiplied, split_index
+from lagrange_cli.symbolic.notations import GREEK, component, dotted, multiplied, split_index
 from lagrange_cli.symbolic.render import Level, Notation
 from lagrange_cli.symbolic.report import sections
 from lagrange_cli.symbolic.statements import Section, Statement
@@ -34,7 +34,7 @@ class Latex(Notation):
     def symbol(self, name: str) -> str:
         if name.startswith("("):  # a whole number
             return self.parentheses(self.whole(name[1:-1]))
-        bare, dots = dotted(name)
+        bare, dots = dotted(component(name))
         stem, indices = split_index(bare)
         text = LETTERS.get(stem, rf"\{stem}" if stem in GREEK else stem)
         if len(stem) > 1 and stem not in GREEK:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.notations import Text, Unicode
@@ -61,19 +61,31 @@ def wrap(text: str) -> list[str]:
         first, *others = text.split("\n")
         margin = " " * (first.index("[") + 2)
         return ["  " + first, *(margin + line for line in others)]
-    lines = []
-    indent, start = "  ", 0
+    lines = [*broken(text, "  ", " " * 6)]
+    for deeper in (10, 14) if " for " in text else ():  # sums over indices, and what is in parentheses there
+        lines = [
+            part
+            for indent, line in lines
+            for part in broken(line, indent, " " * max(deeper, len(indent)), within_sums=True)
+        ]
+    return [indent + line for indent, line in lines]
+
+
+def broken(text: str, indent: str, further: str, *, within_sums: bool = False) -> Iterator[tuple[str, str]]:
+    """The lines of a text, each with its indentation."""
+    start = 0
     while len(indent) + len(text) - start > WIDTH and (
-        place := break_place(text, start, WIDTH - len(indent))
+        place := break_place(text, start, WIDTH - len(indent), within_sums=within_sums)
     ):
-        lines.append(indent + text[start:place].rstrip())
-        indent, start = " " * 6, place
-    return [*lines, indent + text[start:]]
+        yield indent, text[start:place].rstrip()
+        indent, start = further, place
+    yield indent, text[start:]
 
 
-def break_place(text: str, start: int, width: int) -> int:
+def break_place(text: str, start: int, width: int, *, within_sums: bool) -> int:
     """Where to break what follows ``start``: before the last sign of the outermost sum within ``width``, or
-    else the first one beyond it; 0 where there is none. Arguments of functions are never broken.
+    else the first one beyond it; 0 where there is none. Arguments of functions are never broken; those of
+    sums over indices are if ``within_sums``, also before their loops.
 
     Signs within ``width`` are the outermost if there are none further out in the next ``FAR`` characters.
     """
@@ -85,13 +97,15 @@ def break_place(text: str, start: int, width: int) -> int:
             break
         character = text[index]
         if character in "([":
-            opened.append(index > start and (text[index - 1].isalnum() or text[index - 1] == "√"))
+            of_function = index > start and (text[index - 1].isalnum() or text[index - 1] == "√")
+            opened.append(of_function and not (within_sums and text.endswith("sum", start, index)))
         elif character in ")]" and opened:
             opened.pop()
         elif (
-            character in "+-−"
+            (character in "+-−" or (within_sums and text.startswith("for ", index)))
             and index > start + 3
-            and text[index - 1] == text[index + 1] == " "
+            and text[index - 1] == " "
+            and (text[index + 1] == " " or character == "f")
             and not any(opened)
         ):
             places.append((len(opened), index))

@@ -33,6 +33,23 @@ def dotted(name: str) -> tuple[str, int]:
     return name, 0
 
 
+def component(name: str) -> str:
+    """``bob[i].vx`` as ``x_bob_dot[i]``."""
+    found = re.fullmatch(r"(\w+)(\[[^\]]*\])?\.([va]?)([xyz])", name)
+    if found is None:
+        return name
+    family, index, rate, axis = found.groups(default="")
+    return f"{axis}_{family}{RATES[rate]}{index}"
+
+
+RATES = {"": "", "v": VELOCITY_SUFFIX, "a": ACCELERATION_SUFFIX}
+
+
+def joined_component(name: str) -> str:
+    """``bob[i].vx`` as ``bob_vx[i]``."""
+    return re.sub(r"^(\w+)(\[[^\]]*\])?\.(\w+)$", r"\1_\3\2", name)
+
+
 def split_index(name: str) -> tuple[str, list[str]]:
     """``theta1`` as theta and [1], ``u[1,2]`` as u and [1, 2]; ``p_theta1`` as p and [theta1]."""
     if name.startswith("p_") and "[" in name:
@@ -147,7 +164,7 @@ class IndexedSympy(Text):
         return super().call(SYMPY.get(function, function), arguments)
 
     def symbol(self, name: str) -> str:
-        base, bracket, index = name.partition("[")
+        base, bracket, index = joined_component(name).partition("[")
         return base + "_" * keyword.iskeyword(base) + bracket + index
 
     def summed(self, body: str, loops: Sequence[Loop]) -> str:
@@ -174,6 +191,10 @@ class IndexedSympy(Text):
 RELATIONS = {"==": "Eq", "!=": "Ne", "<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge"}
 
 
+RESERVED = frozenset({"q", "v", "a", "parameters", "values", "paths", "range", "sum", "len"})
+"""Names that the functions of a Python module use themselves."""
+
+
 class IndexedPython(Text):
     """An expression of Python, where families are lists; those of several indices one list of all members."""
 
@@ -182,8 +203,8 @@ class IndexedPython(Text):
         """How many members there are along each index of a family, by its name."""
 
     def symbol(self, name: str) -> str:
-        base, bracket, inside = name.partition("[")
-        own = base + "_" * keyword.iskeyword(base)
+        base, bracket, inside = joined_component(name).partition("[")
+        own = base + "_" * (keyword.iskeyword(base) or base in RESERVED)
         if not bracket:
             return own
         indices = inside.rstrip("]").split(",")
@@ -213,7 +234,7 @@ class Unicode(Text):
     def symbol(self, name: str) -> str:
         if name.startswith("("):  # a whole number
             return self.whole(name)
-        bare, dots = dotted(name)
+        bare, dots = dotted(component(name))
         stem, indices = split_index(bare)
         letter = GREEK.get(stem, stem)
         text = letter[0] + DOTS[dots] + letter[1:]

@@ -103,6 +103,10 @@ class Notation(ABC):
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """A matrix; a column is a matrix of one column."""
 
+    def whole(self, text: str) -> str:
+        """An index that is computed."""
+        return text
+
     def inline(self, formula: str) -> str:
         """A formula in this notation as part of a sentence."""
         return formula

@@ -104,6 +104,11 @@ def charge(steps: int) -> None:
         COUNTER.work.charge(steps)
 
 
+def attempt(steps: int, function: Callable[[], T]) -> T | None:
+    """The result of ``function``, None if it would take more than so many steps."""
+    return function() if COUNTER.work is None else COUNTER.work.attempt(steps, function)
+
+
 def check_size(expression: sympy.Expr) -> sympy.Expr:
     """The expression itself; raises ``TooLarge`` where it is too long to be read or to be walked by sympy."""
     size = size_of(expression)

@@ -202,3 +202,30 @@ def test_a_coordinate_without_kinetic_energy_is_shown_at_its_key(tmp_path):
     assert run.returncode == 3
     assert run.stderr.startswith("idle.yaml:3:3: no kinetic energy depends on the velocity of 'x[29]'")
     assert run.stderr.count("idle.yaml") == 1
+
+
+def test_chains_are_printed_with_indices_however_long_they_are(tmp_path):
+    run = lagrange("equations", N_PENDULUM, "--size", "N=1000", "--verify", cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "U = -m*l*g*sum((N - j)*cos(theta[j]) for j in range(N))" in run.stdout
+    assert "printed and compiled equations agree" in run.stdout
+    check = lagrange("check", N_PENDULUM, "--size", "N=1000", cwd=tmp_path)
+    assert (check.returncode, check.stderr) == (0, "")
+    assert "h = T + U: L does not depend on t explicitly" in check.stdout
+
+
+@pytest.mark.parametrize(
+    ("system", "options", "status", "said"),
+    [
+        (N_PENDULUM, ["--form", "explicit"], 2, "solution of all 1000 equations together"),
+        (N_PENDULUM, ["--form", "hamilton"], 3, "--form hamilton writes out every member"),
+        (SYSTEMS / "chain.yaml", [], 3, "with constraints every member is written out"),
+    ],
+)
+def test_why_members_are_written_out_and_what_can_be_done(
+    system, options, status, said, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("LAGRANGE_LIMITS", "work=100000")
+    run = lagrange("equations", system, "--size", "N=1000", *options, cwd=tmp_path)
+    assert run.returncode == status
+    assert said in run.stderr and "such as --size N=4" in run.stderr

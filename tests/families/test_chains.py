@@ -291,3 +291,24 @@ def test_what_rests_beside_what_moves_does_not_shorten_steps(monkeypatch: pytest
     motion = run(ready, resolve_values(spec, {}), 0.0, 0.5, 6)
     assert np.max(np.abs(motion.data["q/b"] - 0.3)) < 1e-13
     assert motion.outcome.steps < 100
+
+
+@pytest.mark.parametrize("parent", ["i - 1", "(i - 1)//2"])
+def test_chains_without_weight_keep_their_angular_momentum(
+    parent: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What all angles alike conserve is L_z of all particles, as it is found member by member."""
+    heavy = pendulum(5, parent).replace("0.3*sin(i)", '0.3*sin(i)", velocity: "0.2*i')
+    outputs = frozenset(["conserved"])
+
+    def conserved(text: str, count: int) -> Mapping[str, NDArray[np.float64]]:
+        fewest(monkeypatch, count)
+        spec = read_spec(text, "system.yaml")
+        ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
+        return run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
+
+    light = heavy.replace('potential: "sum(g*(1 + i/N)*y[i] for i in range(N))"', 'potential: "0"')
+    together, apart = conserved(light, 0), conserved(light, 10**9)
+    total = together["diagnostics/conserved/P_th"]
+    assert np.max(np.abs(total / apart["diagnostics/conserved/L_z"] - 1)) < 1e-12
+    assert "diagnostics/conserved/P_th" not in conserved(heavy, 0)

@@ -91,9 +91,11 @@ def show_system(
     from lagrange_cli.run.equations import as_data, as_written, derive, verify_system
     from lagrange_cli.run.family_equations import (
         INDEXED,
+        by_members,
         derive_families,
         families_as_data,
         families_as_written,
+        refuse_form,
         verify_families,
     )
     from lagrange_cli.spec.values import resolve_parameters
@@ -103,6 +105,7 @@ def show_system(
     families = derive_families(spec, waiting.stage) if form in INDEXED and not coordinates else None
     verification = covariance = None
     if families is not None:
+        refuse_form(families, form)
         if verifying:
             with waiting.stage("verify"):
                 verification = verify_families(families, given.overrides)
@@ -112,16 +115,17 @@ def show_system(
             else:
                 text = families_as_written(families, format_, form, parameters)
     else:
-        derived = derive(spec, waiting.stage, given.overrides, coordinates=coordinates)
-        covariance = derived.covariance
-        if verifying:
-            with waiting.stage("verify"):
-                verification = verify_system(derived, given.overrides)
-        with waiting.stage("print"):
-            if format_ == "json":
-                data = as_data(derived, form, parameters)
-            else:
-                text = as_written(derived, format_, form, parameters)
+        with by_members(spec, form, coordinates):
+            derived = derive(spec, waiting.stage, given.overrides, coordinates=coordinates)
+            covariance = derived.covariance
+            if verifying:
+                with waiting.stage("verify"):
+                    verification = verify_system(derived, given.overrides)
+            with waiting.stage("print"):
+                if format_ == "json":
+                    data = as_data(derived, form, parameters)
+                else:
+                    text = as_written(derived, format_, form, parameters)
     if format_ == "json":
         emit_json(data | covariant(covariance) | verdict(verification))
     else:

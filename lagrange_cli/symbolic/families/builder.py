@@ -6,7 +6,7 @@ are is decided for all members at once, by arrays of numpy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,13 @@ from lagrange_cli.expression.index_arrays import holding, inner, integers
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
-from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
+from lagrange_cli.expression.vocabulary import (
+    COMPONENTS,
+    TIME,
+    VELOCITY_COMPONENTS,
+    acceleration_name,
+    velocity_name,
+)
 from lagrange_cli.families.builder import recursion
 from lagrange_cli.families.groups import Group, group_of, particle_families
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
@@ -57,11 +63,15 @@ class WrittenBuilder(Builder):
         super().__init__(self._unknown, SympyAlgebra(), spec.sizes)
         self.spec = spec
         self.bases: dict[str, Family] = {}
+        self.rates: dict[str, str] = {}
+        """The names of velocities and accelerations."""
         for section, items in (("coordinates", spec.coordinates), ("parameters", spec.parameters)):
             for family in grouped([one.name for one in items], spec.families.get(section, {})):
                 self.bases[family.name] = family
                 if section == "coordinates":
-                    self.bases[velocity_name(family.name)] = family
+                    speed = velocity_name(family.name)
+                    self.bases[speed] = family
+                    self.rates |= {family.name: speed, speed: acceleration_name(family.name)}
         self.coordinates = grouped(
             [one.name for one in spec.coordinates], spec.families.get("coordinates", {})
         )
@@ -83,6 +93,10 @@ class WrittenBuilder(Builder):
     def value(self, tree: Tree, frame: Frame) -> Any:
         """The value of a tree: an expression, or several for a vector."""
         return self._value(tree, frame)
+
+    def building(self, tree: Tree) -> Callable[[Frame], Any]:
+        """What builds a tree."""
+        return lambda frame: self.value(tree, frame)
 
     def scalar(self, written: Expression) -> sympy.Expr:
         """The value of an expression that belongs to no family."""
@@ -209,7 +223,6 @@ class WrittenBuilder(Builder):
 
     def _sum(self, tree: Sum, indices: Any) -> Value:
         frame: Frame = indices
-        values, owners = inner(tree, frame, frame.count)
         index = self.fresh(tree.index, frame)
         names = {**frame.names, tree.index: named(index)}
         start, stop, step = number(0), number(0), 1
@@ -228,8 +241,7 @@ class WrittenBuilder(Builder):
             start, stop, step = first, start + number(1), -step
         conditions = tuple(condition_of(one, names) for one in tree.conditions)
         loop = Loop(index, start, stop, step, conditions)
-        arrays = {name: np.broadcast_to(one, frame.count)[owners] for name, one in frame.arrays.items()}
-        inside = Frame(values, len(owners), names, {**arrays, index: values[tree.index]})
+        inside = self.rounds(tree, frame, index, names)
         kinds = self.kinds([loop], inside, lambda one: self._value(tree.body, one))
         parts: list[list[sympy.Expr]] = []
         vector = False
@@ -242,11 +254,18 @@ class WrittenBuilder(Builder):
         made = tuple(sympy.Add(*one) for one in parts)
         return made if vector else made[0] if made else sympy.S.Zero
 
+    def rounds(self, tree: Sum, frame: Frame, index: str, names: Mapping[str, Whole]) -> Frame:
+        """Where the terms of a sum stand, all of those of all members."""
+        values, owners = inner(tree, frame, frame.count)
+        arrays = {name: np.broadcast_to(one, frame.count)[owners] for name, one in frame.arrays.items()}
+        return Frame(values, len(owners), names, {**arrays, index: values[tree.index]})
+
     def kinds(
         self, loops: Sequence[Loop], frame: Frame, build: Callable[[Frame], Any]
     ) -> Iterator[tuple[tuple[Loop, ...], Any]]:
         """The values of the members that loops run through, for each kind separately."""
-        alone = len(frame.arrays) == 1 and not loops[0].conditions if loops else False
+        alone = len(frame.arrays) == 1 == len(loops) and not loops[0].conditions
+        alone = alone and loops[0].names <= self.sizes.keys()
         pending = [(tuple(loops), np.arange(frame.count))] if frame.count else []
         pieces = 0
         while pending:
@@ -282,9 +301,10 @@ class WrittenBuilder(Builder):
             return renamed(value, {loop.index: loop.start}, {})
         return Summed(value, Loops([loop]))
 
-    def fresh(self, wanted: str, frame: Frame) -> str:
-        """An index's name, if no loop around has it."""
+    def fresh(self, wanted: str, frame: Frame, *inside: sympy.Expr) -> str:
+        """An index's name, if no loop around has it, and no loop in what stands ``inside``."""
         used = self.taken.union(frame.arrays, *(one.names for one in frame.names.values()))
+        used.update(loop.index for one in inside for loops in one.atoms(Loops) for loop in loops.loops)
         candidates = [wanted, *LETTERS, *(f"i{k}" for k in range(99))]
         found: str = next(name for name in candidates if name not in used)
         return found
@@ -325,7 +345,7 @@ class WrittenBuilder(Builder):
     # velocities
 
     def rate(self, expression: sympy.Expr) -> sympy.Expr:
-        """The time derivative of what depends on coordinates and t."""
+        """The time derivative of what depends on coordinates, velocities and t."""
         plain, sums = opened(expression)
         made = plain.diff(sympy.Symbol(TIME))
         for symbol in sorted(plain.free_symbols, key=str):
@@ -334,7 +354,7 @@ class WrittenBuilder(Builder):
                 made += plain.diff(symbol) * Summed(self.rate(one.body), one.args[1])
                 continue
             base, indices = KNOWN.get(symbol.name, (symbol.name, ()))
-            if base in self.bases and velocity_name(base) in self.bases:
-                speed = velocity_name(base)
-                made += plain.diff(symbol) * (member(speed, indices) if indices else sympy.Symbol(speed))
+            if base in self.rates:
+                rate = self.rates[base]
+                made += plain.diff(symbol) * (member(rate, indices) if indices else sympy.Symbol(rate))
         return made.xreplace(sums)

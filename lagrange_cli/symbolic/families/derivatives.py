@@ -7,7 +7,7 @@ condition.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import count as iterate
 
 import sympy
@@ -47,18 +47,28 @@ class Resolved:
     guards: tuple[Condition, ...]
 
 
-def parts(expression: sympy.Expr, base: str) -> Iterator[Part]:
+Meaning = Callable[[str, Sequence[Whole]], "sympy.Expr | None"]
+"""What a name with indices stands for, if it stands for an expression."""
+
+
+def parts(expression: sympy.Expr, base: str, meaning: Meaning) -> Iterator[Part]:
     """The derivatives of an expression by the members of a family."""
     plain, sums = opened(expression)
     for symbol in sorted(plain.free_symbols, key=str):
         if symbol in sums:
             outer = slope(plain, symbol).xreplace(sums)
-            for one in parts(sums[symbol].body, base):
+            for one in parts(sums[symbol].body, base, meaning):
                 yield Part(outer * one.factor, (*sums[symbol].loops, *one.loops), one.indices)
             continue
         own, indices = KNOWN.get(symbol.name, (symbol.name, ()))
         if own == base:
             yield Part(slope(plain, symbol).xreplace(sums), (), indices)
+            continue
+        stands_for = meaning(own, indices)
+        if stands_for is not None:
+            outer = slope(plain, symbol).xreplace(sums)
+            for one in parts(stands_for, base, meaning):
+                yield Part(outer * one.factor, one.loops, one.indices)
 
 
 def slope(expression: sympy.Expr, symbol: sympy.Symbol) -> sympy.Expr:

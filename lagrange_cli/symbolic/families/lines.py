@@ -13,6 +13,7 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.builder import LETTERS, WrittenBuilder
 from lagrange_cli.symbolic.families.derivatives import Part, placed, resolved, spans_within
+from lagrange_cli.symbolic.families.sums import exchanged, gathered, merged
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import (
     Condition,
@@ -23,7 +24,7 @@ from lagrange_cli.symbolic.indexed.conditions import (
     negation,
     relation,
 )
-from lagrange_cli.symbolic.indexed.members import Loops, Summed, even, renamed, summed_of
+from lagrange_cli.symbolic.indexed.members import Loops, Summed, even, member, renamed, summed_of
 from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, number
 from lagrange_cli.symbolic.order import Order
 
@@ -86,7 +87,7 @@ class Lines:
             for key, one in found:
                 if true.issuperset(one.guards):
                     sums[key].append(self.shown(one.expression, known, loops))
-            lines.append((line, {key: self.merged(sympy.Add(*listed)) for key, listed in sums.items()}))
+            lines.append((line, {key: self.shortened(sympy.Add(*listed)) for key, listed in sums.items()}))
         return lines
 
     def described(
@@ -114,7 +115,7 @@ class Lines:
             conditions = [one if one in true else negation(one) for one in masks]
             listed = [changed(one, lambda index: index.with_names(known)) for one in conditions]
             spans = spans_within(loops, self.sizes)
-            kept = tuple(one for one in listed if decided(one, spans) is not True)
+            kept = tuple(one for one in dict.fromkeys(listed) if decided(one, spans) is not True)
             last = loops[-1]
             loops[-1] = Loop(last.index, last.start, last.stop, last.step, kept)
         return tuple(loops), tuple(indices)
@@ -125,6 +126,10 @@ class Lines:
         return free[: len(family.shape)]
 
     # expressions
+
+    def shortened(self, expression: sympy.Expr) -> sympy.Expr:
+        """With as few sums as can be."""
+        return gathered(merged(expression), self.order)
 
     def shown(self, expression: sympy.Expr, known: Mapping[str, Whole], around: Sequence[Loop]) -> sympy.Expr:
         """An expression with the indices of a line, its sums with indices in the order of the alphabet."""
@@ -150,6 +155,10 @@ class Lines:
         inner = spans_within(loops, spans)
         if any(decided(relation(one.start, "<", one.stop), inner) is False for one in loops):
             return sympy.S.Zero
+        known_loops = Summed(body, Loops(loops))
+        fewer = exchanged(known_loops, spans)
+        if fewer != known_loops:
+            return self.with_sums(fewer, spans)
         single = [one for one in loops if one.step == 1 and one.stop - one.start == number(1)]
         if single and not single[0].conditions:
             known = {single[0].index: single[0].start}
@@ -167,46 +176,7 @@ class Lines:
         inner = {**inner, **spans_within(loops, spans)}
         return summed_of(self.settled(renamed(body, names, inner), inner), loops)
 
-    def merged(self, expression: sympy.Expr) -> sympy.Expr:
-        """Sums of the same over ranges that are beside each other are one."""
-        terms = list(sympy.Add.make_args(expression))
-        done: list[sympy.Expr] = []
-        while terms:
-            one = terms.pop(0)
-            for k, other in enumerate(terms):
-                together = joined(one, other)
-                if together is not None:
-                    terms[k] = together
-                    break
-            else:
-                done.append(one)
-        return sympy.Add(*done)
 
-
-def joined(one: sympy.Expr, other: sympy.Expr) -> sympy.Expr | None:
-    """The sum of two sums that differ in the range of their loop only."""
-    sums = []
-    for term in (one, other):
-        found = [factor for factor in sympy.Mul.make_args(term) if isinstance(factor, Summed)]
-        if len(found) != 1 or len(found[0].loops) != 1:
-            return None
-        sums.append((found[0], term / found[0]))
-    (left, factor), (right, same) = sums
-    if factor != same or left.body != right.body:
-        return None
-    loops = sorted_loops(left.loops[0], right.loops[0])
-    return None if loops is None else factor * Summed(left.body, Loops([loops]))
-
-
-def sorted_loops(one: Loop, other: Loop) -> Loop | None:
-    """One loop in place of two, the second of which begins where the first ends, or one further."""
-    if one.step != 1 or other.step != 1 or one.conditions != other.conditions:
-        return None
-    for first, second in ((one, other), (other, one)):
-        gap = second.start - first.stop
-        if gap == number(0):
-            return Loop(one.index, first.start, second.stop, 1, one.conditions)
-        if gap == number(1):
-            apart = relation(named(one.index), "!=", first.stop)
-            return Loop(one.index, first.start, second.stop, 1, (*one.conditions, apart))
-    return None
+def symbol_of(line: Line, base: str) -> sympy.Symbol:
+    """A symbol with a line's indices."""
+    return member(base, line.indices) if line.indices else sympy.Symbol(base)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import sympy
@@ -35,15 +35,14 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
     """The sections of a form."""
     writer = Writer(notation, equations.order)
     used = names_used(equations)
-    sizes = tuple(
-        Statement(writer.names(name), str(size)) for name, size in equations.sizes.items() if name in used
+    sizes = Section(
+        "Sizes",
+        tuple(
+            Statement(writer.names(name), str(size)) for name, size in equations.sizes.items() if name in used
+        ),
     )
-    accelerations = tuple(
-        line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
-    )
-    explicit = Section("Accelerations", accelerations)
     if form == "explicit":
-        return [Section("Sizes", sizes), explicit]
+        return [sizes, accelerations(equations, writer)]
     energies = [
         (name, one)
         for name, one in (("T", equations.T), ("U", equations.U), ("L", equations.L))
@@ -57,11 +56,13 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
     nothing = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
     conserved = tuple(conserved_statement(each, writer) for each in equations.conserved) or (nothing,)
     found = [
-        Section("Sizes", sizes),
+        sizes,
+        *trees(equations, writer),
+        *places(equations, writer),
         Section("Lagrangian", tuple(writer.statement(name, one) for name, one in energies)),
         Section("Momenta", tuple(line_statement(one, one.name("p_"), writer) for one in equations.momenta)),
         Section("Equations of motion", tuple(of_motion)),
-        explicit,
+        accelerations(equations, writer),
         Section("Energy function", (writer.statement("h", equations.h),)),
         Section("Conserved", conserved, True),
     ]
@@ -71,10 +72,53 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
     return found
 
 
+def accelerations(equations: FamilyEquations, writer: Writer) -> Section:
+    """The accelerations, or what they follow from."""
+    if equations.accelerations is None:
+        return Section("Accelerations", (Statement("", "", TOGETHER),), True)
+    listed = (
+        line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
+    )
+    return Section("Accelerations", tuple(listed))
+
+
+TOGETHER = "the solution of all equations of motion together, which are linear in them"
+
+
+def trees(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
+    """What paths along trees are."""
+    said: list[Statement] = []
+    for path in equations.paths:
+        name = writer.names(f"{path.name}[i,j]")
+        said.append(Statement(name, "", writer.prose(ON_THE_PATH)))
+        for loop, parent in zip(path.loops, path.parents):
+            own = writer.notation.inline(writer.notation.whole(parent.text))
+            own = writer.prose(f"the parent of `{loop.index}` is ") + own
+            said.append(Statement("", "", with_members(own, (loop,), writer)))
+    if said:
+        yield Section("Trees", tuple(said), True)
+
+
+ON_THE_PATH = "1 where `j` is `i`, the parent of `i`, the parent of that, and so on; 0 elsewhere"
+
+
+def places(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
+    """Places that have names, and their rates."""
+    if equations.places:
+        said = (
+            Statement(
+                writer.names(one.symbol.name), writer.text(one.expression),
+                with_members("", one.loops, writer),
+            )
+            for one in equations.places
+        )  # fmt: skip
+        yield Section("Positions", tuple(said))
+
+
 def names_used(equations: FamilyEquations) -> set[str]:
     """The names of indices and sizes in the equations."""
     found = names_in(equations.L)
-    for line in (*equations.momenta, *equations.accelerations):
+    for line in (*equations.momenta, *(equations.accelerations or ())):
         found |= names_in(line.expression)
         found.update(*(one.names for one in line.loops), *(one.names for one in line.indices))
     return found
@@ -103,7 +147,13 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
 
     motion = {line.name(): text(one.left - one.right) for line, one in equations.equations}
     factors = {line.name(): text(one.factor) for line, one in equations.equations}
-    lines = [*equations.momenta, *equations.accelerations, *equations.forces]
+    lines = [
+        *equations.momenta, *(equations.accelerations or ()), *equations.forces,
+        *(line for line, _ in equations.equations),
+    ]  # fmt: skip
+    loops = {one.name(): one.loops for one in lines} | {
+        one.symbol.name: one.loops for one in equations.places
+    }
     return {
         "name": equations.name,
         "coordinates": [name for family in equations.coordinates for name in family.members],
@@ -112,15 +162,17 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
         "families": {
             one.name: list(one.shape) for one in (*equations.coordinates, *equations.parameters) if one.shape
         },
-        "members": {one.name(): " ".join(loop.text for loop in one.loops) for one in lines},
+        "members": {name: " ".join(loop.text for loop in own) for name, own in loops.items()},
         "T": text(equations.T),
         "U": text(equations.U),
         "L": text(equations.L),
         "momenta": by_line(equations.momenta),
         "generalized_forces": by_line(equations.forces),
+        "positions": {one.symbol.name: text(one.expression) for one in equations.places},
+        "paths": {one.name: parents(one.table) for one in equations.paths},
         "equations": motion,
         "factors": factors,
-        "accelerations": by_line(equations.accelerations),
+        "accelerations": None if equations.accelerations is None else by_line(equations.accelerations),
         "h": text(equations.h),
         "conserved": [
             {
@@ -135,3 +187,8 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
             for each in equations.changing
         ],
     }  # fmt: skip
+
+
+def parents(table: Any) -> list[int | None]:
+    """The parent of each member of a tree."""
+    return [None if one < 0 else int(one) for one in table]

@@ -7,15 +7,39 @@ from math import prod
 
 import sympy
 
-from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, velocity_name
+from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleration_name, velocity_name
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.families.places import NamedPlace
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.notations import IndexedPython
+from lagrange_cli.symbolic.notations import IndexedPython, joined_component
 from lagrange_cli.symbolic.render import render
+from lagrange_cli.symbolic.source import SOLUTION
 
 SIGNATURE = "t, q, v, parameters=PARAMETERS"
+
+TOGETHER = '''
+def accelerations(t, q, v, parameters=PARAMETERS):
+    """q_ddot(t, q, v), of which the equations of motion are linear functions."""
+    n = len(COORDINATES)
+    rest = equations(t, q, v, [0.0] * n, parameters)
+    columns = [equations(t, q, v, [float(i == k) for i in range(n)], parameters) for k in range(n)]
+    return solution([[*(column[i] - rest[i] for column in columns), -rest[i]] for i in range(n)])
+'''
+
+PATHS = '''
+def paths(parents):
+    """The matrix, row by row, with 1 where j is i, the parent of i, and so on to the root."""
+    values = []
+    for i in range(len(parents)):
+        row = [0.0] * len(parents)
+        while i >= 0:
+            row[i] = 1.0
+            i = parents[i]
+        values += row
+    return values
+'''
 
 
 def as_python(equations: FamilyEquations, parameters: Mapping[str, float]) -> str:
@@ -30,8 +54,14 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float]) -> st
         writer.vector("momenta", "p_k = dL/dq_dot_k.", equations.momenta),
         writer.scalar("energy_function", "h = sum_k p_k q_dot_k - L.", equations.h),
         writer.vector("generalized_forces", "Q_k(t, q, v).", equations.forces),
-        writer.vector("accelerations", "q_ddot(t, q, v).", equations.accelerations),
     ]
+    if equations.accelerations is not None:
+        functions.append(writer.vector("accelerations", "q_ddot(t, q, v).", equations.accelerations))
+    else:
+        left = [line.of(one.left - one.right) for line, one in equations.equations]
+        purpose = "The equations of motion, left minus right side, with accelerations a."
+        functions.append(writer.vector("equations", purpose, left, with_accelerations=True))
+        functions += [TOGETHER.strip(), SOLUTION.strip()]
     title = " ".join(equations.name.split()).replace("\\", "/").replace('"', "'")
     used = sorted({*FUNCTIONS, *CONSTANTS} & writer.used)
     head = [f'"""{title}: the equations of motion. Coordinates are in the order of COORDINATES."""', ""]
@@ -39,7 +69,16 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float]) -> st
     head += [f"{name} = {size}" for name, size in equations.sizes.items()]
     names = [name for family in equations.coordinates for name in family.members]
     head += [f"COORDINATES = {tuple(names)!r}", f"PARAMETERS = {dict(parameters)!r}"]
+    if equations.paths:
+        functions.insert(0, PATHS.strip())
+        listed = (f"{one.name} = paths({tuple(one.table.tolist())!r})" for one in equations.paths)
+        functions.append("\n".join(listed))
     return "\n".join(head) + "\n\n\n" + "\n\n\n".join(functions)
+
+
+def base_of(place: NamedPlace) -> str:
+    """The name of the list of a place's members."""
+    return joined_component(place.symbol.name).partition("[")[0]
 
 
 class _Writer:
@@ -48,7 +87,10 @@ class _Writer:
         shapes: dict[str, Sequence[str]] = {}
         for family in (*equations.coordinates, *equations.parameters):
             shapes[family.name] = [str(size) for size in family.shape]
-            shapes[velocity_name(family.name)] = shapes[family.name]
+            for rate in (velocity_name(family.name), acceleration_name(family.name)):
+                shapes[rate] = shapes[family.name]
+        shapes |= {one.name: [str(len(one.table))] * 2 for one in equations.paths}
+        shapes |= {base_of(one): [str(size) for size in one.shape] for one in equations.places}
         self.shapes, self.notation = shapes, IndexedPython(shapes)
         self.used: set[str] = set()
 
@@ -61,8 +103,15 @@ class _Writer:
         self.used |= {"exp"} if "exp(" in made else set()
         return made
 
-    def names(self, text: str) -> list[str]:
-        """The lines in which what ``text`` uses gets its name."""
+    def names(self, text: str, rates: Sequence[str] = ("q", "v")) -> list[str]:
+        """The lines in which what ``text`` uses gets its name; ``rates`` are coordinates, velocities and so
+        on."""
+        places = []
+        for one in self.equations.places:
+            if self.has(text, base_of(one)):
+                loops = " ".join(f"for {self.head(loop)}" for loop in one.loops)
+                places.append(f"    {base_of(one)} = [{self.text(one.expression)} {loops}]")
+        text = "\n".join([text, *places])
         found = []
         for family in self.equations.parameters:
             if family.shape:
@@ -75,13 +124,13 @@ class _Writer:
         first = 0
         for family in self.equations.coordinates:
             stop = first + prod(family.shape)
-            for name, array in ((family.name, "q"), (velocity_name(family.name), "v")):
+            names = family.name, velocity_name(family.name), acceleration_name(family.name)
+            for name, array in zip(names, rates):
                 place = f"{array}[{first}:{stop}]" if family.shape else f"{array}[{first}]"
                 found.append((name, place))
             first = stop
-        return [
-            f"    {self.notation.symbol(name)} = {value}" for name, value in found if self.has(text, name)
-        ]
+        shown = [(self.notation.symbol(name), value) for name, value in found]
+        return [f"    {name} = {value}" for name, value in shown if self.has(text, name)] + places
 
     @staticmethod
     def has(text: str, name: str) -> bool:
@@ -96,7 +145,9 @@ class _Writer:
         body = [*self.names(text), f"    return {text}"]
         return "\n".join([f"def {name}({SIGNATURE}):", f'    """{purpose}"""', *body])
 
-    def vector(self, name: str, purpose: str, lines: Sequence[Line]) -> str:
+    def vector(
+        self, name: str, purpose: str, lines: Sequence[Line], *, with_accelerations: bool = False
+    ) -> str:
         """A function with a value for each coordinate."""
         body: list[str] = []
         first = 0
@@ -104,7 +155,10 @@ class _Writer:
             for line in (one for one in lines if one.family is family):
                 body += self.assigned(line, first, family)
             first += prod(family.shape)
-        head = [f"def {name}({SIGNATURE}):", f'    """{purpose}"""', *self.names("\n".join(body))]
+        rates = ("q", "v", "a") if with_accelerations else ("q", "v")
+        signature = SIGNATURE.replace("v,", "v, a,") if with_accelerations else SIGNATURE
+        names = self.names("\n".join(body), rates)
+        head = [f"def {name}({signature}):", f'    """{purpose}"""', *names]
         return "\n".join([*head, f"    values = [0.0] * {first}", *body, "    return tuple(values)"])
 
     def assigned(self, line: Line, first: int, family: Family) -> list[str]:

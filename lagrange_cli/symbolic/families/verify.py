@@ -1,4 +1,5 @@
-"""The printed equations of a system of families, read back and evaluated for all members at random states."""
+"""The printed equations of a system of families, read back and compared at random states: with those that are
+compiled, with those derived for all members together, and with the system file differentiated directly."""
 
 from __future__ import annotations
 
@@ -6,20 +7,17 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy
 
-from lagrange_cli.expression.array_builder import Members
-from lagrange_cli.expression.parse import parse
-from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.spec.values import Values
+from lagrange_cli.symbolic.direct import directly
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.indexed.conditions import holds
-from lagrange_cli.symbolic.notations import Text
-from lagrange_cli.symbolic.render import render
-from lagrange_cli.symbolic.verify import COMPILED, Verification
+from lagrange_cli.symbolic.families.readback import ReadBack, Reader, Sizes
+from lagrange_cli.symbolic.verify import COMPILED, DIRECT, Verification
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,107 +25,150 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Compiled = Callable[[float, Array, Array, Array], Array]
     """(t, q, v, parameters) -> accelerations, by the compiled program."""
+    Quantities = Iterator[tuple[str, str, float]]
+    """Quantity, routes and relative difference."""
 
 STATES, NEAR = 4, 0.1
 DERIVED = "printed and derived for all members together"
+SMALL = 60
+"""Coordinates up to which the file is differentiated directly, too: member by member."""
 
-
-class ReadBack:
-    """The printed text of some lines, parsed: a value for each coordinate."""
-
-    def __init__(self, system: FamilySystem, equations: FamilyEquations) -> None:
-        self.spec, self.order = system.spec, equations.order
-        self.first: dict[str, int] = {}
-        first = 0
-        for family in equations.coordinates:
-            self.first[family.name] = first
-            first += len(family.members)
-        self.count = first
-
-    def values(self, lines: Sequence[Line], at: tuple[float, Array, Array, Array]) -> Array:
-        """Their values for all coordinates, 0 where there is no line."""
-        made = np.zeros(self.count)
-        for line in lines:
-            bounds = [
-                np.arange(*(end.value(self.spec.sizes) for end in (one.start, one.stop)))
-                for one in line.loops
-            ]
-            grid = [one.ravel() for one in np.meshgrid(*bounds, indexing="ij")] if bounds else []
-            indices = {loop.index: one for loop, one in zip(line.loops, grid)}
-            known = {**self.spec.sizes, **indices}
-            count = len(grid[0]) if grid else 1
-            for condition in (each for loop in line.loops for each in loop.conditions):
-                chosen = np.broadcast_to(holds(condition, known), count)
-                indices = {name: one[chosen] for name, one in indices.items()}
-                known, count = {**self.spec.sizes, **indices}, int(chosen.sum())
-            places: Any = 0
-            for whole, size in zip(line.indices, line.family.shape):
-                places = places * size + whole.value(known)
-            places = np.broadcast_to(places, count) + self.first[line.family.name]
-            made[places] = self.value(line.expression, indices, count, at)
-        return made
-
-    def value(
-        self,
-        expression: sympy.Expr,
-        indices: dict[str, Any],
-        count: int,
-        at: tuple[float, Array, Array, Array],
-    ) -> Any:
-        """The values of an expression, whose text is read back, for all values of indices."""
-        builder = FamilyBuilder(self.spec)
-        tree = parse(render(expression, Text(), self.order))
-        node = builder.value(tree, Members(builder.domain(count), count, {**self.spec.sizes, **indices}))
-        t, q, v, parameters = at
-        return np.broadcast_to(FamilyValues(builder, t, q, v, parameters).node(node), count)
+TOO_MANY = (
+    "the sums of the printed equations have too many terms to be compared: choose smaller sizes with --size"
+)
 
 
 def verify(
-    system: FamilySystem, equations: FamilyEquations, compiled: Compiled, start: Values
+    system: FamilySystem, equations: FamilyEquations, compiled: Compiled | None, start: Values
 ) -> Verification:
-    """Compare printed accelerations, momenta and h with those of the system, and with the compiled ones, at
-    random states near the start. A difference is divided by the terms that forces have."""
-    read = ReadBack(system, equations)
+    """Compare printed equations, momenta and h with those of the system, and with the compiled equations (if
+    any), at random states near the start. A difference is divided by the sizes of what is added up.
+
+    Raises ``UsageError`` where sums have too many terms.
+    """
     worst = 0.0, "h", COMPILED
+    comparison = Comparison(system, equations, compiled, start)
     with np.errstate(all="ignore"):
-        for quantity, routes, difference in differences(system, equations, read, compiled, start):
+        for quantity, routes, difference in comparison.differences():
             if not difference <= worst[0]:
                 worst = difference, quantity, routes
-    return Verification(worst[0], worst[1], STATES, worst[2], {"near the start": STATES}, False)
+    where, most = "near the start", comparison.most
+    if most < len(comparison.names):
+        where += f", {most} member{'s' * (most > 1)} of each line at a time"
+    return Verification(worst[0], worst[1], STATES, worst[2], {where: STATES}, False)
 
 
-def differences(
-    system: FamilySystem, equations: FamilyEquations, read: ReadBack, compiled: Compiled, start: Values
-) -> Iterator[tuple[str, str, float]]:
-    """Quantity, routes and relative difference."""
-    chance = np.random.default_rng(0)
-    names = [one.name for one in system.spec.coordinates]
-    parameters = np.array([start.parameters[one.name] for one in system.spec.parameters])
-    t = system.spec.solve.start or 0.0
-    for _ in range(STATES):
-        q, v = (
-            np.array(one) + NEAR * (1 + np.abs(one)) * chance.uniform(-1, 1, len(one))
-            for one in (start.q, start.v)
+class Comparison:
+    """What is compared."""
+
+    def __init__(
+        self, system: FamilySystem, equations: FamilyEquations, compiled: Compiled | None, start: Values
+    ) -> None:
+        self.system, self.equations, self.compiled, self.start = system, equations, compiled, start
+        self.read = ReadBack(system, equations)
+        self.names = [one.name for one in system.spec.coordinates]
+        self.most = len(self.names)
+        """Members of each line that are compared: fewer where the sums of all have too many terms, as those
+        of chains have, which have sums within sums."""
+        if system.joints is not None:
+            self.most = max(1, min(self.most, Reader.most // self.most**2))
+
+    def differences(self) -> Quantities:
+        """Those of all quantities at all states."""
+        chance = np.random.default_rng(0)
+        spec = self.system.spec
+        parameters = np.array([self.start.parameters[one.name] for one in spec.parameters])
+        for _ in range(STATES):
+            q, v = (
+                np.array(one) + NEAR * (1 + np.abs(one)) * chance.uniform(-1, 1, len(one))
+                for one in (self.start.q, self.start.v)
+            )
+            a = chance.uniform(-1, 1, len(q))
+            at = spec.solve.start or 0.0, q, v, a, parameters
+            yield from self.of_motion(at)
+            yield from self.momenta(at)
+            yield from self.energy(at)
+            yield from self.places(at)
+
+    def of_motion(self, at: Any) -> Quantities:
+        """Those of the equations of motion."""
+        t, q, v, a, parameters = at
+        if self.system.joints is None:
+            own = FamilyValues(self.system, t, q, v, parameters)
+            derived = own.of(self.system.forces) / own.of(self.system.masses)
+            assert self.equations.accelerations is not None
+            printed = self.values(self.equations.accelerations, at)
+            yield self.worst("{}_ddot", DERIVED, printed, derived)
+            if self.compiled is not None:
+                yield self.worst("{}_ddot", COMPILED, printed, self.compiled(t, q, v, parameters))
+            return
+        left = [line.of(one.left - one.right) for line, one in self.equations.equations]
+        if self.compiled is not None:
+            solution = t, q, v, self.compiled(t, q, v, parameters), parameters
+            yield self.worst("the equation of {}", COMPILED, self.values(left, solution), np.zeros(len(q)))
+        if len(q) <= SMALL:
+            factors = [line.of(one.factor) for line, one in self.equations.equations]
+            direct = directly(self.system.spec, self.start.parameters, t, q.tolist(), v.tolist(), a.tolist())
+            residual = np.array(direct.residual, dtype=float) / self.values(factors, at)[0]
+            yield self.worst("the equation of {}", DIRECT, self.values(left, at), residual)
+            momenta = np.array(direct.momenta, dtype=float)
+            yield self.worst("p_{}", DIRECT, self.values(self.equations.momenta, at), momenta)
+            h, size = self.value(self.equations.h, {}, 1, at)
+            yield "h", DIRECT, abs(float(h[0]) - float(direct.h)) / float(size[0] or 1)
+
+    def momenta(self, at: Any) -> Quantities:
+        """Those of momenta."""
+        t, q, v, _, parameters = at
+        own = FamilyValues(self.system, t, q, v, parameters)
+        yield self.worst(
+            "p_{}", DERIVED, self.values(self.equations.momenta, at), own.of(self.system.momenta)
         )
-        at = t, q, v, parameters
-        own = FamilyValues(system, *at)
-        masses = own.of(system.masses)
-        sizes = own.added(len(q), system.forces.terms, sizes=True) / np.abs(masses)
-        derived, printed = own.of(system.forces) / masses, read.values(equations.accelerations, at)
-        for routes, other in ((COMPILED, compiled(*at)), (DERIVED, derived)):
-            apart = np.abs(printed - other) / np.maximum(sizes, np.finfo(float).tiny)
-            worst = int(np.argmax(np.where(np.isnan(apart), np.inf, apart)))
-            yield f"{names[worst]}_ddot", routes, float(apart[worst])
-        momenta = read.values(equations.momenta, at)
-        apart = np.abs(momenta - masses * v) / np.maximum(np.abs(masses * v), np.finfo(float).tiny)
-        yield f"p_{names[int(np.argmax(apart))]}", DERIVED, float(np.max(apart))
-        kinetic, potential = (float(np.sum(own.node(one))) for one in (system.kinetic, system.potential))
-        size = abs(kinetic) + potential_size(system, own)
-        h = float(read.value(equations.h, {}, 1, at)[0])
-        yield "h", DERIVED, abs(h - kinetic - potential) / size
 
+    def energy(self, at: Any) -> Quantities:
+        """That of h = sum p v - T + U, which is T + U where no place depends on t."""
+        t, q, v, _, parameters = at
+        own = FamilyValues(self.system, t, q, v, parameters)
+        kinetic, potential = (
+            float(np.sum(own.node(one))) for one in (self.system.kinetic, self.system.potential)
+        )
+        power = float(own.of(self.system.momenta) @ v)
+        h, size = self.value(self.equations.h, {}, 1, at)
+        least = abs(power) + abs(kinetic) + float(np.sum(Sizes(own).node(self.system.potential)))
+        yield "h", DERIVED, abs(float(h[0]) - power + kinetic - potential) / max(least, float(size[0]))
 
-def potential_size(system: FamilySystem, own: FamilyValues) -> float:
-    """The sum of the absolute values of the potential's terms."""
-    sums = [float(np.sum(own.added(one.count, one.terms, sizes=True))) for one in system.energies]
-    return abs(float(np.sum(own.node(system.potential)))) + sum(sums)
+    def places(self, at: Any) -> Quantities:
+        """Those of places that have names."""
+        for one in self.equations.places:
+            ranges = [np.arange(loop.start.value(self.read.sizes), loop.stop.value(self.read.sizes))
+                      for loop in one.loops]  # fmt: skip
+            grid = [each.ravel()[: self.most] for each in np.meshgrid(*ranges, indexing="ij")]
+            indices = {loop.index: each for loop, each in zip(one.loops, grid)}
+            apart, size = self.value(one.expression - one.symbol, indices, len(grid[0]), at)
+            yield one.symbol.name, DERIVED, float(np.max(np.abs(apart) / np.maximum(size, 1e-300)))
+
+    def values(self, lines: Sequence[Line], at: Any) -> tuple[Array, Array]:
+        """The values of lines and their sizes, of as many members as is possible."""
+        while True:
+            try:
+                return self.read.values(lines, at, self.most)
+            except Unsuited as error:
+                if self.most == 1:
+                    raise UsageError(TOO_MANY) from error
+                self.most = (self.most + 1) // 2
+
+    def value(self, expression: Any, indices: dict[str, Any], count: int, at: Any) -> tuple[Array, Array]:
+        """The values of an expression and their sizes, for all values of indices."""
+        try:
+            return self.read.value(expression, indices, count, at)
+        except Unsuited as error:
+            raise UsageError(TOO_MANY) from error
+
+    def worst(
+        self, quantity: str, routes: str, printed: tuple[Array, Array], other: Array
+    ) -> tuple[str, str, float]:
+        """The largest difference of the members that are compared."""
+        values, sizes = printed
+        compared = np.flatnonzero(~np.isnan(sizes))
+        apart = np.abs(values - other)[compared] / np.maximum(sizes[compared], np.finfo(float).tiny)
+        k = int(np.argmax(np.where(np.isnan(apart), np.inf, apart)))
+        return quantity.format(self.names[compared[k]]), routes, float(apart[k])

@@ -79,9 +79,11 @@ numbers has no family."""
 
 
 def member(base: str, indices: Iterable[Whole]) -> sympy.Symbol:
-    """The symbol of a member."""
+    """The symbol of a member; of a component of a particle, for a ``base`` such as ``bob.x``."""
     listed = tuple(indices)
-    name = f"{base}[{','.join(one.text for one in listed)}]" if base else f"({listed[0].text})"
+    family, dot, component = base.partition(".")
+    inside = ",".join(one.text for one in listed)
+    name = f"{family}[{inside}]{dot}{component}" if base else f"({inside})"
     KNOWN[name] = base, listed
     return sympy.Symbol(name)
 
@@ -143,7 +145,7 @@ def renamed(expression: sympy.Expr, known: Mapping[str, Whole], spans: Spans) ->
     return walk(expression, known, spans)
 
 
-def hidden(expression: sympy.Expr, count: Iterator[int]) -> sympy.Expr:
+def hidden(expression: sympy.Expr, count: Iterator[object]) -> sympy.Expr:
     """The expression with indices of its sums that no other index is called like."""
     if isinstance(expression, Summed):
         names = {loop.index: named(f"{HIDDEN}{next(count)}") for loop in expression.loops}
@@ -193,6 +195,8 @@ def leads_negative(sum_: sympy.Expr) -> bool:
 
 def summed_of(body: sympy.Expr, loops: Sequence[Loop]) -> sympy.Expr:
     """The sum, with what all of its terms have in common, and no index changes, in front of it."""
+    if body.is_zero:
+        return sympy.S.Zero
     bound = {one.index for one in loops}
     turned = [one for one in sympy.Mul.make_args(body) if one.is_Add and leads_negative(one)]
     if turned and not body.is_Add:

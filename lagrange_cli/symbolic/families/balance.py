@@ -1,0 +1,91 @@
+"""What a system of families conserves, with reasons, and how h changes where it does not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import sympy
+
+from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, velocity_name
+from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.mechanics.conserved.displacements import TURNS
+from lagrange_cli.model.constraints import without_force, without_work
+from lagrange_cli.symbolic.equations import Changing, Conserved
+from lagrange_cli.symbolic.families.given import Given
+from lagrange_cli.symbolic.families.lines import Line, symbol_of
+from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.indexed.members import Loops, Summed
+
+
+def balance(
+    given: Given, lagrangian: sympy.Expr, momenta: Sequence[Line], forces: Sequence[Line]
+) -> tuple[list[Conserved], list[Changing]]:
+    """The conserved quantities with reasons, and those that are not conserved."""
+    constants = constants_of(given.system)
+    names = {each.quantity for each in constants.conserved}
+    conserved = [*cyclic(given, names, momenta)]
+    changing = []
+    if "h" in names:
+        because = "`L` does not contain `t` explicitly" + without_work(given.system.driven, False)
+        plain = "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
+        because += plain if given.spec.lagrangian is None else ""
+        conserved.append(Conserved("h", sympy.S.Zero, because))
+    else:
+        reasons = [] if given.system.steady_potential else ["`L` contains `t` explicitly"]
+        power = sympy.Add(
+            *(
+                Summed(tidy(one.expression * symbol_of(one, velocity_name(one.family.name)), given.order),
+                       Loops(one.loops))
+                for one in forces
+            )
+        )  # fmt: skip
+        reasons += ["generalized forces or friction do work"] * (power != 0)
+        rate = tidy(power - given.explicit_rate(lagrangian), given.order)
+        changing.append(Changing("h", rate, " and ".join(reasons)))
+    texts = dict(displaced(given, momenta))
+    for each in constants.conserved:
+        if each.quantity in texts:
+            expression = texts[each.quantity]
+            conserved.append(Conserved(each.quantity, given.neat(expression), each.because))
+    return conserved, changing
+
+
+def cyclic(given: Given, names: set[str], momenta: Sequence[Line]) -> Iterator[Conserved]:
+    """Momenta of cyclic coordinates: one for a family, if all of its members are cyclic."""
+    for family in given.builder.coordinates:
+        own = [line for line in momenta if line.family is family]
+        kept = [name for name in family.members if f"p_{name}" in names]
+        if len(kept) == len(family.members):
+            shown = [(one.name(), one.expression) for one in own]
+        else:
+            shown = [(name, sympy.S.Zero) for name in kept]
+        for name, expression in shown:
+            because = f"`{name}` is cyclic: `L` does not contain it, and {without_force(False)}"
+            yield Conserved(f"p_{name}", expression, because)
+
+
+def displaced(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:
+    """What displacements of all particles, or of all members of a family, conserve."""
+    if given.spec.lagrangian is not None or given.system.joints is not None:
+        for family in given.builder.coordinates:
+            own = [one for one in momenta if one.family is family]
+            yield (
+                f"P_{family.name}",
+                sympy.Add(*(Summed(one.expression, Loops(one.loops)) for one in own)),
+            )
+        return
+    particles = [*given.particles()]
+    rate, t = given.builder.rate, sympy.Symbol(TIME)
+
+    def total(of: object) -> sympy.Expr:
+        return sympy.Add(*(Summed(of(place, mass), Loops(loops)) for loops, place, mass in particles))  # type: ignore[operator]
+
+    axes = max(len(place) for _, place, _ in particles)
+    for k in range(axes):
+        momentum = total(lambda x, m, k=k: m * rate(x[k]) if len(x) > k else sympy.S.Zero)
+        centre = total(lambda x, m, k=k: m * x[k] if len(x) > k else sympy.S.Zero)
+        yield f"P_{COMPONENTS[k]}", momentum
+        yield f"K_{COMPONENTS[k]}", t * momentum - centre
+    for name, (i, j) in TURNS.items():
+        if max(i, j) < min(len(place) for _, place, _ in particles):
+            yield f"L_{name}", total(lambda x, m, i=i, j=j: m * (x[i] * rate(x[j]) - x[j] * rate(x[i])))

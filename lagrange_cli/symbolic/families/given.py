@@ -1,0 +1,170 @@
+"""What the file of a system of families gives, with indices: energies, forces, and where particles are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import sympy
+
+from lagrange_cli.expression.vocabulary import TIME, acceleration_name, velocity_name
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.groups import group_of, particle_families
+from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
+from lagrange_cli.symbolic.families.derivatives import Part, parts, spans_within
+from lagrange_cli.symbolic.families.frames import Frame, Kind
+from lagrange_cli.symbolic.families.lines import Lines
+from lagrange_cli.symbolic.families.places import RATES, WrittenPlaces
+from lagrange_cli.symbolic.families.sums import exchanged
+from lagrange_cli.symbolic.grouping import neat
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Ranks, Summed, opened, summed_of
+from lagrange_cli.symbolic.indexed.whole import Spans
+from lagrange_cli.symbolic.order import Order, Role
+
+
+class Given:
+    """The file of a system; places along chains have names if ``naming``."""
+
+    def __init__(self, system: FamilySystem, *, naming: bool = False) -> None:
+        self.system, self.spec = system, system.spec
+        self.builder = WrittenPlaces(self.spec, naming=naming)
+        self.order = Order(Ranks(roles(self.spec)), self.spec.decimals)
+        self.lines = Lines(self.builder, self.order)
+
+    def kinds(self, family: Family, written: Mapping[str, Expression]) -> Iterator[Kind]:
+        """The members of a family that are written alike."""
+        return self.builder.of_family(group_of(family, written))
+
+    def particles(self) -> Iterator[tuple[tuple[Loop, ...], tuple[sympy.Expr, ...], sympy.Expr]]:
+        """Members of families of particles: the loops through them, where they are, and their masses."""
+        spec = self.spec
+        for family in grouped(spec.embedding, particle_families(spec)):
+            for kind in self.kinds(family, spec.embedding):
+                mass = self.elsewhere(kind, family, spec.masses)
+                where = self.elsewhere(kind, family, spec.embedding)
+                for loops, (place, (own,)) in self.values(kind, where, mass):
+                    yield loops, place, own
+
+    def values(
+        self, kind: Kind, *trees: Callable[[Frame], Any]
+    ) -> Iterator[tuple[tuple[Loop, ...], list[tuple[sympy.Expr, ...]]]]:
+        """The values of the members of a kind, in parts that are alike, with their loops."""
+
+        def build(frame: Frame) -> list[tuple[sympy.Expr, ...]]:
+            made = [one(frame) for one in trees]
+            return [one if isinstance(one, tuple) else (one,) for one in made]
+
+        yield from self.builder.kinds(kind.loops, kind.frame, build)
+
+    def written(self, kind: Kind) -> Callable[[Frame], Any]:
+        """The builder of the expression of a kind's members."""
+        return lambda frame: self.builder.value(kind.tree, frame)
+
+    def elsewhere(
+        self, kind: Kind, family: Family, given: Mapping[str, Expression]
+    ) -> Callable[[Frame], Any]:
+        """What builds what is written elsewhere of the members of a kind."""
+        group = group_of(family, given)
+
+        def build(frame: Frame) -> Any:
+            known = {**self.spec.sizes, **frame.arrays}
+            return self.builder.of_group(
+                group, kind.indices, [one.value(known) for one in kind.indices], frame
+            )
+
+        return build
+
+    def parts(self, expression: sympy.Expr, base: str) -> Iterator[Part]:
+        """The derivatives of an expression by the members of a family."""
+        return parts(expression, base, self.builder.meaning)
+
+    def explicit_rate(self, expression: sympy.Expr) -> sympy.Expr:
+        """The partial derivative by t."""
+        plain, sums = opened(expression)
+        made = plain.diff(sympy.Symbol(TIME))
+        for symbol in sorted(plain.free_symbols, key=str):
+            if symbol in sums:
+                one = sums[symbol]
+                made += plain.diff(symbol) * Summed(self.explicit_rate(one.body), one.args[1])
+                continue
+            meaning = self.builder.meaning(*KNOWN[symbol.name]) if symbol.name in KNOWN else None
+            if meaning is not None:
+                made += plain.diff(symbol) * self.explicit_rate(meaning)
+        return made.xreplace(sums)
+
+    def energies(self) -> tuple[sympy.Expr | None, sympy.Expr]:
+        """T and U; None and L."""
+        spec = self.spec
+        if spec.lagrangian is not None:
+            return None, self.builder.scalar(spec.lagrangian)
+        return self.kinetic(), sympy.Add(*map(self.builder.scalar, spec.potential.values()))
+
+    def applied(self, name: str) -> Iterator[Part]:
+        """The parts of Q by the members of a family of coordinates."""
+        spec, forces = self.spec, self.spec.forces
+        written = forces.get("generalized_forces", {})
+        for family in grouped(written, spec.families.get("generalized_forces", {})):
+            if family.name == name:
+                for kind in self.kinds(family, written):
+                    for loops, ((force,),) in self.values(kind, self.written(kind)):
+                        yield Part(force, loops, kind.indices)
+        written = forces.get("forces", {})
+        families = {**particle_families(spec), **spec.families.get("forces", {})}
+        for family in grouped(written, families):
+            for kind in self.kinds(family, written):
+                position = self.elsewhere(kind, family, spec.embedding)
+                for loops, (acting, place) in self.values(kind, self.written(kind), position):
+                    for force, x in zip(acting, place, strict=True):
+                        for one in self.parts(x, name):
+                            yield Part(force * one.factor, (*loops, *one.loops), one.indices)
+        for power in forces.get("dissipation", {}).values():
+            for each in self.parts(self.builder.scalar(power), velocity_name(name)):
+                yield Part(-each.factor, each.loops, each.indices)
+
+    def kinetic(self, *, moving: bool = False) -> sympy.Expr:
+        """T; if ``moving``, T2 - T0: its terms of degree 2 in velocities minus those of degree 0, which are
+        where the places depend on t (Goldstein, Classical Mechanics, eq. 2.57)."""
+
+        def square(x: sympy.Expr) -> sympy.Expr:
+            if not moving:
+                return self.builder.rate(x) ** 2
+            speed = self.builder.rate(x)
+            return speed**2 - 2 * speed * self.explicit_rate(x)
+
+        return sympy.Add(
+            *(
+                Summed(sympy.Add(*(mass * square(x) / 2 for x in place)), Loops(loops))
+                for loops, place, mass in self.particles()
+            )
+        )
+
+    def neat(self, expression: sympy.Expr, around: Spans | None = None) -> sympy.Expr:
+        """An expression and the bodies of its sums in textbook form; ``around`` has the bounds of indices."""
+        spans = self.lines.sizes if around is None else around
+        if isinstance(expression, Summed):
+            fewer = exchanged(expression, spans)
+            if fewer != expression:
+                return self.neat(fewer, spans)
+            inside = spans_within(expression.loops, spans)
+            return summed_of(self.neat(expression.body, inside), expression.loops)
+        if expression.has(Summed):
+            expression = expression.func(*(self.neat(one, spans) for one in expression.args))
+        return neat(expression, self.order, Role.COORDINATE)
+
+
+def roles(spec: Spec) -> dict[str, tuple[Role, int]]:
+    """The role and rank of each family."""
+    found: dict[str, tuple[Role, int]] = {TIME: (Role.TIME, 0)}
+    for rank, name in enumerate(dict.fromkeys(one.name.partition("[")[0] for one in spec.parameters)):
+        found[name] = Role.PARAMETER, rank
+    for rank, name in enumerate(dict.fromkeys(one.name.partition("[")[0] for one in spec.coordinates)):
+        found[name] = Role.COORDINATE, rank
+        found[velocity_name(name)] = Role.VELOCITY, rank
+        found[acceleration_name(name)] = Role.ACCELERATION, rank
+    first = len(spec.coordinates)
+    for family in particle_families(spec):
+        for components, role in zip(RATES, (Role.COORDINATE, Role.VELOCITY, Role.ACCELERATION)):
+            found |= {f"{family}.{one}": (role, first + k) for k, one in enumerate(components)}
+        first += 1
+    return found
