@@ -17,6 +17,7 @@ from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
 from lagrange_cli.mechanics.switching.switches import switches
+from lagrange_cli.native.elimination import reduced
 from lagrange_cli.native.interface import SECTION
 from lagrange_cli.native.lanes import suits_lanes, with_lanes
 from lagrange_cli.native.llvm.length import SHORTER
@@ -49,6 +50,12 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
+    elif method.needs is Needs.SERIES:
+        less = reduced(residual)
+        if less is not None:
+            residual = less.after
+            integrands = dict(zip(plan.integrands, less.of(plan.integrands.values())))
+            plan = replace(plan, integrands=integrands)
     undetected = () if method.proves else passed_over(residual, plan)
     try:
         program = program_of(residual, plan, compilation, original)

@@ -128,7 +128,7 @@ def double(equations: Equations) -> Motion:
     emitter, layout = equations.emitter(), arrange(series, order)
     jet, work = write_jet(residual, series, equations.constants, emitter, layout)
     project = ""
-    if residual.multipliers and equations.steps:
+    if residual.bound and equations.steps:
         from lagrange_cli.native.stepping.projection import in_doubles
 
         project = in_doubles(residual, equations.state, equations.constants, equations.emitter())
@@ -188,7 +188,7 @@ def suits_batches(equations: Equations) -> bool:
     residual = equations.residual
     return (
         equations.series.convolutions >= BATCHED * (SOLVED if residual.multipliers else 1)
-        and not (equations.guards or equations.in_two or any(provings_of(equations)))
+        and not (equations.guards or equations.in_two or any(provings_of(equations)) or residual.dependent)
         and (residual.separate or elimination_of(residual) is not None)
     )
 
@@ -205,7 +205,7 @@ def double_double(equations: Equations) -> Motion:
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
     work = LANES * -(-work // LANES)
     project = ""
-    if equations.residual.multipliers:
+    if equations.residual.bound:
         from lagrange_cli.native.stepping.projection import in_double_doubles
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import cast
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.series.factoring import associate, reciprocals
 from lagrange_cli.series.offsets import set_levels, set_levels_beside, sort
 from lagrange_cli.series.program import FREE, SHORT, UNBOUNDED, Op, Series, SeriesProgram
@@ -25,34 +25,40 @@ def lower(
     multipliers: Sequence[Node] = (),
     own: int = 0,
     apart: bool = False,
+    dependent: Mapping[int, tuple[Node | None, Node]] | None = None,
 ) -> SeriesProgram:
     """The series program of the equations ``residual`` and the quadratures of ``integrands``.
 
-    The first ``own`` of these belong to the motion; it is computed as without the others. Where series are
+    Coordinates that are ``dependent``, by their place in ``q``, are such functions of the others, and so are
+    their velocities; where a coordinate is None, only its velocity is. The first ``own`` of these belong to the motion; it is computed as without the others. Where series are
     computed side by side (``apart``), requesting some earlier would change roundings.
     """
     builder = _Builder(graph, variables)
     builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
-    coordinates = []
-    for i, symbol in enumerate(q):
-        builder.by_node[symbol] = builder.add(Series(Op.COORDINATE, data=i, node=symbol, order=0))
-        coordinates.append(builder.by_node[symbol])
-    velocities = []
-    for coordinate, symbol in zip(coordinates, v):
-        builder.by_node[symbol] = builder.derivative(coordinate)
-        velocities.append(builder.by_node[symbol])
+    dependent = dependent or {}
+    unknown = [i for i in range(len(q)) if i not in dependent]
+    for i in unknown:
+        builder.by_node[q[i]] = builder.add(Series(Op.COORDINATE, data=i, node=q[i], order=0))
+    for i in unknown:
+        builder.by_node[v[i]] = builder.derivative(builder.by_node[q[i]])
+    builder.lower_all(node for pair in dependent.values() for node in pair if node is not None)
+    for i, (place, speed) in dependent.items():
+        builder.follow(q[i], place, v[i], speed)
+    coordinates, velocities = ([builder.by_node[symbol] for symbol in symbols] for symbols in (q, v))
     for symbol in multipliers:
         builder.by_node[symbol] = builder.add(Series(Op.MULTIPLIER, node=symbol, order=2))
     builder.lower_all([*residual, *integrands[:own]])
     builder.lower_all(integrands[own:])
     roots = [builder.by_node[node] for node in residual]
     integrals = [builder.integral(builder.by_node[node]) for node in integrands]
-    unknown = [builder.by_node[symbol] for symbol in multipliers]
-    motion = [(coordinates, 2), (velocities, 1), (unknown, 0), (roots, 0), (integrals[:own], 1)]
+    bound = [builder.by_node[symbol] for symbol in multipliers]
+    motion = [(coordinates, 2), (velocities, 1), (bound, 0), (roots, 0), (integrals[:own], 1)]
     set_levels(builder.series, motion)
     needed = [index for index, one in enumerate(builder.series) if one.level > FREE]
     set_levels_beside(builder.series, integrals[own:], apart)
-    return sort(builder.series, coordinates, velocities, unknown, roots, integrals, own, needed)
+    return sort(
+        builder.series, coordinates, velocities, bound, roots, integrals, own, needed, tuple(dependent)
+    )
 
 
 def lower_functions(
@@ -104,6 +110,32 @@ class _Builder:
     def add(self, series: Series) -> int:
         self.series.append(series)
         return len(self.series) - 1
+
+    def follow(self, q: Node, place: Node | None, v: Node, speed: Node) -> None:
+        """The series of a coordinate and of its velocity that are functions of others, which are lowered.
+
+        They are rows of the state: each is a series of its own, and its coefficient 0 is read from there.
+        """
+        velocity = self.own(speed, v)
+        if place is None:
+            order = self.series[velocity].order - 1
+            coordinate = self.add(Series(Op.PRIMITIVE, (velocity,), order=max(order, FREE)))
+        else:
+            coordinate = self.own(place, q)
+        self.by_node[q], self.by_node[v] = coordinate, velocity
+        self.derivatives[coordinate] = velocity
+
+    def own(self, node: Node, symbol: Node) -> int:
+        """A series of its own for what is lowered already, which takes its place."""
+        index = self.by_node[node]
+        one = self.series[index]
+        if one.op is Op.LINEAR and one.node is None:
+            self.by_node[node] = made = self.add(replace(one, node=symbol))
+            return made
+        copied = (self.graph.zero, (self.graph.one,))
+        return self.add(
+            Series(Op.LINEAR, (index,), copied, node=symbol, order=one.order, degree=one.degree)
+        )
 
     def integral(self, rate: int) -> int:
         """The quadrature of a series, which may depend on accelerations."""

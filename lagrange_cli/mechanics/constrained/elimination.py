@@ -1,0 +1,287 @@
+"""Constraints with constant coefficients, solved for some of the coordinates before any motion is followed.
+
+A holonomic constraint sum_k a_k q_k + c(t) = 0 gives one coordinate in terms of the others, and a constraint
+on velocities sum_k a_k q_dot_k + b = 0 with constant b does so up to a constant of the motion. Put into L, the
+forces, and all else, these leave the equations of the other coordinates, without multipliers. With q = N q' +
+.. their mass matrix is N^T M N: smaller, and positive where M is. (M. Benzi, G. H. Golub and J. Liesen, Acta
+Numerica 14, 2005, sec. 6, call this a null space method.) The multipliers follow from the equations of the
+coordinates that are gone,
+
+    sum_i lambda_i a_ik = d/dt dL/dq_dot_k - dL/dq_k - Q_k.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.constrained.pushed import forces_of
+from lagrange_cli.mechanics.constraints import Constraints
+from lagrange_cli.mechanics.derive import equations_of
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.residual import Dependent, Residual
+from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.switching.saturation import released
+from lagrange_cli.mechanics.variables import graph_of, rate, variables
+from lagrange_cli.model.model import Event, Model, Particle
+from lagrange_cli.records import dataclass, field, replace
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """The equations ``before`` and ``after`` coordinates were eliminated, and the ``multipliers`` that are
+    gone, as functions of the motion."""
+
+    before: Residual
+    after: Residual
+    multipliers: Mapping[Node, Node]
+
+    def of(self, nodes: Iterable[Node]) -> tuple[Node, ...]:
+        """Functions of the motion, with time derivatives in them, in terms of what is left."""
+        after = self.after
+        known = {one.v: one.speed for one in after.dependent}
+        known |= {one.q: one.place for one in after.dependent if one.place is not None}
+        nodes = substituted(after.graph, nodes, self.multipliers)
+        return followed(after.graph, nodes, known, after.variables)
+
+
+def followed(
+    graph: Graph, nodes: Sequence[Node], known: Mapping[Node, Node], moving: int
+) -> tuple[Node, ...]:
+    """``nodes`` with expressions in place of symbols, also where they are derived by t."""
+    made = dict(known)
+    for node in reachable(nodes):
+        if node not in made:
+            arguments = [made[argument] for argument in node.arguments]
+            kept = all(a is b for a, b in zip(arguments, node.arguments))
+            if node.kind is Kind.DDT:
+                made[node] = node if kept else rate(graph, *arguments, moving)
+            else:
+                made[node] = node if kept else rebuilt(graph, node, arguments)
+    return tuple(made[node] for node in nodes)
+
+
+@dataclass(frozen=True)
+class Relation:
+    """A coordinate: the sum of ``scales`` times others, ``rest``, and ``weights`` times the values of
+    constraints, which are 0; by their numbers. It is one between velocities if it is not ``holonomic``."""
+
+    constraint: int
+    holonomic: bool
+    scales: Mapping[int, Node]
+    rest: Node
+    weights: Mapping[int, Node]
+
+
+@dataclass
+class Relations:
+    """The relations of a model that some of its constraints give, by coordinate."""
+
+    model: Model[Node]
+    light: frozenset[int]
+    """Coordinates without inertia, which are eliminated first: nothing else changes."""
+    found: dict[int, Relation] = field(default_factory=dict)
+
+    def add(self, number: int, row: Mapping[int, Node], rest: Node) -> None:
+        """Solve constraint ``number``, of which these are the slopes and the rest, for a coordinate."""
+        graph, holonomic = graph_of(self.model), self.model.constraints[number].holonomic
+        given = Relation(number, holonomic, row, rest, {number: graph.one})
+        for k in [k for k in row if k in self.found]:
+            given = self._put(given, k, self.found[k])
+        open_ = {k: a for k, a in given.scales.items() if not is_zero(a)}
+        if not holonomic:
+            if given.rest.symbols & variables(self.model):
+                return
+            # what coordinates are gone by is not known up to a constant
+            for one in self.found.values():
+                open_ = {k: a for k, a in open_.items() if not one.holonomic or k not in one.scales}
+        if not open_:
+            return
+
+        def cost(k: int) -> tuple[bool, bool, int]:
+            return k not in self.light, open_[k].kind is not Kind.NUMBER, -k
+
+        pivot = min(open_, key=cost)
+        left = {k: a for k, a in given.scales.items() if k != pivot}
+        over = -graph.one / open_[pivot]
+        solved = Relation(
+            number,
+            holonomic,
+            {k: a * over for k, a in left.items() if not is_zero(a)},
+            given.rest * over,
+            {i: w * over for i, w in given.weights.items()},
+        )
+        for k, one in self.found.items():
+            if pivot in one.scales:
+                self.found[k] = self._put(one, pivot, solved)
+        self.found[pivot] = solved
+
+    def _put(self, one: Relation, k: int, other: Relation) -> Relation:
+        """A relation with another one in place of coordinate k."""
+        graph, factor = graph_of(self.model), one.scales[k]
+
+        def joined(mine: Mapping[int, Node], others: Mapping[int, Node]) -> dict[int, Node]:
+            both = dict.fromkeys((*mine, *others))
+            return {i: mine.get(i, graph.zero) + factor * others.get(i, graph.zero) for i in both}
+
+        rest = other.rest
+        if other.holonomic and not one.holonomic:
+            rest = graph.diff(rest, self.model.time)
+        left = {i: a for i, a in one.scales.items() if i != k}
+        return replace(
+            one,
+            scales=joined(left, other.scales),
+            rest=one.rest + factor * rest,
+            weights=joined(one.weights, other.weights),
+        )
+
+
+def eliminated(residual: Residual, most: int) -> Elimination | None:
+    """The equations without the coordinates that constraints give, each in terms of fewer than ``most``
+    others; None if there are none.
+
+    What acts by its multiplier stays, and so does what is redundant.
+    """
+    if not residual.model.constraints or residual.contacts:
+        return None
+    model, graph = released(residual.model), residual.graph
+    relations = relations_of(model, residual, most)
+    if not relations.found:
+        return None
+    dependent, places = dependents(model, relations)
+    less = without(model, relations, dependent, places)
+    after = replace(equations_of(less), lowered=None, dependent=dependent)
+    unknown = reduce(or_, (node.symbols for node in places.constants), 0)
+    if any(node.symbols & unknown for node in acting_nodes(after)):
+        return None
+    gone = [one.constraint for one in relations.found.values()]
+    free = {model.constraints[i].multiplier: graph.zero for i in gone}
+    rows = dict(zip(relations.found, substituted(graph, [residual.residual[k] for k in relations.found], free)))
+    multipliers = {
+        model.constraints[i].multiplier: graph.sum(
+            [(-rows[k] * one.weights[i], 1.0) for k, one in relations.found.items() if i in one.weights]
+        )
+        for i in gone
+    }
+    return Elimination(residual, after, multipliers)
+
+
+def relations_of(model: Model[Node], residual: Residual, most: int) -> Relations:
+    """The relations that constraints with constant coefficients give."""
+    graph, constraints, moving = residual.graph, Constraints(model), variables(model)
+    nodes = [*forces_of(model), *(event.argument for event in model.events)]
+    used = reduce(or_, (node.symbols for node in nodes), 0)
+    light = frozenset(k for k in range(len(model.q)) if residual.mass_matrix[k][k].is_zero)
+    found = Relations(model, light)
+    at_rest = dict.fromkeys((*model.q, *model.v), graph.zero)
+    order = sorted(enumerate(model.constraints), key=lambda pair: not pair[1].holonomic)
+    for number, one in order:
+        row, drift = constraints.slopes[number], constraints.drifts[number]
+        if not 0 < len(row) <= most or one.multiplier.symbols & used:
+            continue
+        if any(entry.symbols & moving for entry in row.values()):
+            continue
+        if one.holonomic:
+            (rest,) = substituted(graph, [one.expression], at_rest)
+        elif drift.symbols & moving:
+            continue
+        else:
+            rest = drift
+        found.add(number, row, rest)
+    return found
+
+
+@dataclass(frozen=True)
+class Places:
+    """All coordinates and velocities that are gone, as functions of the others, of t, and of ``constants`` of
+    the motion."""
+
+    values: Mapping[Node, Node]
+    constants: Sequence[Node]
+
+
+def dependents(model: Model[Node], relations: Relations) -> tuple[tuple[Dependent, ...], Places]:
+    """The coordinates that are gone, and what is put in their places."""
+    graph, found = graph_of(model), list[Dependent]()
+    values, constants = dict[Node, Node](), list[Node]()
+    for k, one in sorted(relations.found.items()):
+        q, v, name = model.q[k], model.v[k], model.coordinates[k]
+        drift = graph.diff(one.rest, model.time) if one.holonomic else one.rest
+        speed = graph.sum([(drift, 1.0), *((a * model.v[i], 1.0) for i, a in one.scales.items())])
+        moved = graph.sum([(a * model.q[i], 1.0) for i, a in one.scales.items()])
+        if one.holonomic:
+            values[q] = moved + one.rest
+        else:
+            constants.append(graph.symbol(f"constant {name}"))
+            values[q] = moved + one.rest * model.time + constants[-1]
+        values[v] = speed
+        place = values[q] if one.holonomic else None
+        found.append(Dependent(name, model.constraints[one.constraint].name, k, q, v, place, speed))
+    return tuple(found), Places(values, constants)
+
+
+def without(
+    model: Model[Node], relations: Relations, dependent: Sequence[Dependent], places: Places
+) -> Model[Node]:
+    """The model of the other coordinates."""
+    graph, values, gone = graph_of(model), places.values, relations.found
+
+    def each(nodes: Iterable[Node]) -> tuple[Node, ...]:
+        return substituted(graph, nodes, values)
+
+    def particle(one: Particle[Node]) -> Particle[Node]:
+        return replace(
+            one, position=each(one.position), velocity=each(one.velocity), force=each(one.force)
+        )
+
+    given = each(model.generalized_forces)
+    forces = [[(force, 1.0)] for force in given]
+    for k, one in gone.items():
+        for i, scale in one.scales.items():
+            forces[i].append((scale * given[k], 1.0))
+    kept = [k for k in range(len(model.q)) if k not in gone]
+    bound = {one.constraint for one in gone.values()}
+    potential, dissipation = each([model.potential, model.dissipation])
+    return replace(
+        model,
+        coordinates=tuple(model.coordinates[k] for k in kept),
+        q=tuple(model.q[k] for k in kept),
+        v=tuple(model.v[k] for k in kept),
+        particles=tuple(map(particle, model.particles)),
+        potential=potential,
+        lagrangian=None if model.lagrangian is None else each([model.lagrangian])[0],
+        generalized_forces=tuple(graph.sum(forces[k]) for k in kept),
+        dissipation=dissipation,
+        observables={},
+        events=tuple(event_of(one, each([one.argument])[0]) for one in model.events),
+        constraints=tuple(
+            replace(one, expression=each([one.expression])[0])
+            for i, one in enumerate(model.constraints)
+            if i not in bound
+        ),
+        redundant=(),
+        spec=None,
+    )
+
+
+def event_of(event: Event[Node], argument: Node) -> Event[Node]:
+    """The event as the equations see it: what it sets is done outside of them."""
+    return replace(event, argument=argument, changes={})
+
+
+def acting_nodes(residual: Residual) -> Iterable[Node]:
+    """All that steps evaluate."""
+    model = residual.model
+    yield from residual.residual
+    for row in residual.entries:
+        yield from row.values()
+    yield from residual.inertias
+    for one in residual.cyclic_momenta:
+        yield from (one.momentum, one.speed)
+    yield from (event.argument for event in model.events)
+    yield from (one.expression for one in model.constraints)
+    yield from Energetics(model).momenta if model.constraints else ()
