@@ -104,6 +104,8 @@ class _Builder:
     unfinished: list[tuple[int, tuple[int, ...], Node]] = field(default_factory=list)
     """Rates of functions whose partial derivatives are not lowered yet: (rate, arguments' rates,
     function)."""
+    symbols: dict[Node, Node] = field(default_factory=dict)
+    """The symbols of rows of the state that follow from others, by what they are."""
     rates: set[int] = field(default_factory=set)
     """The rates of all functions."""
 
@@ -130,6 +132,7 @@ class _Builder:
         index = self.by_node[node]
         one = self.series[index]
         if one.op is Op.LINEAR and one.node is None:
+            self.symbols[node] = symbol
             self.by_node[node] = made = self.add(replace(one, node=symbol))
             return made
         copied = (self.graph.zero, (self.graph.one,))
@@ -321,10 +324,19 @@ class _Builder:
         self.rates.add(rate)
         self.pending += [p for p in self.moving_partials(node) if p not in self.by_node]
         index = self.add(
-            Series(Op.PRIMITIVE, (rate,), node=node, sources=sources, order=self.highest(sources))
+            Series(Op.PRIMITIVE, (rate,), node=self.named(node), sources=sources, order=self.highest(sources))
         )
         self.derivatives[index] = rate
         return index
+
+    def named(self, node: Node) -> Node:
+        """A function with the symbols of arguments that are rows of the state."""
+        arguments = [self.symbols.get(a, a) for a in node.arguments]
+        if arguments == [*node.arguments]:
+            return node
+        if node.kind is Kind.POWER:
+            return self.graph.power(*arguments)
+        return self.graph.function(str(node.data), arguments)
 
     def moving_partials(self, node: Node) -> list[Node]:
         """Partial derivatives by the arguments that move, in terms of the node itself where it is a power.
