@@ -183,14 +183,17 @@ def with_steps(
 def suits_batches(equations: Equations) -> bool:
     """Whether the series of a system are many, and its masses constant and diagonal, or its equations sparse
     ones with constraints."""
+    return is_large(equations.residual, equations.series) and not (
+        equations.guards or equations.in_two or any(provings_of(equations))
+    )
+
+
+def is_large(residual: Residual, series: SeriesProgram) -> bool:
+    """The same of its equations."""
     from lagrange_cli.native.recurrences.batches.saddle_tables import elimination_of
 
-    residual = equations.residual
-    return (
-        equations.series.convolutions >= BATCHED * (SOLVED if residual.multipliers else 1)
-        and not (equations.guards or equations.in_two or any(provings_of(equations)) or residual.dependent)
-        and (residual.separate or elimination_of(residual) is not None)
-    )
+    least = BATCHED * (SOLVED if residual.multipliers else 1)
+    return series.convolutions >= least and (residual.separate or elimination_of(residual) is not None)
 
 
 def double_double(equations: Equations) -> Motion:
