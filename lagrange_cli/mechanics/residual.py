@@ -42,8 +42,8 @@ class Dependent:
     """A coordinate that a constraint gives: it is not among the unknowns, but is a part of the state.
 
     ``index`` is its place among all coordinates, ``q`` and ``v`` are its symbols. ``place`` and ``speed`` are
-    they as functions of the other coordinates, their velocities, and t; ``place`` is None where the constraint
-    is one on velocities, and the coordinate the integral of its velocity.
+    they as functions of the other coordinates, their velocities, and t. ``place`` is None where the
+    constraint is one on velocities, and the coordinate the integral of its velocity.
     """
 
     name: str
@@ -82,7 +82,8 @@ class Residual:
     stand in the equations like accelerations. Forces that depend on multipliers have ``pushed`` the matrix
     out of its symmetry; without these forces the equations are ``quiet``, where they are not linear in
     multipliers. Of some equations and their coordinates the series are known already (``lowered``).
-    The ``model`` may be that of some coordinates, from which others follow, which are ``dependent``, in order.
+    The ``model`` may be that of some coordinates only, from which the others follow: these are
+    ``dependent``, in order.
     """
 
     model: Model[Node]
@@ -116,9 +117,7 @@ class Residual:
             return self.lowered[1]
         following = {one.index: (one.place, one.speed) for one in self.dependent}
         given = self.variables, self.state_q, self.state_v, model.time, self.residual, integrands
-        return lower(
-            self.graph, *given, self.multipliers, own=own, apart=apart, dependent=following
-        )
+        return lower(self.graph, *given, self.multipliers, own=own, apart=apart, dependent=following)
 
     @cached_property
     def state_q(self) -> tuple[Node, ...]:
@@ -177,7 +176,9 @@ class Residual:
     @cached_property
     def variables(self) -> int:
         """Bit set of the symbols that change along a motion: q, q_dot and t."""
-        return reduce(or_, (x.symbols for one in self.dependent for x in (one.q, one.v)), variables(self.model))
+        return reduce(
+            or_, (x.symbols for one in self.dependent for x in (one.q, one.v)), variables(self.model)
+        )
 
     @cached_property
     def blocks(self) -> tuple[tuple[int, ...], ...]:

@@ -25,8 +25,8 @@ SHORT = 2
 
 
 def reduced(residual: Residual) -> Elimination | None:
-    """The equations without the coordinates that constraints give: that of all that are linear, or of the short
-    ones; None where neither saves work."""
+    """The equations without the coordinates that constraints give: all that are linear, or the short ones;
+    None where neither saves work."""
     if not residual.multipliers:
         return None
     series = residual.series()
@@ -58,7 +58,9 @@ def work(residual: Residual, series: SeriesProgram) -> float:
             neighbours = [{*range(len(block))} - {place} for place in range(len(block))]
         below = columns(neighbours, len(block) - bound)
         # L and its transpose, or L and U; and the diagonal
-        total += sum(2 * count + 1 for count in below) + sum(count * (count + 3) / 2 for count in below) / ORDERS
+        total += (
+            sum(2 * count + 1 for count in below) + sum(count * (count + 3) / 2 for count in below) / ORDERS
+        )
     symbols = numbered((*residual.model.q, *residual.model.v))
     for one in residual.dependent:
         for node in (one.place, one.speed):

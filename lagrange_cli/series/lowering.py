@@ -29,9 +29,10 @@ def lower(
 ) -> SeriesProgram:
     """The series program of the equations ``residual`` and the quadratures of ``integrands``.
 
-    Coordinates that are ``dependent``, by their place in ``q``, are such functions of the others, and so are
-    their velocities; where a coordinate is None, only its velocity is. The first ``own`` of these belong to the motion; it is computed as without the others. Where series are
-    computed side by side (``apart``), requesting some earlier would change roundings.
+    The first ``own`` of these belong to the motion; it is computed as without the others. Where series are
+    computed side by side (``apart``), requesting some earlier would change roundings. Coordinates that are
+    ``dependent``, by their place in ``q``, and their velocities are such functions of the others; where that
+    of a coordinate is None, it is the integral of its velocity.
     """
     builder = _Builder(graph, variables)
     builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
@@ -136,9 +137,7 @@ class _Builder:
             self.by_node[node] = made = self.add(replace(one, node=symbol))
             return made
         copied = (self.graph.zero, (self.graph.one,))
-        return self.add(
-            Series(Op.LINEAR, (index,), copied, node=symbol, order=one.order, degree=one.degree)
-        )
+        return self.add(Series(Op.LINEAR, (index,), copied, node=symbol, order=one.order, degree=one.degree))
 
     def integral(self, rate: int) -> int:
         """The quadrature of a series, which may depend on accelerations."""

@@ -1,11 +1,11 @@
 """Constraints with constant coefficients, solved for some of the coordinates before any motion is followed.
 
-A holonomic constraint sum_k a_k q_k + c(t) = 0 gives one coordinate in terms of the others, and a constraint
-on velocities sum_k a_k q_dot_k + b = 0 with constant b does so up to a constant of the motion. Put into L, the
-forces, and all else, these leave the equations of the other coordinates, without multipliers. With q = N q' +
-.. their mass matrix is N^T M N: smaller, and positive where M is. (M. Benzi, G. H. Golub and J. Liesen, Acta
-Numerica 14, 2005, sec. 6, call this a null space method.) The multipliers follow from the equations of the
-coordinates that are gone,
+A holonomic constraint sum_k a_k q_k + c(t) = 0 gives one coordinate in terms of the others. A constraint on
+velocities sum_k a_k q_dot_k + b = 0 with constant b does so up to a constant of the motion. Put into L, the
+forces, and all else, these leave the equations of the other coordinates, without multipliers. With
+q = N q' + c(t) their mass matrix is N^T M N: smaller, and positive where M is. (M. Benzi, G. H. Golub and J.
+Liesen, Acta Numerica 14, 2005, sec. 6, call this a null space method.) The multipliers follow from the
+equations of the coordinates that are gone,
 
     sum_i lambda_i a_ik = d/dt dL/dq_dot_k - dL/dq_k - Q_k.
 """
@@ -59,7 +59,7 @@ def followed(
             arguments = [made[argument] for argument in node.arguments]
             kept = all(a is b for a, b in zip(arguments, node.arguments))
             if node.kind is Kind.DDT:
-                made[node] = node if kept else rate(graph, *arguments, moving)
+                made[node] = node if kept else rate(graph, arguments[0], moving)
             else:
                 made[node] = node if kept else rebuilt(graph, node, arguments)
     return tuple(made[node] for node in nodes)
@@ -160,7 +160,9 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
         return None
     gone = [one.constraint for one in relations.found.values()]
     free = {model.constraints[i].multiplier: graph.zero for i in gone}
-    rows = dict(zip(relations.found, substituted(graph, [residual.residual[k] for k in relations.found], free)))
+    rows = dict(
+        zip(relations.found, substituted(graph, [residual.residual[k] for k in relations.found], free))
+    )
     multipliers = {
         model.constraints[i].multiplier: graph.sum(
             [(-rows[k] * one.weights[i], 1.0) for k, one in relations.found.items() if i in one.weights]
@@ -178,12 +180,14 @@ def relations_of(model: Model[Node], residual: Residual, most: int) -> Relations
     light = frozenset(k for k in range(len(model.q)) if residual.mass_matrix[k][k].is_zero)
     found = Relations(model, light)
     at_rest = dict.fromkeys((*model.q, *model.v), graph.zero)
+    faint = () if model.spec is None else model.spec.faint
+    changed = reduce(or_, (changed_by(model, event) for event in model.events), 0)
     order = sorted(enumerate(model.constraints), key=lambda pair: not pair[1].holonomic)
     for number, one in order:
         row, drift = constraints.slopes[number], constraints.drifts[number]
-        if not 0 < len(row) <= most or one.multiplier.symbols & used:
+        if not 0 < len(row) <= most or one.multiplier.symbols & used or one.name in faint:
             continue
-        if any(entry.symbols & moving for entry in row.values()):
+        if any(entry.symbols & (moving | changed) for entry in row.values()):
             continue
         if one.holonomic:
             (rest,) = substituted(graph, [one.expression], at_rest)
@@ -193,6 +197,11 @@ def relations_of(model: Model[Node], residual: Residual, most: int) -> Relations
             rest = drift
         found.add(number, row, rest)
     return found
+
+
+def changed_by(model: Model[Node], event: Event[Node]) -> int:
+    """The parameters that an event sets, as bits."""
+    return reduce(or_, (one.symbols for name, one in model.parameters.items() if name in event.changes), 0)
 
 
 @dataclass(frozen=True)
@@ -234,9 +243,7 @@ def without(
         return substituted(graph, nodes, values)
 
     def particle(one: Particle[Node]) -> Particle[Node]:
-        return replace(
-            one, position=each(one.position), velocity=each(one.velocity), force=each(one.force)
-        )
+        return replace(one, position=each(one.position), velocity=each(one.velocity), force=each(one.force))
 
     given = each(model.generalized_forces)
     forces = [[(force, 1.0)] for force in given]
