@@ -84,6 +84,8 @@ class Relations:
     model: Model[Node]
     light: frozenset[int]
     """Coordinates without inertia, which are eliminated first: nothing else changes."""
+    acting: frozenset[int]
+    """Those whose values count, and not only their velocities."""
     found: dict[int, Relation] = field(default_factory=dict)
 
     def add(self, number: int, row: Mapping[int, Node], rest: Node) -> None:
@@ -96,9 +98,9 @@ class Relations:
         if not holonomic:
             if given.rest.symbols & variables(self.model):
                 return
-            # what coordinates are gone by is not known up to a constant
-            for one in self.found.values():
-                open_ = {k: a for k, a in open_.items() if not one.holonomic or k not in one.scales}
+            places = [one.scales for one in self.found.values() if one.holonomic]
+            needed = self.acting.union(*places)  # these would be known but for a constant
+            open_ = {k: a for k, a in open_.items() if k not in needed}
         if not open_:
             return
 
@@ -149,15 +151,19 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
     if not residual.model.constraints or residual.contacts:
         return None
     model, graph = released(residual.model), residual.graph
-    relations = relations_of(model, residual, most)
-    if not relations.found:
-        return None
-    dependent, places = dependents(model, relations)
-    less = without(model, relations, dependent, places)
-    after = replace(equations_of(less), lowered=None, dependent=dependent)
-    unknown = reduce(or_, (node.symbols for node in places.constants), 0)
-    if any(node.symbols & unknown for node in acting_nodes(after)):
-        return None
+    acting: set[int] = set()
+    while True:
+        relations = relations_of(model, residual, frozenset(acting), most)
+        if not relations.found:
+            return None
+        dependent, places = dependents(model, relations)
+        less = without(model, relations, places)
+        after = replace(equations_of(less), lowered=None, dependent=dependent)
+        seen = reduce(or_, (node.symbols for node in acting_nodes(after)), 0)
+        counting = {k for k, constant in places.constants.items() if constant.symbols & seen}
+        if not counting:
+            break
+        acting |= counting
     gone = [one.constraint for one in relations.found.values()]
     free = {model.constraints[i].multiplier: graph.zero for i in gone}
     rows = dict(
@@ -172,13 +178,13 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
     return Elimination(residual, after, multipliers)
 
 
-def relations_of(model: Model[Node], residual: Residual, most: int) -> Relations:
+def relations_of(model: Model[Node], residual: Residual, acting: frozenset[int], most: int) -> Relations:
     """The relations that constraints with constant coefficients give."""
     graph, constraints, moving = residual.graph, Constraints(model), variables(model)
     nodes = [*forces_of(model), *(event.argument for event in model.events)]
     used = reduce(or_, (node.symbols for node in nodes), 0)
     light = frozenset(k for k in range(len(model.q)) if residual.mass_matrix[k][k].is_zero)
-    found = Relations(model, light)
+    found = Relations(model, light, acting)
     at_rest = dict.fromkeys((*model.q, *model.v), graph.zero)
     faint = () if model.spec is None else model.spec.faint
     changed = reduce(or_, (changed_by(model, event) for event in model.events), 0)
@@ -207,16 +213,16 @@ def changed_by(model: Model[Node], event: Event[Node]) -> int:
 @dataclass(frozen=True)
 class Places:
     """All coordinates and velocities that are gone, as functions of the others, of t, and of ``constants`` of
-    the motion."""
+    the motion, by coordinate."""
 
     values: Mapping[Node, Node]
-    constants: Sequence[Node]
+    constants: Mapping[int, Node]
 
 
 def dependents(model: Model[Node], relations: Relations) -> tuple[tuple[Dependent, ...], Places]:
     """The coordinates that are gone, and what is put in their places."""
     graph, found = graph_of(model), list[Dependent]()
-    values, constants = dict[Node, Node](), list[Node]()
+    values, constants = dict[Node, Node](), dict[int, Node]()
     for k, one in sorted(relations.found.items()):
         q, v, name = model.q[k], model.v[k], model.coordinates[k]
         drift = graph.diff(one.rest, model.time) if one.holonomic else one.rest
@@ -225,17 +231,15 @@ def dependents(model: Model[Node], relations: Relations) -> tuple[tuple[Dependen
         if one.holonomic:
             values[q] = moved + one.rest
         else:
-            constants.append(graph.symbol(f"constant {name}"))
-            values[q] = moved + one.rest * model.time + constants[-1]
+            constants[k] = graph.symbol(f"constant {name}")
+            values[q] = moved + one.rest * model.time + constants[k]
         values[v] = speed
         place = values[q] if one.holonomic else None
         found.append(Dependent(name, model.constraints[one.constraint].name, k, q, v, place, speed))
     return tuple(found), Places(values, constants)
 
 
-def without(
-    model: Model[Node], relations: Relations, dependent: Sequence[Dependent], places: Places
-) -> Model[Node]:
+def without(model: Model[Node], relations: Relations, places: Places) -> Model[Node]:
     """The model of the other coordinates."""
     graph, values, gone = graph_of(model), places.values, relations.found
 
