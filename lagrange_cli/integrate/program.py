@@ -45,17 +45,15 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     plan, original = make_plan(residual, compilation.outputs, compilation.optional), residual
     if compilation.section == SECTION and is_constant(residual, residual.model.events[-1].argument):
         raise UsageError("no motion crosses this surface: its expression is conserved")
+    less = reduced(residual) if method.needs is Needs.SERIES else None
+    if less is not None:
+        residual = less.after
+        plan = replace(plan, integrands=dict(zip(plan.integrands, less.of(plan.integrands.values()))))
     if compilation.backward:
         from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
-    elif method.needs is Needs.SERIES:
-        less = reduced(residual)
-        if less is not None:
-            residual = less.after
-            integrands = dict(zip(plan.integrands, less.of(plan.integrands.values())))
-            plan = replace(plan, integrands=integrands)
     undetected = () if method.proves else passed_over(residual, plan)
     try:
         program = program_of(residual, plan, compilation, original)

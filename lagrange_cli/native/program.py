@@ -202,6 +202,6 @@ def whole(residual: Residual, observing: Residual) -> Model[Node]:
     """The model of the state: with the coordinates that follow from others, as they are in ``observing``."""
     if not residual.dependent:
         return residual.model
-    kept = {event.name for event in residual.model.events}
-    events = tuple(event for event in observing.model.events if event.name in kept)
+    changes = {event.name: event.changes for event in observing.model.events}
+    events = tuple(replace(event, changes=changes[event.name]) for event in residual.model.events)
     return replace(observing.model, events=events)
