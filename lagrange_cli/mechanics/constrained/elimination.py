@@ -148,7 +148,7 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
 
     What acts by its multiplier stays, and so does what is redundant.
     """
-    if not residual.model.constraints or residual.contacts:
+    if not residual.model.constraints:
         return None
     model, graph = released(residual.model), residual.graph
     acting: set[int] = set()
@@ -158,7 +158,7 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
             return None
         dependent, places = dependents(model, relations)
         less = without(model, relations, places)
-        after = replace(equations_of(less), lowered=None, dependent=dependent)
+        after = replace(equations_of(less), lowered=None, dependent=dependent, contacts=residual.contacts)
         seen = reduce(or_, (node.symbols for node in acting_nodes(after)), 0)
         counting = {k for k, constant in places.constants.items() if constant.symbols & seen}
         if not counting:
