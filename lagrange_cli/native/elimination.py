@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from lagrange_cli.mechanics.constrained.elimination import Elimination, eliminated
+from lagrange_cli.mechanics.elimination.reduction import Elimination, eliminated
 from lagrange_cli.mechanics.formulations import if_affordable
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.variables import numbered
