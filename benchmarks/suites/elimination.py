@@ -33,7 +33,7 @@ SHORT, AGREE = 10.0, 1e-13
 
 def ways(name: str) -> dict[str, Ours]:
     """A system, compiled in three ways."""
-    with patch("lagrange_cli.integrate.program.reduced", lambda residual: None):
+    with patch("lagrange_cli.native.elimination.reduced", lambda residual: None):
         whole = Ours(ConstrainedMotion(name, SPAN))
     hand = ConstrainedMotion(f"{name}_by_hand", SPAN)
     return {MULTIPLIERS: whole, ELIMINATED: Ours(ConstrainedMotion(name, SPAN)), BY_HAND: Ours(hand)}

@@ -110,6 +110,6 @@ SYSTEMS = {
 
 def motion_of(text: str, *, eliminated: bool = True, **asked: object) -> Motion:
     """The motion of a system, compiled anew; with a multiplier for every constraint if not ``eliminated``."""
-    whole = patch("lagrange_cli.integrate.program.reduced", lambda residual: None)
+    whole = patch("lagrange_cli.native.elimination.reduced", lambda residual: None)
     with nullcontext() if eliminated else whole:
         return solve(f"{text}\n# {eliminated}\n", cache=False, **asked)  # type: ignore[arg-type]

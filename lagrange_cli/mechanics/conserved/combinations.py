@@ -1,0 +1,113 @@
+"""Combinations of changes of coordinates and of time that conserve something together.
+
+Each change has conditions under which it leaves the equations as they are. Relations between the conditions
+are guessed from their values at random states, and proven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.mechanics.conserved.found import Found
+from lagrange_cli.mechanics.conserved.noether import Change
+from lagrange_cli.mechanics.conserved.reasons import current_text, is_constant, reason
+
+MOST_LINEAR, MOST_COMBINED = 6, 40
+"""The largest numbers of coordinates for which linear changes, and combinations, are tried."""
+
+
+def combinations(found: Found) -> None:
+    """Relations between the conditions for changes of coordinates."""
+    model, changes = found.model, [*elementary(found)]
+    if not model.q or len(model.q) > MOST_COMBINED:
+        return
+    columns = [found.noether.conditions(one) for one in changes]
+    number = 0
+    for relation in found.relations.relations(columns):
+        parts = [(factor, changes[i]) for i, factor in relation.items()]
+        change = found.noether.together(scaled(found, parts))
+        node = found.noether.current(change)
+        if not is_trivial(found, change, node) and found.noether.keeps(change):
+            name, because = momentum_of(found, change), reason(found.noether, change)
+            new = found.add(name or f"C_{number + 1}", current_text(model, change), because, change)
+            number += new and not name
+
+
+def elementary(found: Found) -> Iterable[Change]:
+    """Changes whose combinations are tried, simple ones first."""
+    model, one = found.model, found.graph.one
+    small = len(model.q) <= MOST_LINEAR
+    yield from (Change({k: one}) for k in range(len(model.q)))
+    yield from along_constraints(found)
+    if small:
+        gains = dict.fromkeys((*model.q, *(x for each in model.particles for x in each.position)))
+        yield from (Change(gain=x) for x in gains if any(x.symbols & q.symbols for q in model.q))
+        yield Change(gain=model.time)
+    yield from found.trials
+    if "h" not in found.names:
+        yield Change(time=one)
+    if small:
+        yield from (Change({k: factor}) for factor in (model.time, *model.q) for k in range(len(model.q)))
+        yield Change(time=model.time)
+
+
+def along_constraints(found: Found) -> Iterable[Change]:
+    """Changes that nonholonomic constraints allow, one for each coordinate that they leave free."""
+    model, graph, known = found.model, found.graph, found.noether.eliminated
+    if all(one.holonomic for one in model.constraints):
+        return
+    bound = {k: known[v] for k, v in enumerate(model.v) if v in known}
+    for s, v in enumerate(model.v):
+        slopes = {k: graph.diff(speed, v) for k, speed in bound.items()} if s not in bound else {}
+        slopes = {k: slope for k, slope in slopes.items() if not slope.is_zero}
+        if slopes:
+            factors = {base: e for slope in slopes.values() for base, e in factors_of(slope) if e < 0}
+            clearing = graph.product([(base, 1) for base in factors])
+            yield Change({s: clearing, **{k: clearing * slope for k, slope in slopes.items()}})
+
+
+def scaled(found: Found, parts: Sequence[tuple[Node, Change]]) -> list[tuple[Node, Change]]:
+    """The same with coefficients that have no denominators, the first of them positive."""
+    powers: dict[Node, float] = {}
+    for factor, _ in parts:
+        for base, exponent in factors_of(factor):
+            powers[base] = min(exponent, powers.get(base, 0))
+    common = [(base, -exponent) for base, exponent in powers.items() if exponent]
+    sign = -1.0 if found.graph.split_coefficient(parts[0][0])[0] < 0 else 1.0
+    return [(sign * found.graph.product([(factor, 1), *common]), change) for factor, change in parts]
+
+
+def is_trivial(found: Found, change: Change, node: Node) -> bool:
+    """Whether a current is trivial: a coordinate grows linearly, or the momentum of a constant force
+    does; and where it is no momentum, what follows from other currents."""
+    model = found.model
+    time, places = model.time.symbols, 0
+    for q in model.q:
+        places |= q.symbols
+    if not change.directions and change.time is None:
+        return True
+    gain = change.gain
+    if gain is not None and gain.symbols & time and not gain.symbols & places:
+        return True
+    rates = [*change.directions.values(), *([] if change.time is None else [change.time])]
+    if any(one.symbols & time for one in rates) and len(change.directions) <= 1:
+        free = [k for k in change.directions if f"p_{model.coordinates[k]}" in found.names]
+        if change.time is None or free or not change.directions:
+            return True
+    return not is_constant(model, change) and not found.is_independent(node)
+
+
+def momentum_of(found: Found, change: Change) -> str:
+    """The name of the momentum that a current is, if it is one."""
+    if len(change.directions) != 1 or change.time is not None or change.gain is not None:
+        return ""
+    ((k, xi),) = change.directions.items()
+    return f"p_{found.model.coordinates[k]}" if xi is found.graph.one else ""
+
+
+def factors_of(node: Node) -> list[tuple[Node, float]]:
+    """The factors of a product with their exponents, without a number."""
+    if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
+        return factors_of(node.arguments[0])
+    return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []

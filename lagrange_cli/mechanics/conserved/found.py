@@ -1,0 +1,109 @@
+"""``Found``: conserved quantities while they are looked for, and whether another one is new."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.conservation import Conserved, broken
+from lagrange_cli.mechanics.conserved.noether import Change, Noether
+from lagrange_cli.mechanics.embedding import Embedding
+from lagrange_cli.mechanics.relations import Relations, dependent
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import graph_of, variables
+from lagrange_cli.model.events import changes_of
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Symmetry:
+    """A conserved quantity and the function of q, q_dot, t that it is."""
+
+    conserved: Conserved
+    node: Node
+
+
+class Found:
+    """The ``symmetries`` of a model so far, beyond what is ``known`` of h and of momenta."""
+
+    def __init__(self, model: Model[Node], known: Sequence[Conserved]) -> None:
+        self.model, self.noether, self.graph = model, Noether(model), graph_of(model)
+        self.embedding = Embedding(model)
+        self.symmetries: list[Symmetry] = []
+        self.names = {each.quantity for each in known}
+        nodes = {f"p_{name}": p for name, p in zip(model.coordinates, self.noether.energetics.momenta)}
+        nodes["h"] = self.noether.energy
+        breaks = {each.quantity: each.breaks for each in known}
+        self.kept = [node for name, node in nodes.items() if name in self.names]
+        self.lasting = [node for name, node in nodes.items() if breaks.get(name) == ()]
+        """The quantities that no event changes."""
+        self.trials: list[Change] = []
+        """Displacements of all particles that conserve nothing by themselves."""
+        self.relations = Relations(self.graph, (model.time, *model.q, *model.v))
+
+    def add(self, name: str, text: str, because: str, change: Change) -> bool:
+        """Add a conserved current, unless it is a combination of those that are known; whether it is new."""
+        node = self.noether.current(change)
+        if self.is_known(node, change, self.kept) and not self._outlasts(node, change):
+            return False
+        self.kept.append(node)
+        self.store(Conserved(self.free_name(name), text, because), node)
+        return True
+
+    def store(self, each: Conserved, node: Node) -> None:
+        """Add what is proven to be conserved."""
+        if any(event.changes for event in self.model.events):
+            each = broken(self.graph, each, node, changes_of(self.model))
+        self.lasting += [] if each.breaks else [node]
+        self.symmetries.append(Symmetry(each, node))
+
+    def _outlasts(self, node: Node, change: Change) -> bool:
+        """Whether no event changes a current, although events change its parts: the total momentum in a
+        collision."""
+        if len(self.lasting) == len(self.kept):
+            return False
+        changes = changes_of(self.model)
+        breaks = broken(self.graph, Conserved("", "", ""), node, changes).breaks
+        return not breaks and not self.is_known(node, change, self.lasting)
+
+    def is_known(self, node: Node, change: Change, kept: Sequence[Node]) -> bool:
+        """Whether a current is a sum of known ones with constant factors, or a constant."""
+        others = [one for one in kept if change.time is not None or one is not self.noether.energy]
+        known = substituted(self.graph, [*others, node], self.noether.eliminated)
+        columns = [[one] for one in (self.graph.one, *known)]
+        rows = self.relations.rows(columns, {})
+        return not rows or len(known) in dependent(rows, len(columns))
+
+    def is_independent(self, node: Node) -> bool:
+        """Whether it is no function of those that are known, and of what constraints on velocities with
+        constant factors keep, by the gradients at a state."""
+        model, graph = self.model, self.graph
+        symbols, moving = [*model.q, *model.v], variables(model)
+        columns = [[graph.diff(one, s) for s in symbols] for one in self.kept]
+        for one, slopes, drift in zip(
+            model.constraints, self.noether.constraints.slopes, self.noether.constraints.drifts
+        ):
+            fixed = not any(a.symbols & moving for a in (*slopes.values(), drift))
+            if fixed and not one.holonomic:
+                columns.append([slopes.get(k, graph.zero) for k in range(len(symbols))])
+        columns.append([graph.diff(node, s) for s in symbols])
+        rows = self.relations.rows(columns, {})[: len(symbols)]
+        return bool(rows) and len(columns) - 1 not in dependent(rows, len(columns))
+
+    def free_name(self, name: str) -> str:
+        """The name, or the next one that nothing else has."""
+        while name in self.model.coordinates or name in self.names:
+            name += "'"
+        self.names.add(name)
+        return name
+
+    def is_made(self, node: Node) -> bool:
+        """Whether it is a sum of constants, of what is known, and of products of two of these."""
+        known = [*self.kept, *(one.node for one in self.symmetries)]
+        known += [
+            a * b for i, a in enumerate(self.kept) for b in self.kept[i:] if self.noether.energy not in (a, b)
+        ]
+        columns = [[one] for one in (self.graph.one, *known, node)]
+        rows = self.relations.rows(columns, {})
+        return not rows or len(columns) - 1 in dependent(rows, len(columns))
