@@ -43,6 +43,8 @@ def reduced(residual: Residual) -> Elimination | None:
             needed = work(found.after, found.after.series())
             if needed < least:
                 best, least = found, needed
+            if found.longest <= SHORT:
+                break
     return best
 
 

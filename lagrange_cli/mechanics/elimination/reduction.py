@@ -13,13 +13,13 @@ equations of the coordinates that are gone,
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.derive import equations_of
-from lagrange_cli.mechanics.elimination.relations import Relations, relations_of
+from lagrange_cli.mechanics.elimination.relations import Relation, Relations, relations_of
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Dependent, Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
@@ -31,12 +31,30 @@ from lagrange_cli.records import dataclass, replace
 
 @dataclass(frozen=True)
 class Elimination:
-    """The equations ``before`` and ``after`` coordinates were eliminated, and the ``multipliers`` that are
-    gone, as functions of the motion."""
+    """The equations ``before`` and ``after`` coordinates were eliminated, and the ``relations`` of these to
+    others."""
 
     before: Residual
     after: Residual
-    multipliers: Mapping[Node, Node]
+    relations: Mapping[int, Relation]
+
+    @property
+    def longest(self) -> int:
+        """The number of coordinates in the longest constraint that is gone."""
+        return max(one.length for one in self.relations.values())
+
+    @cached_property
+    def multipliers(self) -> Mapping[Node, Node]:
+        """The multipliers that are gone, from the equations of the coordinates that are."""
+        graph, given = self.before.graph, self.before.model.constraints
+        gone = [one.constraint for one in self.relations.values()]
+        free = {given[i].multiplier: graph.zero for i in gone}
+        rows = substituted(graph, [self.before.residual[k] for k in self.relations], free)
+        terms: dict[int, list[tuple[Node, float]]] = {i: [] for i in gone}
+        for row, one in zip(rows, self.relations.values()):
+            for i, weight in one.weights.items():
+                terms[i].append((row * weight, -1.0))
+        return {given[i].multiplier: graph.sum(some) for i, some in terms.items()}
 
     def of(self, nodes: Iterable[Node]) -> tuple[Node, ...]:
         """Functions of the motion, with time derivatives in them, in terms of what is left."""
@@ -71,7 +89,7 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
     """
     if not residual.model.constraints:
         return None
-    model, graph = released(residual.model), residual.graph
+    model = released(residual.model)
     acting: set[int] = set()
     while True:
         relations = relations_of(model, residual, frozenset(acting), most)
@@ -85,18 +103,7 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
         if not counting:
             break
         acting |= counting
-    gone = [one.constraint for one in relations.found.values()]
-    free = {model.constraints[i].multiplier: graph.zero for i in gone}
-    rows = dict(
-        zip(relations.found, substituted(graph, [residual.residual[k] for k in relations.found], free))
-    )
-    multipliers = {
-        model.constraints[i].multiplier: graph.sum(
-            [(-rows[k] * one.weights[i], 1.0) for k, one in relations.found.items() if i in one.weights]
-        )
-        for i in gone
-    }
-    return Elimination(residual, after, multipliers)
+    return Elimination(residual, after, relations.found)
 
 
 @dataclass(frozen=True)

@@ -16,17 +16,22 @@ from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Event, Model
 from lagrange_cli.records import dataclass, field, replace
 
+SMALL = 1e-9
+"""Numbers up to this size may be rounding errors."""
+
 
 @dataclass(frozen=True)
 class Relation:
     """A coordinate: the sum of ``scales`` times others, ``rest``, and ``weights`` times the values of
-    constraints, which are 0; by their numbers. It is one between velocities if it is not ``holonomic``."""
+    constraints, which are 0; by their numbers. It is one between velocities if it is not ``holonomic``. The
+    ``length`` is the number of coordinates in its ``constraint``."""
 
     constraint: int
     holonomic: bool
     scales: Mapping[int, Node]
     rest: Node
     weights: Mapping[int, Node]
+    length: int
 
 
 @dataclass
@@ -43,10 +48,11 @@ class Relations:
     def add(self, number: int, row: Mapping[int, Node], rest: Node) -> None:
         """Solve constraint ``number``, of which these are the slopes and the rest, for a coordinate."""
         graph, holonomic = graph_of(self.model), self.model.constraints[number].holonomic
-        given = Relation(number, holonomic, row, rest, {number: graph.one})
+        given = Relation(number, holonomic, row, rest, {number: graph.one}, len(row))
         for k in [k for k in row if k in self.found]:
             given = self._put(given, k, self.found[k])
-        open_ = {k: a for k, a in given.scales.items() if not is_zero(a)}
+        # what is written has been seen not to be 0 (``Spec.faint``); sums of it may be
+        open_ = {k: a for k, a in given.scales.items() if a is row.get(k) or is_firm(a)}
         if not holonomic:
             if given.rest.symbols & variables(self.model):
                 return
@@ -68,6 +74,7 @@ class Relations:
             {k: a * over for k, a in left.items() if not is_zero(a)},
             given.rest * over,
             {i: w * over for i, w in given.weights.items()},
+            len(row),
         )
         for k, one in self.found.items():
             if pivot in one.scales:
@@ -92,6 +99,15 @@ class Relations:
             rest=one.rest + factor * rest,
             weights=joined(one.weights, other.weights),
         )
+
+
+def is_firm(node: Node) -> bool:
+    """Whether it is a product of what is not 0."""
+    if node.kind is Kind.NUMBER:
+        return abs(float(node.data)) > SMALL
+    if node.kind is Kind.SUM:
+        return len(node.arguments) == 1 and node.data[0] == 0 and is_firm(node.arguments[0])
+    return node.kind is not Kind.PRODUCT or all(map(is_firm, node.arguments))
 
 
 def relations_of(model: Model[Node], residual: Residual, acting: frozenset[int], most: int) -> Relations:

@@ -118,6 +118,21 @@ def test_short_constraints_are_eliminated_where_a_long_one_is_not():
     assert [one.name for one in found.after.dependent] == ["x[1]"] and len(found.after.multipliers) == 1
 
 
+DIFFERENCES = """
+parameters: {R: 3, S: 2}
+coordinates: {a: {initial: 1}, b: {}, c: {}}
+lagrangian: (a_dot**2 + b_dot**2 + 2*c_dot**2)/2 - a**4 - c**2
+constraints: {one: a + b + c, two: a + R*b + S*c}
+"""
+
+
+def test_differences_of_coefficients_are_not_divided_by():
+    """With S = 1 nothing is left of c in the second constraint, once the first one has been put into it."""
+    found = reduced(residual_of(DIFFERENCES))
+    assert found is not None
+    assert len(found.after.dependent) == 1 and len(found.after.multipliers) == 1
+
+
 def test_check_says_it(tmp_path):
     (tmp_path / "gears.yaml").write_text(GEARS)
     (tmp_path / "train.yaml").write_text(TRAIN)
