@@ -85,6 +85,16 @@ events:
   hit: {when: b + 0.2, direction: falling, action: {set: {b_dot: -b_dot}}}
   seen: {when: a_dot*b + 0.01}
 """
+LANDING = """
+parameters: {m1: 2.0, m2: 1.2, L: 3, g: 9.81, w: 7}
+coordinates: {a: {initial: 1}, b: {}}
+masses: {p: m1, q: m2}
+positions: {p: [0, -a], q: [1, -b]}
+potential: m1*g*p.y + m2*g*q.y
+constraints: {rope: a + b - L}
+forces: {p: [0, 12*sin(w*t/9)]}
+events: {floor: {when: p.y + 2, direction: falling, action: {set: {a_dot: -a_dot/2}}}}
+"""
 STEEP = """
 coordinates: {x: {initial: -2, velocity: 1}, y: {}}
 lagrangian: (x_dot**2 + 2*y_dot**2)/2 - 0.3*exp(-(20*(y - 1))**2) - x**2/9
@@ -103,7 +113,8 @@ constraints:
 """
 SYSTEMS = {
     "gears": GEARS, "pulleys": PULLEYS, "shaken": SHAKEN, "belts": BELTS, "cart": CART, "disc": DISC,
-    "mixed": MIXED, "equal": EQUAL, "dragged": DRAGGED, "struck": STRUCK, "steep": STEEP, "train": TRAIN,
+    "mixed": MIXED, "equal": EQUAL, "dragged": DRAGGED, "struck": STRUCK, "landing": LANDING, "steep": STEEP,
+    "train": TRAIN,
 }  # fmt: skip
 """Systems some of whose constraints are solved for coordinates, by name."""
 
