@@ -132,7 +132,7 @@ class _Builder:
         """A series of its own for what is lowered already, which takes its place."""
         index = self.by_node[node]
         one = self.series[index]
-        if one.op is Op.LINEAR and one.node is None:
+        if one.op is Op.LINEAR and one.node is None and node.symbols & self.variables:
             self.symbols[node] = symbol
             self.by_node[node] = made = self.add(replace(one, node=symbol))
             return made

@@ -33,7 +33,7 @@ constraints: {drive: x - A*cos(w*t)}
 BELTS = """
 parameters: {k: 5, u: 0.3}
 coordinates: {a: {initial: 1.3}, b: {}, c: {}, d: {}}
-lagrangian: (a_dot**2 + b_dot**2 + c_dot**2 + d_dot**2)/2 + k*cos(a - b) - a**2*c + a*d
+lagrangian: (a_dot**2 + b_dot**2 + c_dot**2 + d_dot**2)/2 + k*cos(a - b) - a**2*c + a*d - 2**sin(a)
 constraints: {belt: b - u*t, ramp: c - u*t**2, post: d - 2}
 """
 CART = """
