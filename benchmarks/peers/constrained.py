@@ -70,6 +70,12 @@ class Ours:
         other.values = replace(self.values, parameters={**self.values.parameters, **parameters}, v=v)
         return other
 
+    def until(self, stop: float) -> Ours:
+        """The same, followed until another time."""
+        other = copy(self)
+        other.motion = ConstrainedMotion(self.motion.system, stop, self.motion.size)
+        return other
+
     def follow(self, samples: int = 2) -> Followed:
         """To the end. Raises ``RuntimeError`` where it is not reached."""
         chunks: list[Samples] = []

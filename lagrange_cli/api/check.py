@@ -83,6 +83,11 @@ class Checked:
         return self._found.skipped
 
     @property
+    def eliminated(self) -> dict[str, str]:
+        """Coordinates, or velocities, that follow from linear constraints, as functions of the others."""
+        return {one.quantity: one.expression for one in self._found.mechanics.eliminated}
+
+    @property
     def engine(self) -> tuple[str, ...]:
         """How the equations are integrated."""
         return self._found.mechanics.engine

@@ -44,6 +44,8 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     plan, original = make_plan(residual, compilation.outputs, compilation.optional), residual
     if compilation.section == SECTION and is_constant(residual, residual.model.events[-1].argument):
         raise UsageError("no motion crosses this surface: its expression is conserved")
+    if residual.multipliers and method.needs is Needs.SERIES:
+        residual, plan = without_what_follows(residual, plan)
     if compilation.backward:
         from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
 
@@ -63,6 +65,17 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         program = replace(program, text=portable(program.text))
     return program, replace(plan.recording, undetected=undetected)
+
+
+def without_what_follows(residual: Residual, plan: Plan) -> tuple[Residual, Plan]:
+    """The equations without coordinates that linear constraints give, where that saves work."""
+    from lagrange_cli.native.elimination import reduced
+
+    less = reduced(residual)
+    if less is None:
+        return residual, plan
+    integrands = less.of(plan.integrands.values())
+    return less.after, replace(plan, integrands=dict(zip(plan.integrands, integrands)))
 
 
 def with_surface_followed(

@@ -12,6 +12,7 @@ from lagrange_cli.integrate.methods.settling import Settling
 from lagrange_cli.integrate.methods.workspace import outer_rows
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import compile_program
+from lagrange_cli.native.elimination import reduced
 from lagrange_cli.native.orders import order_for
 from lagrange_cli.native.program import write_program
 from lagrange_cli.outputs.plan import make_plan
@@ -35,7 +36,10 @@ def compiled_values(residual: Residual) -> CompiledValues:
     plan = make_plan(residual, frozenset({"p", "h"} | further), loose=True)
     places = {name: place for place, name in enumerate(plan.observed)}
     bound = [[places[f"{kind} {name}"] for name in constraints] for kind in ("multiplier", "constraint")]
-    machine = compile_program(write_program(residual, order_for(2.0**-52), {}, plan.observed))
+    less = reduced(residual)
+    followed = residual if less is None else less.after
+    written = write_program(followed, order_for(2.0**-52), {}, plan.observed, observing=residual)
+    machine = compile_program(written)
     program = machine.program
     n = program.degrees
 

@@ -23,7 +23,7 @@ from lagrange_cli.records import replace
 
 def reversed_equations(residual: Residual) -> Residual:
     """The equations of the same motions in reversed time; ``model`` stays that of the system, except for its
-    events."""
+    events and constraints."""
 
     def each(nodes: Iterable[Node]) -> tuple[Node, ...]:
         return reversed_nodes(residual, nodes)
@@ -36,9 +36,18 @@ def reversed_equations(residual: Residual) -> Residual:
         replace(one, argument=argument, direction=-one.direction)
         for one, argument in zip(residual.model.events, each(one.argument for one in residual.model.events))
     ]
+    constraints = []
+    for bound in residual.model.constraints:
+        (node,) = each([bound.expression])
+        constraints.append(replace(bound, expression=node if bound.holonomic else -node))
+    followed = []
+    for given in residual.dependent:
+        (speed,), place = each([given.speed]), None if given.place is None else each([given.place])[0]
+        followed.append(replace(given, place=place, speed=-speed))
     return replace(
         residual,
-        model=replace(residual.model, events=tuple(events)),
+        dependent=tuple(followed),
+        model=replace(residual.model, events=tuple(events), constraints=tuple(constraints)),
         residual=each(residual.residual),
         mass_matrix=tuple(mapped(row, each) for row in residual.mass_matrix),
         cyclic_momenta=tuple(momenta),

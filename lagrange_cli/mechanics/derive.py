@@ -32,11 +32,19 @@ from lagrange_cli.records import replace
 def derive(model: Model[Node]) -> Residual:
     """The equations of motion of ``model``; raises ``SingularCoordinate`` where M has a row of zeros,
     ``InfiniteForce`` where an energy jumps, ``SpecError`` for an event that is the same at all states."""
-    graph = graph_of(model)
     refuse_jumps(model)
     refuse_strain(model)
     refuse_undetermined(model)
     refuse_unchanging(model)
+    found = equations_of(model)
+    refuse_idle(model)
+    refuse_spinning(found)
+    return found
+
+
+def equations_of(model: Model[Node]) -> Residual:
+    """The equations of motion of a model that has been checked; raises ``SingularCoordinate``."""
+    graph = graph_of(model)
     cyclic, conserved = conservation(model)
     constraints = Constraints(model)
     forms = formulations(model, graph, conserved)
@@ -84,9 +92,7 @@ def derive(model: Model[Node]) -> Residual:
         cyclic=cyclic,
         conserved=conserved,
     )
-    refuse_idle(model)
-    refuse_spinning(found)
-    return replace(found, quiet=derive(without_multipliers(model))) if found.bent else found
+    return replace(found, quiet=equations_of(without_multipliers(model))) if found.bent else found
 
 
 def symmetric(matrix: Sequence[Sequence[Node]]) -> bool:

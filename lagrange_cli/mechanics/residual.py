@@ -38,6 +38,24 @@ class CyclicMomentum:
 
 
 @dataclass(frozen=True)
+class Dependent:
+    """A coordinate that a constraint gives: it is not among the unknowns, but is a part of the state.
+
+    ``index`` is its place among all coordinates, ``q`` and ``v`` are its symbols. ``place`` and ``speed`` are
+    they as functions of the other coordinates, their velocities, and t. ``place`` is None where the
+    constraint is one on velocities, and the coordinate the integral of its velocity.
+    """
+
+    name: str
+    constraint: str
+    index: int
+    q: Node
+    v: Node
+    place: Node | None
+    speed: Node
+
+
+@dataclass(frozen=True)
 class Contact:
     """Where a motion may rest: at the ``event`` of that number, held by the generalized forces ``multiplier``
     times ``force`` (one for each coordinate) while ``rest`` is 1 or -1, and not 0."""
@@ -64,6 +82,8 @@ class Residual:
     stand in the equations like accelerations. Forces that depend on multipliers have ``pushed`` the matrix
     out of its symmetry; without these forces the equations are ``quiet``, where they are not linear in
     multipliers. Of some equations and their coordinates the series are known already (``lowered``).
+    The ``model`` may be that of some coordinates only, from which the others follow: these are
+    ``dependent``, in order.
     """
 
     model: Model[Node]
@@ -83,6 +103,7 @@ class Residual:
     pushed: bool = False
     quiet: Residual | None = None
     lowered: tuple[tuple[Node, ...], SeriesProgram] | None = None
+    dependent: tuple[Dependent, ...] = ()
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -94,8 +115,31 @@ class Residual:
         model, rows = self.model, (*self.residual, *self.model.q)
         if not integrands and self.lowered is not None and self.lowered[0] == rows:
             return self.lowered[1]
-        given = self.variables, model.q, model.v, model.time, self.residual, integrands, self.multipliers
-        return lower(self.graph, *given, own=own, apart=apart)
+        following = {one.index: (one.place, one.speed) for one in self.dependent}
+        given = self.variables, self.state_q, self.state_v, model.time, self.residual, integrands
+        return lower(self.graph, *given, self.multipliers, own=own, apart=apart, dependent=following)
+
+    @cached_property
+    def state_q(self) -> tuple[Node, ...]:
+        """The coordinates, those that follow from others at their places."""
+        found = [*self.model.q]
+        for one in self.dependent:
+            found.insert(one.index, one.q)
+        return tuple(found)
+
+    @cached_property
+    def state_v(self) -> tuple[Node, ...]:
+        """Their velocities."""
+        found = [*self.model.v]
+        for one in self.dependent:
+            found.insert(one.index, one.v)
+        return tuple(found)
+
+    @cached_property
+    def unknown(self) -> tuple[int, ...]:
+        """The places of the coordinates of ``model`` among all."""
+        gone = {one.index for one in self.dependent}
+        return tuple(k for k in range(len(self.state_q)) if k not in gone)
 
     @cached_property
     def multipliers(self) -> tuple[Node, ...]:
@@ -119,14 +163,22 @@ class Residual:
         return self.pushed and any(entry.symbols & bound for row in self.mass_matrix for entry in row)
 
     @property
+    def bound(self) -> bool:
+        """Whether constraints hold the state, also those that give coordinates."""
+        return bool(self.multipliers or self.dependent)
+
+    @property
     def timed(self) -> bool:
         """Whether the equations depend on t explicitly."""
-        return any(row.symbols & self.model.time.symbols for row in self.residual)
+        followed = (one.speed if one.place is None else one.place for one in self.dependent)
+        return any(row.symbols & self.model.time.symbols for row in (*self.residual, *followed))
 
     @cached_property
     def variables(self) -> int:
         """Bit set of the symbols that change along a motion: q, q_dot and t."""
-        return variables(self.model)
+        return reduce(
+            or_, (x.symbols for one in self.dependent for x in (one.q, one.v)), variables(self.model)
+        )
 
     @cached_property
     def blocks(self) -> tuple[tuple[int, ...], ...]:
@@ -142,7 +194,7 @@ class Residual:
     @cached_property
     def separate(self) -> bool:
         """Whether every acceleration stands alone in its equation, with a constant of the motion."""
-        bound = self.multipliers or self.cyclic_momenta or self.inertias
+        bound = self.multipliers or self.cyclic_momenta or self.inertias or self.dependent
         return not bound and self.constant_mass_matrix and len(self.blocks) == len(self.model.q)
 
     @cached_property

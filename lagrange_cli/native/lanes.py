@@ -55,7 +55,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     order, constants, series = lane_order(tolerance), Constants(), program.series
     layout, width = arrange_lanes(series, order), program.state.width
     jet = write_paired_jet(residual, series, constants, layout, width)
-    parameters, constrained = residual.model.parameters, bool(residual.multipliers)
+    parameters, constrained = residual.model.parameters, residual.bound
     sizes = layout.span, 0, layout.vectors, program.state.quadratures
     pack = Pack(program.degrees, program.rows, width, *sizes, constrained=constrained)
     project = ""

@@ -128,7 +128,7 @@ def double(equations: Equations) -> Motion:
     emitter, layout = equations.emitter(), arrange(series, order)
     jet, work = write_jet(residual, series, equations.constants, emitter, layout)
     project = ""
-    if residual.multipliers and equations.steps:
+    if residual.bound and equations.steps:
         from lagrange_cli.native.stepping.projection import in_doubles
 
         project = in_doubles(residual, equations.state, equations.constants, equations.emitter())
@@ -183,14 +183,17 @@ def with_steps(
 def suits_batches(equations: Equations) -> bool:
     """Whether the series of a system are many, and its masses constant and diagonal, or its equations sparse
     ones with constraints."""
+    return is_large(equations.residual, equations.series) and not (
+        equations.guards or equations.in_two or any(provings_of(equations))
+    )
+
+
+def is_large(residual: Residual, series: SeriesProgram) -> bool:
+    """The same of its equations."""
     from lagrange_cli.native.recurrences.batches.saddle_tables import elimination_of
 
-    residual = equations.residual
-    return (
-        equations.series.convolutions >= BATCHED * (SOLVED if residual.multipliers else 1)
-        and not (equations.guards or equations.in_two or any(provings_of(equations)))
-        and (residual.separate or elimination_of(residual) is not None)
-    )
+    least = BATCHED * (SOLVED if residual.multipliers else 1)
+    return series.convolutions >= least and (residual.separate or elimination_of(residual) is not None)
 
 
 def double_double(equations: Equations) -> Motion:
@@ -205,7 +208,7 @@ def double_double(equations: Equations) -> Motion:
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
     work = LANES * -(-work // LANES)
     project = ""
-    if equations.residual.multipliers:
+    if equations.residual.bound:
         from lagrange_cli.native.stepping.projection import in_double_doubles
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)

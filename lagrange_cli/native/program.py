@@ -14,6 +14,7 @@ from lagrange_cli.mechanics.guards.holding import at_a_held_state
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.mechanics.switching.switches import one_sided
+from lagrange_cli.model.model import Model
 from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
 from lagrange_cli.native.followed import followed
 from lagrange_cli.native.interface import STEPPING, Interface
@@ -73,7 +74,7 @@ def write_program(
     seen = one_sided(residual.graph, [*observed.values()], residual.variables)
     sampled = saturated_each(residual.graph, seen, residual.variables)
     unknowns, quantities = at_a_held_state(observing, sampled) or at_a_state(observing, sampled)
-    model, constants, parts = residual.model, Constants(), kind().parts
+    model, constants, parts = whole(residual, observing), Constants(), kind().parts
     stepping = order >= STEPPING and not scheme
     more = followed(
         residual, integrands, stepping=stepping, store_momenta=store_momenta, proven=proven, unproven=unproven
@@ -149,7 +150,7 @@ def write_program(
         observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
     texts = [*made.parts, observe]
     if residual.bent:
-        given = residual.model.time, [*residual.model.q, *residual.model.v], interface.inner.width
+        given = model.time, [*residual.state_q, *residual.state_v], interface.inner.width
         own = [*residual.multipliers]
         written = partial(write_values, at_one_time=parts > 1, unknowns=unknowns_of(residual))
         texts.append(written(MULTIPLIERS, kind(), *given, own, constants)[0])
@@ -195,3 +196,12 @@ def write_program(
         tables=len(listed),
         operations={"jet": made.operations, "observe": operations},
     )
+
+
+def whole(residual: Residual, observing: Residual) -> Model[Node]:
+    """The model of the state: with the coordinates that follow from others, as they are in ``observing``."""
+    if not residual.dependent:
+        return residual.model
+    changes = {event.name: event.changes for event in observing.model.events}
+    events = tuple(replace(event, changes=changes[event.name]) for event in residual.model.events)
+    return replace(observing.model, events=events)

@@ -24,9 +24,21 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
     from lagrange_cli.mechanics.conservation import Conserved
     from lagrange_cli.mechanics.constrained.frobenius import Integrability
+    from lagrange_cli.mechanics.residual import Dependent
     from lagrange_cli.model.model import Model
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
+
+
+@dataclass(frozen=True)
+class Eliminated:
+    """A ``coordinate`` that follows from a linear ``constraint``: what it is, or where only its velocity
+    follows, what that is."""
+
+    coordinate: str
+    constraint: str
+    quantity: str
+    expression: str
 
 
 @dataclass(frozen=True)
@@ -47,6 +59,8 @@ class Mechanics:
     """What the system is made of, in sentences."""
     model: Model[Node] | None = None
     """What they were derived from, member by member."""
+    eliminated: tuple[Eliminated, ...] = ()
+    """The coordinates that follow from constraints beforehand."""
 
 
 @dataclass(frozen=True)
@@ -131,21 +145,35 @@ def of_members(spec: Spec, method: str) -> Mechanics:
     from lagrange_cli.mechanics.derive import depending_on_time
     from lagrange_cli.mechanics.omitted_work import engine, has_forces
     from lagrange_cli.mechanics.structure import structure
+    from lagrange_cli.native.elimination import reduced
 
     residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
     check_convolutions(residual, method, DOUBLE)
+    less = reduced(residual)
+    integrated = residual if less is None else less.after
     further = tuple(found.conserved for found in symmetries(residual.model, residual.conserved))
     return Mechanics(
         depending_on_time(residual.model),
         residual.cyclic,
         (*residual.conserved, *further),
         has_forces(residual),
-        engine(residual),
-        residual.formulation,
-        residual.costs,
+        engine(integrated),
+        integrated.formulation,
+        integrated.costs,
         structure(residual),
         residual.model,
+        tuple(map(eliminated, integrated.dependent)),
     )
+
+
+def eliminated(one: Dependent) -> Eliminated:
+    """What is said of a coordinate that follows from others."""
+    from lagrange_cli.expression.text import text_of
+    from lagrange_cli.expression.vocabulary import velocity_name
+
+    if one.place is None:
+        return Eliminated(one.name, one.constraint, velocity_name(one.name), text_of(one.speed))
+    return Eliminated(one.name, one.constraint, one.name, text_of(one.place))
 
 
 def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:

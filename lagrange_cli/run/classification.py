@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.records import fields_of
 from lagrange_cli.run.source import count_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.check import Classification
+    from lagrange_cli.run.check import Classification, Eliminated
     from lagrange_cli.spec.spec import Spec
 
 MOST_LINES = 20
@@ -93,7 +94,7 @@ def as_text(found: Classification, *, verbose: bool) -> str:
             *(section("events", events_of(found.spec), "") if found.spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
             *(section("structure", mechanics.structure, "") if verbose and mechanics.structure else ()),
-            *(section("integration", mechanics.engine, "") if verbose and mechanics.engine else ()),
+            *(section("integration", details(found), "") if verbose and mechanics.engine else ()),
         )
     )
 
@@ -104,6 +105,9 @@ def constraints_object(found: Classification) -> dict[str, Any]:
     if not names:
         return {}
     said: dict[str, Any] = {"constraints": [*names], "initial": found.begin.as_data()}
+    said["eliminated"] = [
+        {name: getattr(one, name) for name in fields_of(one)} for one in found.mechanics.eliminated
+    ]
     if found.integrability is not None:
         alone = found.integrability.alone
         said["integrable"] = {"together": found.integrability.together, **alone}
@@ -119,7 +123,7 @@ def constraints_shown(found: Classification) -> list[str]:
     if not names:
         return []
     lines = [line.removeprefix("warning: ") for line in notes(found.begin)]
-    lines += integrable(found)
+    lines += [*integrable(found), *eliminated(found)]
     kept = {each.quantity for each in found.mechanics.conserved}
     changing = [name for name in found.mechanics.cyclic if f"p_{name}" not in kept]
     if changing:
@@ -127,6 +131,31 @@ def constraints_shown(found: Classification) -> list[str]:
         those = "it, so that its momentum" if len(changing) == 1 else "them, so that their momenta"
         lines.append(f"L does not contain {cyclic}, but forces may act along {those} may change")
     return [f"  constraints: {', '.join(names)}", *(f"    {line}" for line in lines)]
+
+
+def eliminated(found: Classification) -> list[str]:
+    """Which coordinates follow from linear constraints before the motion is followed, in one sentence."""
+    given = found.mechanics.eliminated
+    if not given:
+        return []
+    names = in_short([one.coordinate for one in given], found.spec)
+    if len(given) > 1:
+        return [f"{listed(names)} follow from linear constraints: the equations are solved without them"]
+    return [sentence(found, given[0])]
+
+
+def sentence(found: Classification, one: Eliminated) -> str:
+    """From which constraint a coordinate follows, and what it is."""
+    line = found.spec.all_constraints[one.constraint].place.line
+    where = f"the constraint {one.constraint} (line {line}), which is linear"
+    return f"{one.quantity} follows from {where}: {one.quantity} = {one.expression}"
+
+
+def details(found: Classification) -> list[str]:
+    """How the equations are integrated, in sentences."""
+    mechanics = found.mechanics
+    each = [sentence(found, one) for one in mechanics.eliminated]
+    return [*(each if len(each) > 1 else []), *mechanics.engine]
 
 
 def integrable(found: Classification) -> list[str]:

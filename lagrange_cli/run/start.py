@@ -77,7 +77,7 @@ def consistent_values(
     except ArithmeticError as error:
         message = f"the constraints cannot be satisfied at the initial state: {error}"
         raise SpecError(spec.filename, [Problem(0, 0, message, hint="check the numbers in them")]) from error
-    spec = replace(spec, left_out=found.redundant)
+    spec = replace(spec, left_out=found.redundant, faint=found.faint)
     return spec, with_state(values, found), begin_of(found)
 
 
@@ -220,6 +220,7 @@ def consistent_ensemble(
     otherwise: dict[int, tuple[str, ...]] = {}
     states = np.array([np.broadcast_to(x, values.members) for x in (*values.q, *values.v)], dtype=np.float64)
     begins: list[Begin] = []
+    faint: set[str] = set()
     first: tuple[str, ...] | None = None
     error: SpecError | None = None
     for member in range(values.members):
@@ -232,6 +233,7 @@ def consistent_ensemble(
             first = one.left_out
         if one.left_out != first:
             otherwise[member] = one.left_out
+        faint.update(one.faint)
         states[:, member] = (*found.q, *found.v)
         begins.append(begin)
     if first is None:
@@ -240,7 +242,8 @@ def consistent_ensemble(
     rows = [row if np.ptp(row) else float(row[0]) for row in states]
     size = len(values.q)
     values = replace(values, q=tuple(rows[:size]), v=tuple(rows[size:]), refused=refused, otherwise=otherwise)
-    return replace(spec, left_out=first), values, tuple(notes_of_members(begins))
+    spec = replace(spec, left_out=first, faint=tuple(sorted(faint)))
+    return spec, values, tuple(notes_of_members(begins))
 
 
 def notes_of_members(begins: Collection[Begin]) -> Iterator[str]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import cast
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.series.factoring import associate, reciprocals
 from lagrange_cli.series.offsets import set_levels, set_levels_beside, sort
 from lagrange_cli.series.program import FREE, SHORT, UNBOUNDED, Op, Series, SeriesProgram
@@ -25,34 +25,41 @@ def lower(
     multipliers: Sequence[Node] = (),
     own: int = 0,
     apart: bool = False,
+    dependent: Mapping[int, tuple[Node | None, Node]] | None = None,
 ) -> SeriesProgram:
     """The series program of the equations ``residual`` and the quadratures of ``integrands``.
 
     The first ``own`` of these belong to the motion; it is computed as without the others. Where series are
-    computed side by side (``apart``), requesting some earlier would change roundings.
+    computed side by side (``apart``), requesting some earlier would change roundings. Coordinates that are
+    ``dependent``, by their place in ``q``, and their velocities are such functions of the others; where that
+    of a coordinate is None, it is the integral of its velocity.
     """
     builder = _Builder(graph, variables)
     builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
-    coordinates = []
-    for i, symbol in enumerate(q):
-        builder.by_node[symbol] = builder.add(Series(Op.COORDINATE, data=i, node=symbol, order=0))
-        coordinates.append(builder.by_node[symbol])
-    velocities = []
-    for coordinate, symbol in zip(coordinates, v):
-        builder.by_node[symbol] = builder.derivative(coordinate)
-        velocities.append(builder.by_node[symbol])
+    dependent = dependent or {}
+    unknown = [i for i in range(len(q)) if i not in dependent]
+    for i in unknown:
+        builder.by_node[q[i]] = builder.add(Series(Op.COORDINATE, data=i, node=q[i], order=0))
+    for i in unknown:
+        builder.by_node[v[i]] = builder.derivative(builder.by_node[q[i]])
+    builder.lower_all(node for pair in dependent.values() for node in pair if node is not None)
+    for i, (place, speed) in dependent.items():
+        builder.follow(q[i], place, v[i], speed)
+    coordinates, velocities = ([builder.by_node[symbol] for symbol in symbols] for symbols in (q, v))
     for symbol in multipliers:
         builder.by_node[symbol] = builder.add(Series(Op.MULTIPLIER, node=symbol, order=2))
     builder.lower_all([*residual, *integrands[:own]])
     builder.lower_all(integrands[own:])
     roots = [builder.by_node[node] for node in residual]
     integrals = [builder.integral(builder.by_node[node]) for node in integrands]
-    unknown = [builder.by_node[symbol] for symbol in multipliers]
-    motion = [(coordinates, 2), (velocities, 1), (unknown, 0), (roots, 0), (integrals[:own], 1)]
+    bound = [builder.by_node[symbol] for symbol in multipliers]
+    motion = [(coordinates, 2), (velocities, 1), (bound, 0), (roots, 0), (integrals[:own], 1)]
     set_levels(builder.series, motion)
     needed = [index for index, one in enumerate(builder.series) if one.level > FREE]
     set_levels_beside(builder.series, integrals[own:], apart)
-    return sort(builder.series, coordinates, velocities, unknown, roots, integrals, own, needed)
+    return sort(
+        builder.series, coordinates, velocities, bound, roots, integrals, own, needed, tuple(dependent)
+    )
 
 
 def lower_functions(
@@ -98,12 +105,39 @@ class _Builder:
     unfinished: list[tuple[int, tuple[int, ...], Node]] = field(default_factory=list)
     """Rates of functions whose partial derivatives are not lowered yet: (rate, arguments' rates,
     function)."""
+    symbols: dict[Node, Node] = field(default_factory=dict)
+    """The symbols of rows of the state that follow from others, by what they are."""
     rates: set[int] = field(default_factory=set)
     """The rates of all functions."""
 
     def add(self, series: Series) -> int:
         self.series.append(series)
         return len(self.series) - 1
+
+    def follow(self, q: Node, place: Node | None, v: Node, speed: Node) -> None:
+        """The series of a coordinate and of its velocity that are functions of others, which are lowered.
+
+        They are rows of the state: each is a series of its own, and its coefficient 0 is read from there.
+        """
+        velocity = self.own(speed, v)
+        if place is None:
+            order = self.series[velocity].order - 1
+            coordinate = self.add(Series(Op.PRIMITIVE, (velocity,), order=max(order, FREE)))
+        else:
+            coordinate = self.own(place, q)
+        self.by_node[q], self.by_node[v] = coordinate, velocity
+        self.derivatives[coordinate] = velocity
+
+    def own(self, node: Node, symbol: Node) -> int:
+        """A series of its own for what is lowered already, which takes its place."""
+        index = self.by_node[node]
+        one = self.series[index]
+        if one.op is Op.LINEAR and one.node is None and node.symbols & self.variables:
+            self.symbols[node] = symbol
+            self.by_node[node] = made = self.add(replace(one, node=symbol))
+            return made
+        copied = (self.graph.zero, (self.graph.one,))
+        return self.add(Series(Op.LINEAR, (index,), copied, node=symbol, order=one.order, degree=one.degree))
 
     def integral(self, rate: int) -> int:
         """The quadrature of a series, which may depend on accelerations."""
@@ -289,10 +323,19 @@ class _Builder:
         self.rates.add(rate)
         self.pending += [p for p in self.moving_partials(node) if p not in self.by_node]
         index = self.add(
-            Series(Op.PRIMITIVE, (rate,), node=node, sources=sources, order=self.highest(sources))
+            Series(Op.PRIMITIVE, (rate,), node=self.named(node), sources=sources, order=self.highest(sources))
         )
         self.derivatives[index] = rate
         return index
+
+    def named(self, node: Node) -> Node:
+        """A function with the symbols of arguments that are rows of the state."""
+        arguments = [self.symbols.get(a, a) for a in node.arguments]
+        if arguments == [*node.arguments]:
+            return node
+        if node.kind is Kind.POWER:
+            return self.graph.power(*arguments)
+        return self.graph.function(str(node.data), arguments)
 
     def moving_partials(self, node: Node) -> list[Node]:
         """Partial derivatives by the arguments that move, in terms of the node itself where it is a power.

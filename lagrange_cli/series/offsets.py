@@ -91,6 +91,7 @@ def sort(
     integrals: list[int],
     own: int,
     motion: Iterable[int],
+    dependent: tuple[int, ...] = (),
 ) -> SeriesProgram:
     """Drop unused series and order the rest so that same-stage operands come first, and those of the
     ``motion`` before all else, with the first ``own`` integrals."""
@@ -126,4 +127,5 @@ def sort(
         moved(integrals),
         multipliers=moved(multipliers),
         motion=max((place[i] + 1 for i in first), default=0),
+        dependent=dependent,
     )

@@ -60,7 +60,7 @@ class SeriesProgram:
     ``coordinates[i]`` and ``velocities[i]`` are the series of q_i and q_dot_i, ``residual[i]`` of R_i,
     ``integrals[j]`` of the j-th quadrature; ``multipliers`` are those of constraints. The last ``stored``
     integrals are constants of the motion. The first series, ``motion`` of them, belong to the motion: the
-    others are for integrals alone.
+    others are for integrals alone. The coordinates ``dependent``, by their places, follow from the others.
     """
 
     series: tuple[Series, ...]
@@ -71,6 +71,13 @@ class SeriesProgram:
     stored: int = 0
     multipliers: tuple[int, ...] = ()
     motion: int = 0
+    dependent: tuple[int, ...] = ()
+
+    @property
+    def unknown(self) -> list[tuple[int, int]]:
+        """The series of the coordinates that the equations are solved for, and of their velocities."""
+        pairs = enumerate(zip(self.coordinates, self.velocities))
+        return [pair for place, pair in pairs if place not in self.dependent]
 
     @property
     def state(self) -> tuple[int, ...]:

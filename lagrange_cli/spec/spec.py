@@ -254,7 +254,9 @@ class Spec:
     their members are made where they are asked for (``spec.content``). ``families`` has them by section and
     name. ``sizes`` are the whole numbers they were written with.
     ``time_unit`` is the unit of t, empty where the file does not say it. ``left_out`` names constraints that
-    depend on others with the numbers of the run: the equations of motion are derived without them.
+    depend on others with the numbers of the run: the equations of motion are derived without them. ``faint``
+    are those with a coefficient that is 0, or all but 0, with these numbers, or may become so: nothing may be
+    divided by it.
     ``draw`` has no part in the equations.
     ``replaced`` are names of the file that are functions of the ``coordinates`` once these have been changed
     by one of the ``transformations``.
@@ -282,6 +284,7 @@ class Spec:
     nonholonomic: Mapping[str, Expression] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
+    faint: tuple[str, ...] = ()
     draw: Wanted | None = None
     transformations: Mapping[str, Transformation] = field(default_factory=dict)
     replaced: Mapping[str, Expression] = field(default_factory=dict)

@@ -186,7 +186,7 @@ coordinates:
   b: {initial: 0, velocity: 1}
   c: {initial: 0}
 lagrangian: (x_dot**2 + y_dot**2)/2 + (a_dot**2 + b_dot**2 + c_dot**2)/5
-nonholonomic: {along: x_dot - b_dot, across: y_dot + a_dot}
+nonholonomic: {along: (x_dot - b_dot)*(2 + cos(c)), across: (y_dot + a_dot)*(2 + cos(c))}
 """
 RISING_RAMP = """
 coordinates: {x: {initial: 1}, y: {initial: 0}}

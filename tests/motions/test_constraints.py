@@ -49,6 +49,37 @@ def test_a_pendulum_in_cartesian_coordinates(stop):
         assert np.abs(motion[f"diagnostics/ledger/{name}"]).max() < 1e-13
 
 
+SWUNG = """
+parameters: {m: 1.0, l: 1.3, g: 9.81, A: 0.4, w: 1.7}
+coordinates:
+  x: {initial: A + l*sin(1)}
+  y: {initial: -l*cos(1)}
+masses: {bob: m}
+positions: {bob: [x, y]}
+potential: m*g*y
+constraints: {rod: (x - A*cos(w*t))**2 + y**2 - l**2}
+"""
+SWUNG_IN_THE_ANGLE = """
+parameters: {m: 1.0, l: 1.3, g: 9.81, A: 0.4, w: 1.7}
+coordinates: {theta: {initial: 1}}
+masses: {bob: m}
+positions: {bob: [A*cos(w*t) + l*sin(theta), -l*cos(theta)]}
+potential: m*g*bob.y
+observables: {x: bob.x, y: bob.y}
+"""
+
+
+@pytest.mark.parametrize("stop", [10.0, -10.0])
+def test_a_pendulum_with_a_moving_pivot(stop):
+    """Backward, too, the state is moved to where the rod is then."""
+    motion = follow(SWUNG, stop, 101, outputs=("q", "constraints", "ledger"))
+    angle = follow(SWUNG_IN_THE_ANGLE, stop, 101, outputs=("observables",))
+    for name in "xy":
+        assert np.abs(motion[f"q/{name}"] - angle[f"observables/{name}"]).max() < 1e-12
+    assert np.abs(motion["diagnostics/constraints/rod"]).max() < 4e-15
+    assert np.abs(motion["diagnostics/ledger/h"]).max() < 1e-12
+
+
 def test_rounding_does_not_add_up():
     """Moving back to the constraint is canonical: h takes a random walk, without a drift."""
     motion = follow(PENDULUM, 5000.0, 501, outputs=("q", "h", "constraints"))

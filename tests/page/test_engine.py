@@ -134,6 +134,16 @@ def test_a_start_that_depends_on_parameters_follows_them():
     assert_same(engine_of("central_force").end(**changes), "central_force", **changes)
 
 
+def test_a_slider_may_take_a_constraint_away():
+    """Without the second gear's radius the first one is held, and the other one turns freely."""
+    content = (
+        b"{parameters: {R: 2, S: 1}, coordinates: {a: {initial: 0}, b: {initial: 0, velocity: 1}}, "
+        b"lagrangian: a_dot**2 + b_dot**2, constraints: {mesh: S*a + R*b}, solve: {stop: 1}}"
+    )
+    found = Engine(view(read_shown(content, "gears.yaml", Request())).text).end(R=0.0)
+    assert found["reason"] == "" and found["q"] == pytest.approx([0.0, 1.0], abs=1e-14)
+
+
 def test_a_ball_bounces_and_comes_to_rest_as_in_solve():
     """Actions of events, infinitely many impacts, and the rest after them."""
     found = engine_of("bouncing_ball").end(e=0.6)

@@ -1,6 +1,7 @@
-"""Conserved currents of combinations of changes of the coordinates.
+"""Combinations of changes of coordinates and of time that conserve something together.
 
-The combinations are guessed from values at random states (``relations``), and proven (``noether``).
+Each change has conditions under which it leaves the equations as they are. Relations between the conditions
+are guessed from their values at random states, and proven.
 """
 
 from __future__ import annotations
@@ -13,32 +14,32 @@ from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.conserved.reasons import current_text, is_constant, reason
 
 MOST_LINEAR, MOST_COMBINED = 6, 40
-"""The largest numbers of coordinates for which linear changes and combinations are tried."""
+"""The largest numbers of coordinates for which linear changes, and combinations, are tried."""
 
 
-def combine(found: Found) -> None:
+def combinations(found: Found) -> None:
     """Relations between the conditions for changes of coordinates."""
-    model, changes = found.model, [*_elementary(found)]
+    model, changes = found.model, [*elementary(found)]
     if not model.q or len(model.q) > MOST_COMBINED:
         return
     columns = [found.noether.conditions(one) for one in changes]
     number = 0
     for relation in found.relations.relations(columns):
         parts = [(factor, changes[i]) for i, factor in relation.items()]
-        change = found.noether.together(_scaled(found, parts))
+        change = found.noether.together(scaled(found, parts))
         node = found.noether.current(change)
-        if not _is_trivial(found, change, node) and found.noether.keeps(change):
-            name, because = _momentum_of(found, change), reason(found.noether, change)
+        if not is_trivial(found, change, node) and found.noether.keeps(change):
+            name, because = momentum_of(found, change), reason(found.noether, change)
             new = found.add(name or f"C_{number + 1}", current_text(model, change), because, change)
             number += new and not name
 
 
-def _elementary(found: Found) -> Iterable[Change]:
+def elementary(found: Found) -> Iterable[Change]:
     """Changes whose combinations are tried, simple ones first."""
     model, one = found.model, found.graph.one
     small = len(model.q) <= MOST_LINEAR
     yield from (Change({k: one}) for k in range(len(model.q)))
-    yield from _along_constraints(found)
+    yield from along_constraints(found)
     if small:
         gains = dict.fromkeys((*model.q, *(x for each in model.particles for x in each.position)))
         yield from (Change(gain=x) for x in gains if any(x.symbols & q.symbols for q in model.q))
@@ -51,7 +52,7 @@ def _elementary(found: Found) -> Iterable[Change]:
         yield Change(time=model.time)
 
 
-def _along_constraints(found: Found) -> Iterable[Change]:
+def along_constraints(found: Found) -> Iterable[Change]:
     """Changes that nonholonomic constraints allow, one for each coordinate that they leave free."""
     model, graph, known = found.model, found.graph, found.noether.eliminated
     if all(one.holonomic for one in model.constraints):
@@ -61,23 +62,23 @@ def _along_constraints(found: Found) -> Iterable[Change]:
         slopes = {k: graph.diff(speed, v) for k, speed in bound.items()} if s not in bound else {}
         slopes = {k: slope for k, slope in slopes.items() if not slope.is_zero}
         if slopes:
-            factors = {base: e for slope in slopes.values() for base, e in _factors(slope) if e < 0}
+            factors = {base: e for slope in slopes.values() for base, e in factors_of(slope) if e < 0}
             clearing = graph.product([(base, 1) for base in factors])
             yield Change({s: clearing, **{k: clearing * slope for k, slope in slopes.items()}})
 
 
-def _scaled(found: Found, parts: Sequence[tuple[Node, Change]]) -> list[tuple[Node, Change]]:
+def scaled(found: Found, parts: Sequence[tuple[Node, Change]]) -> list[tuple[Node, Change]]:
     """The same with coefficients that have no denominators, the first of them positive."""
     powers: dict[Node, float] = {}
     for factor, _ in parts:
-        for base, exponent in _factors(factor):
+        for base, exponent in factors_of(factor):
             powers[base] = min(exponent, powers.get(base, 0))
     common = [(base, -exponent) for base, exponent in powers.items() if exponent]
     sign = -1.0 if found.graph.split_coefficient(parts[0][0])[0] < 0 else 1.0
     return [(sign * found.graph.product([(factor, 1), *common]), change) for factor, change in parts]
 
 
-def _is_trivial(found: Found, change: Change, node: Node) -> bool:
+def is_trivial(found: Found, change: Change, node: Node) -> bool:
     """Whether a current is trivial: a coordinate grows linearly, or the momentum of a constant force
     does; and where it is no momentum, what follows from other currents."""
     model = found.model
@@ -97,7 +98,7 @@ def _is_trivial(found: Found, change: Change, node: Node) -> bool:
     return not is_constant(model, change) and not found.is_independent(node)
 
 
-def _momentum_of(found: Found, change: Change) -> str:
+def momentum_of(found: Found, change: Change) -> str:
     """The name of the momentum that a current is, if it is one."""
     if len(change.directions) != 1 or change.time is not None or change.gain is not None:
         return ""
@@ -105,8 +106,8 @@ def _momentum_of(found: Found, change: Change) -> str:
     return f"p_{found.model.coordinates[k]}" if xi is found.graph.one else ""
 
 
-def _factors(node: Node) -> list[tuple[Node, float]]:
+def factors_of(node: Node) -> list[tuple[Node, float]]:
     """The factors of a product with their exponents, without a number."""
     if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
-        return _factors(node.arguments[0])
+        return factors_of(node.arguments[0])
     return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []

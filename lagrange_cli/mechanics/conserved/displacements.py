@@ -7,8 +7,10 @@ from functools import cached_property
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.expression.zero import zeros
+from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.noether import Change
-from lagrange_cli.mechanics.conserved.reasons import momentum_text, turning_text
+from lagrange_cli.mechanics.conserved.reasons import momentum_text, turning_text, unchanged
 from lagrange_cli.mechanics.embedding import Component, Embedding
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
@@ -40,6 +42,26 @@ def displacements(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
 def rotations_about_the_centre(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
     """Turning all particles about their centre of mass, which stays where it is."""
     return _Displacements(model, embedding).rotations_about_the_centre()
+
+
+def displaced(found: Found) -> None:
+    """Translations, rotations and boosts: all are proven at once, as they have most terms in common."""
+    trials = [*displacements(found.model, found.embedding)]
+    if any(one.body for one in found.model.particles):
+        from lagrange_cli.mechanics.conserved.spins import spins
+
+        trials += [Trial(*one) for one in spins(found.model, found.embedding)]
+    trials += rotations_about_the_centre(found.model, found.embedding)
+    conditions = [found.noether.conditions(one.change) for one in trials]
+    kept = zeros([node for nodes in conditions for node in nodes])
+    for one, nodes in zip(trials, conditions):
+        if kept >= {*nodes}:
+            if one.new and not found.is_independent(found.noether.current(one.change)):
+                continue
+            because = one.because or f"{one.how} {unchanged(found.noether, one.change)}"
+            found.add(one.name, one.text, because, one.change)
+        elif one.how:
+            found.trials.append(one.change)
 
 
 @dataclass(frozen=True)

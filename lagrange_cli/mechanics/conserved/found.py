@@ -1,4 +1,4 @@
-"""``Found``: the conserved quantities found so far, and whether another one is new."""
+"""``Found``: conserved quantities while they are looked for, and whether another one is new."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.conservation import Conserved, broken
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
+from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.relations import Relations, dependent
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -24,27 +25,22 @@ class Symmetry:
 
 
 class Found:
-    """The quantities found so far (``symmetries``), with what is ``known`` before: h and momenta of cyclic
-    coordinates."""
+    """The ``symmetries`` of a model so far, beyond what is ``known`` of h and of momenta."""
 
     def __init__(self, model: Model[Node], known: Sequence[Conserved]) -> None:
         self.model, self.noether, self.graph = model, Noether(model), graph_of(model)
+        self.embedding = Embedding(model)
         self.symmetries: list[Symmetry] = []
         self.names = {each.quantity for each in known}
         nodes = {f"p_{name}": p for name, p in zip(model.coordinates, self.noether.energetics.momenta)}
         nodes["h"] = self.noether.energy
         breaks = {each.quantity: each.breaks for each in known}
         self.kept = [node for name, node in nodes.items() if name in self.names]
-        self._lasting = [node for name, node in nodes.items() if breaks.get(name) == ()]
+        self.lasting = [node for name, node in nodes.items() if breaks.get(name) == ()]
         """The quantities that no event changes."""
         self.trials: list[Change] = []
         """Displacements of all particles that conserve nothing by themselves."""
         self.relations = Relations(self.graph, (model.time, *model.q, *model.v))
-
-    @property
-    def every(self) -> list[Node]:
-        """All quantities that are known."""
-        return [*self.kept, *(one.node for one in self.symmetries)]
 
     def add(self, name: str, text: str, because: str, change: Change) -> bool:
         """Add a conserved current, unless it is a combination of those that are known; whether it is new."""
@@ -56,20 +52,20 @@ class Found:
         return True
 
     def store(self, each: Conserved, node: Node) -> None:
-        """Add a quantity under the name that it has, with the events that change it."""
+        """Add what is proven to be conserved."""
         if any(event.changes for event in self.model.events):
             each = broken(self.graph, each, node, changes_of(self.model))
-        self._lasting += [] if each.breaks else [node]
+        self.lasting += [] if each.breaks else [node]
         self.symmetries.append(Symmetry(each, node))
 
     def _outlasts(self, node: Node, change: Change) -> bool:
         """Whether no event changes a current, although events change its parts: the total momentum in a
         collision."""
-        if len(self._lasting) == len(self.kept):
+        if len(self.lasting) == len(self.kept):
             return False
         changes = changes_of(self.model)
         breaks = broken(self.graph, Conserved("", "", ""), node, changes).breaks
-        return not breaks and not self.is_known(node, change, self._lasting)
+        return not breaks and not self.is_known(node, change, self.lasting)
 
     def is_known(self, node: Node, change: Change, kept: Sequence[Node]) -> bool:
         """Whether a current is a sum of known ones with constant factors, or a constant."""
@@ -95,19 +91,19 @@ class Found:
         rows = self.relations.rows(columns, {})[: len(symbols)]
         return bool(rows) and len(columns) - 1 not in dependent(rows, len(columns))
 
-    def is_made(self, node: Node) -> bool:
-        """Whether it is a sum of constants, of what is known, and of products of two of these."""
-        known = self.every
-        known += [
-            a * b for i, a in enumerate(self.kept) for b in self.kept[i:] if self.noether.energy not in (a, b)
-        ]
-        columns = [[one] for one in (self.graph.one, *known, node)]
-        rows = self.relations.rows(columns, {})
-        return not rows or len(columns) - 1 in dependent(rows, len(columns))
-
     def free_name(self, name: str) -> str:
         """The name, or the next one that nothing else has."""
         while name in self.model.coordinates or name in self.names:
             name += "'"
         self.names.add(name)
         return name
+
+    def is_made(self, node: Node) -> bool:
+        """Whether it is a sum of constants, of what is known, and of products of two of these."""
+        known = [*self.kept, *(one.node for one in self.symmetries)]
+        known += [
+            a * b for i, a in enumerate(self.kept) for b in self.kept[i:] if self.noether.energy not in (a, b)
+        ]
+        columns = [[one] for one in (self.graph.one, *known, node)]
+        rows = self.relations.rows(columns, {})
+        return not rows or len(columns) - 1 in dependent(rows, len(columns))

@@ -19,6 +19,9 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.reasons import term
 from lagrange_cli.mechanics.conserved.separation import terms_of_sum
@@ -45,6 +48,23 @@ class Candidate:
     rate: Node
     text: str
     vectors: tuple[Vector, ...] = ()
+
+
+def hidden(found: Found) -> None:
+    """Conserved quantities that are quadratic in velocities, for one particle or two."""
+    given = candidates(found.model, found.noether) if "h" in found.names else []
+    number, before = 0, len(found.symmetries)
+    for relation in found.relations.relations([[one.rate] for one in given]):
+        parts = [(given[i], factor) for i, factor in relation.items()]
+        rate = found.graph.sum([(factor * one.rate, 1.0) for one, factor in parts])
+        name, text, because, sign = described(given, relation, number + 1, found.model.potential)
+        node = found.graph.sum([(factor * one.node, sign) for one, factor in parts])
+        if not is_turning(given, relation) and not found.is_made(node) and is_zero(rate):
+            number += name[0] == "I"
+            if sum(not one.body for one in found.model.particles) > 1:
+                because += "; m, r and v are those of the relative motion"
+            found.store(Conserved(found.free_name(name), text, because), node)
+    found.symmetries[before:] = sorted(found.symmetries[before:], key=lambda one: one.conserved.quantity)
 
 
 def candidates(model: Model[Node], noether: Noether) -> list[Candidate]:

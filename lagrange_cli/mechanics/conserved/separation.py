@@ -8,6 +8,8 @@ from operator import or_
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.variables import graph_of
@@ -16,6 +18,16 @@ from lagrange_cli.model.model import Model
 Term = tuple[Node, float]
 MOST = 2000
 """Terms that products are multiplied out to."""
+MOST_NAMES = 3
+"""Coordinates that are named in one sentence."""
+
+
+def parts(found: Found) -> None:
+    """Energies of parts of the system."""
+    for names, node in separate_energies(found.model, found.names):
+        listed = ", ".join(names[:MOST_NAMES]) + ", ..." * (len(names) > MOST_NAMES)
+        because = f"no other coordinate is in the same terms of L as {listed}, nor is t"
+        found.store(Conserved(f"h_{names[0]}", f"the part of h with {listed}", because), node)
 
 
 def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tuple[list[str], Node]]:

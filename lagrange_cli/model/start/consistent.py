@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.model.start.generic import in_general, refuse_constants
+from lagrange_cli.model.start.generic import faint, in_general, refuse_constants
 from lagrange_cli.model.start.linear import independent
 from lagrange_cli.model.start.places import places
 from lagrange_cli.model.start.search import Generic, Given, Search
@@ -37,7 +37,8 @@ class Start:
     ``redundant`` are the names of constraints that depend on the others at all states nearby; the multipliers
     of those that depend on each other are ``undetermined``. Where
     constraints are ``singular``, they depend on others at the start, and not nearby. ``generic`` is what
-    holds there. ``normalized`` has the lengths that quaternions had, by body, where they were not 1.
+    holds there. ``faint`` are constraints with a coefficient that is all but 0 beside others, at the start
+    and nearby. ``normalized`` has the lengths that quaternions had, by body, where they were not 1.
     """
 
     q: tuple[Any, ...]
@@ -47,6 +48,7 @@ class Start:
     undetermined: tuple[str, ...]
     singular: tuple[str, ...]
     generic: Generic
+    faint: tuple[str, ...]
     normalized: Mapping[str, float]
 
 
@@ -79,7 +81,7 @@ def consistent(
     singular = tuple(one for one in singular if one not in redundant)
     undetermined = tuple(one for i, one in enumerate(search.names) if i in known.coupled)
     found = tuple(q), tuple(v), tuple(changed), redundant, undetermined, singular, known
-    return Start(*found, search.normalized)
+    return Start(*found, faint(search, q, scale), search.normalized)
 
 
 def changes(

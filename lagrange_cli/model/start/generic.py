@@ -4,15 +4,18 @@ agree."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
-from lagrange_cli.errors import NotLinear
+from lagrange_cli.errors import NotLinear, SpecError
 from lagrange_cli.model.start.linear import APART, coupled, damped, independent, scattered, steepness
 from lagrange_cli.model.start.nearest import NEAR, ROUNDS
 from lagrange_cli.model.start.search import NEARBY, TRIES, Generic, Search
 
 AGREE = 1e-7
 """Constraints that depend on others agree with them if they are off by no more nearby."""
+FAINT = 1e-6
+"""The part of the largest coefficient below which one is all but 0."""
 EXACTLY = 1e-12
 """States nearby are consistent if constraints are off by no more."""
 
@@ -56,6 +59,21 @@ def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Gene
     best = max(seen, key=len)
     refuse_restricting(search, q, scale, best)
     return Generic(tuple(best), tuple(typical), coupled(places[seen.index(best)], best, scale))
+
+
+def faint(search: Search, q: Sequence[Any], scale: Sequence[float]) -> tuple[str, ...]:
+    """Constraints with a coefficient that is all but 0 beside others, here and nearby."""
+
+    def at(place: Sequence[Any]) -> set[int]:
+        rows = search.rates(place, search.given.v).rows
+        terms = [[abs(float(a)) * scale[k] for k, a in row.items()] for row in rows]
+        return {i for i, some in enumerate(terms) if min(some) <= FAINT * max(some)}
+
+    found = at(q)
+    if found:
+        with suppress(SpecError):  # where another one has no value
+            found &= at(search.away(q, scale, 0))
+    return tuple(name for i, name in enumerate(search.names) if i in found)
 
 
 def nearby(

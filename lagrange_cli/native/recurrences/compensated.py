@@ -112,7 +112,7 @@ def compensated_expansion(
     expansion.remainders = {index: emitter.load("%state", width + row) for row, index in enumerate(series)}
     if residual.cyclic_momenta:
         known: dict[Node, Sum | None] = {residual.model.time: ("%t", None)}
-        for row, (symbol, index) in enumerate(zip((*residual.model.q, *residual.model.v), series)):
+        for row, (symbol, index) in enumerate(zip((*residual.state_q, *residual.state_v), series)):
             known[symbol] = emitter.load("%state", row), expansion.remainders[index]
         kind = Compensated(emitter)
         values, speeds = cyclic_values(kind, residual, program, width, known, constants)

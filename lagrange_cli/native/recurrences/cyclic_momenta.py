@@ -39,7 +39,7 @@ def cyclic_values(
         emit_values(kind, [node], known, constants)
         return kind.normalized(known[node])
 
-    state = numbered([*residual.model.q, *residual.model.v])
+    state = numbered([*residual.state_q, *residual.state_v])
     series = [*program.coordinates, *program.velocities]
     begins: dict[Node, Condition] = {}
     first = len(program.state) - program.stored

@@ -55,10 +55,16 @@ class Expansion(Generic[V]):
     regular: Condition = None
     found: str = ""
     """The place of multipliers that Newton's method has found."""
+    followed: dict[int, int] = field(default_factory=dict)
+    """The rows of the state that follow from others, by their series."""
 
     def __post_init__(self) -> None:
         self.table = [{} for _ in self.program.series]
         self.regular = self.kind.true
+        both = self.program.coordinates, self.program.velocities
+        for place in self.program.dependent:
+            for first, series in zip((0, len(both[0])), both):
+                self.followed[series[place]] = first + place
 
     def constant(self, node: Node) -> V | None:
         """A constant of the step: an expression in parameters and in cyclic momenta."""
@@ -88,6 +94,8 @@ class Expansion(Generic[V]):
     def start(self, index: int) -> V | None:
         """Coefficient 0 of a series that is no derivative."""
         one, kind = self.program.series[index], self.kind
+        if index in self.followed:
+            return kind.load("%state", self.followed[index], self.width)
         first, low = [self.table[i].get(0) for i in one.arguments], self.remainders
         if one.op is Op.TIME:
             return self.time
@@ -179,7 +187,7 @@ class Expansion(Generic[V]):
         for index, one in enumerate(self.program.series):
             if one.node is not None and 0 in self.table[index]:
                 known[one.node] = self.table[index][0]
-        for velocity, index in zip(residual.model.v, self.program.velocities):
+        for velocity, index in zip(residual.state_v, self.program.velocities):
             known[velocity] = self.table[index][0]
         entries = [entry for row in residual.entries for entry in row.values()]
         entries = [*(entry for entry in entries if entry.symbols & residual.variables), *residual.inertias]

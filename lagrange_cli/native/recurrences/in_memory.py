@@ -147,7 +147,8 @@ def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str
     factorization = Factorization(kind, rows.blocks, large, UNROLLED)
     expansion = Expansion(residual, program, kind, constants, factorization, time, rows.width)
     if residual.cyclic_momenta:
-        known = {x: kind.load("%state", i, rows.width) for i, x in enumerate((*model.q, *model.v))}
+        symbols = (*residual.state_q, *residual.state_v)
+        known = {x: kind.load("%state", i, rows.width) for i, x in enumerate(symbols)}
         known[model.time] = time
         expansion.cyclic = cyclic_values(kind, residual, program, rows.width, {**known}, constants)[0]
     memory = Memory(expansion, kind, rows, body.div(literal(1.0), "%scale"))

@@ -201,10 +201,11 @@ class Stage(Generic[V]):
         scale = kind.number(-1.0) if inverse is None else kind.neg(inverse)
         solved = expansion.solved([self.at(index, 0) for index in program.residual], scale)
         change: dict[int, V | None] = {}
-        for coordinate, velocity, value in zip(program.coordinates, program.velocities, solved):
+        unknown = program.unknown
+        for (coordinate, velocity), value in zip(unknown, solved):
             change[velocity] = self.integrated(value, 1) if inverse is None else value
             change[coordinate] = self.integrated(change[velocity], 2)
-        for multiplier, value in zip(program.multipliers, solved[len(program.coordinates) :]):
+        for multiplier, value in zip(program.multipliers, solved[len(unknown) :]):
             change[multiplier] = value if inverse is None else kind.mul(value, self.number(1))
         given = set(change)
         corrected = list(self.corrected())

@@ -8,6 +8,8 @@ VII.2, with M in place of the identity):
     dq = -M^-1 A^T (A M^-1 A^T)^-1 f.
 
 Residuals are computed from all digits of the state, with its low parts.
+
+Coordinates that constraints give are computed from the others, after each step and with as many digits.
 """
 
 from __future__ import annotations
@@ -83,12 +85,42 @@ class Projection(Generic[V, C]):
         f = Function(f"define {head}) #0", self.lanes)
         kind, careful, at = self.numbers.kind, self.numbers.careful, self.places
         kind.body.lines = f.sink
-        model, constraints = self.residual.model, Constraints(self.residual.model)
-        size = len(model.q)
-        q: Sequence[C | None]
-        v: Sequence[C | None]
-        q, v = ([careful.load("%state", row + i, at.width) for i in range(size)] for row in (at.q, at.v))
+        state = self._state()
         time = careful.load("%state", at.time, at.time_low - at.time)
+        if self.residual.multipliers:
+            self._move(f, time, *state)
+        self._complete(time)
+        f.give()
+        return f.text()
+
+    def _state(self) -> tuple[Sequence[C | None], Sequence[C | None]]:
+        """q and v of the model, as they are in memory."""
+        careful, at, rows = self.numbers.careful, self.places, self.residual.unknown
+        q, v = ([careful.load("%state", row + i, at.width) for i in rows] for row in (at.q, at.v))
+        return q, v
+
+    def _complete(self, time: C) -> None:
+        """What follows from the other coordinates."""
+        careful, at, given = self.numbers.careful, self.places, self.residual.dependent
+        if not given:
+            return
+        known = self._named(time, *self._state())
+        nodes = [node for one in given for node in (one.place, one.speed) if node is not None]
+        emit_values(careful, nodes, known, self.constants)
+        for one in given:
+            for node, row in ((one.place, at.q), (one.speed, at.v)):
+                if node is not None:
+                    value = careful.normalized(known[node])
+                    if self.lanes > 1:
+                        old = careful.load("%state", row + one.index, at.width)
+                        value = careful.select("%moving", value, old)
+                    careful.store(value, "%state", row + one.index, at.width)
+
+    def _move(self, f: Function, time: C, q: Sequence[C | None], v: Sequence[C | None]) -> None:
+        """Back to the constraints that are left."""
+        kind, careful, at = self.numbers.kind, self.numbers.careful, self.places
+        model, constraints = self.residual.model, Constraints(self.residual.model)
+        size, rows = len(model.q), self.residual.unknown
         places = [one.expression if one.holonomic else None for one in model.constraints]
         off = self._residuals(places, time, q, v)
         speeds = self._residuals(constraints.speeds, time, q, v)
@@ -117,13 +149,11 @@ class Projection(Generic[V, C]):
                 kicks, later = self._after(constraints, changes, known)
                 v, _ = moved(v, [*kicks, *map(kind.add, speeds, later)])
                 for row, values, old in zip((at.q, at.v), (q, v), before):
-                    for i, (value, kept) in enumerate(zip(values, old)):
+                    for i, value, kept in zip(rows, values, old):
                         chosen = careful.select(sure.name, value, kept) if self.lanes > 1 else value
                         careful.store(chosen, "%state", row + i, at.width)
                 if at.count is not None:
                     f.store(f.load("%state", at.count) + 1.0, "%state", at.count)
-        f.give()
-        return f.text()
 
     def _named(self, time: C, q: Sequence[C | None], v: Sequence[C | None]) -> dict[Node, C | None]:
         model = self.residual.model

@@ -170,9 +170,12 @@ class Proof:
                 symbols |= entry.symbols
         radius = f.splat(Real(f, "%h"), LANES) * f.vector([k * WIDER for k in RATIOS])
         known: dict[Node, Disk | None] = {model.time: Disk("%t", radius)}
-        accelerations, multipliers = self.defect.accelerations, self.residual.multipliers
+        residual = self.residual
         rows = [*range(n, 2 * n), *range(self.multipliers[0], sum(self.multipliers))]
-        for i, symbol in enumerate((*model.q, *model.v, *accelerations, *multipliers)):
+        leaves = [*enumerate((*residual.state_q, *residual.state_v))]
+        leaves += zip((2 * n + k for k in residual.unknown), self.defect.accelerations)
+        leaves += enumerate(residual.multipliers, 3 * n)
+        for i, symbol in leaves:
             if symbol.symbols & symbols:
                 if i < 2 * n:
                     centre = emitter.load("%state", i)
@@ -203,14 +206,15 @@ class Proof:
         if self.integrals[1]:
             return [f.load("%scales", i) for i in range(self.integrals[1])]
         known = centres(moving)
-        matrix = self.residual.entries
+        matrix, n = self.residual.entries, self.lengths.degrees
+        places = [*self.residual.unknown, *range(n, n + len(self.residual.multipliers))]
         emit_values(emitter, [one for row in matrix for one in row.values()], known, self.constants)
         found = []
         for row in matrix:
             total: Value = None
             for j, entry in row.items():
                 mass = emitter.magnitude(known[entry])
-                total = emitter.fma(mass, emitter.load("%scales", j), total)
+                total = emitter.fma(mass, emitter.load("%scales", places[j]), total)
             found.append(Real(f, emitter.written(total), 1))
         return found
 

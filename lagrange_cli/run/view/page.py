@@ -67,7 +67,9 @@ def page(
         from lagrange_cli.run.derive import derive_system, located
 
         with located(motion.spec):
-            residual = derive_system(motion.spec, resting=True)
+            # whoever moves a slider may make any coefficient 0
+            spec = replace(motion.spec, faint=tuple(motion.spec.all_constraints))
+            residual = derive_system(spec, resting=True)
     why = obstacle(motion, residual)
     with stage("compile"):
         program, recording, notice = programmed(motion, residual)
