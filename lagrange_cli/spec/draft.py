@@ -15,7 +15,7 @@ from lagrange_cli.spec.spec import Expression, Family, Inertia, Orientation
 class Written:
     """Something of a section that has a name: ``key`` is what was written, in ``passage``.
 
-    Before families are written out ``name`` is that of the family, then that of the member.
+    In a statement of a family ``name`` is that of the family, in a member that of the member.
     """
 
     name: str
@@ -111,7 +111,7 @@ class WrittenBody(Written):
 @dataclass(frozen=True)
 class WrittenTransformation(Written):
     """Other coordinates: their declarations, and the ``entries`` for those that they replace. ``families``
-    are known once these are written out."""
+    are known once sizes are."""
 
     coordinates: Sequence[Declared] = ()
     entries: Sequence[Entry] = ()
@@ -128,7 +128,7 @@ class Draft:
 
     ``sections`` has what was read of each that the file gives, by key; ``places`` the place of each key, and
     ``words`` the word that stands there. ``families`` and ``indices`` (of keys, with their places) are known
-    once families are written out.
+    once sizes are.
     """
 
     sections: Mapping[str, Any]
