@@ -20,8 +20,8 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batches.convolution import AHEAD
 from lagrange_cli.native.recurrences.batches.tables import Tables
+from lagrange_cli.native.recurrences.vector_dots import AHEAD
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass, replace
 
