@@ -154,7 +154,7 @@ class ArticulatedJet(SeriesJet):
 
     def start(self) -> None:
         super().start()
-        self.copied(self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
+        self.copy(self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
 
     def prepared(self) -> Sequence[Total]:
         balance, fixed = self.balance, self.lasting.fixed
@@ -204,13 +204,9 @@ class ArticulatedJet(SeriesJet):
             self.evaluation(0).write(self.starts)
             for _, place, rate in self.followed:
                 if place is not None and rate is not None:
-                    self.copied(self.at(rate, 0), self.at(place, 1), place.count)
+                    self.copy(self.at(rate, 0), self.at(place, 1), place.count)
         for k in BEFORE_ACCELERATIONS:
             self.evaluate(k)
-
-    def copied(self, source: Any, target: Any, count: int) -> None:
-        with self.f.loop(0, count, tested=False) as i:
-            self.f.store(self.f.load(source, i), target, i)
 
     def evaluate(self, k: int | Integer, phase: int | None = None, *, correcting: bool = False) -> None:
         """The series of all joints in stage k."""

@@ -20,8 +20,8 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batches.convolution import AHEAD
 from lagrange_cli.native.recurrences.batches.tables import Tables
+from lagrange_cli.native.recurrences.vector_dots import AHEAD
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass, replace
 
@@ -257,9 +257,17 @@ class SeriesJet:
     def start(self) -> None:
         """Coefficients 0."""
         for shift, array in enumerate((self.system.q, self.system.v)):
-            place = self.at(array, 0)
-            with self.f.loop(0, self.degrees, tested=False) as i:
-                self.f.store(self.f.load("%state", i + shift * self.degrees), place, i)
+            state = self.f.place("%state", shift * self.degrees, "double")
+            self.copy(state, self.at(array, 0), self.degrees)
+
+    def copy(self, source: Pointer, target: Pointer, count: int) -> None:
+        """Copy so many numbers."""
+        f = self.f
+        in_vectors(
+            f,
+            (f.count(0), f.count(count)),
+            lambda i, lanes: f.store_row(f.load_row(source, i, lanes), target, i),
+        )
 
     def begin(self) -> None:
         """What is done before order 0."""
@@ -288,11 +296,14 @@ class SeriesJet:
 
 def regular(f: Function, masses: Pointer, count: int, *, positive: bool) -> Bit:
     """Whether numbers are positive, or at least not 0."""
-    found = f.variable(Bit(f, "true", 1))
-    with f.loop(0, count, tested=False) as i:
-        mass = f.load(masses, i)
-        found.set(found.get() & ((mass if positive else f.magnitude(mass)) > 0.0))
-    return found.get()
+    wrong = {lanes: f.variable(f.never(lanes)) for lanes in (1, LANES)}
+
+    def look(i: Integer, lanes: int) -> None:
+        mass, found = f.load_row(masses, i, lanes), wrong[lanes]
+        found.set(found.get() | ~((mass if positive else f.magnitude(mass)) > 0.0))
+
+    in_vectors(f, (f.count(0), f.count(count)), look)
+    return ~(f.any(wrong[LANES].get()) | wrong[1].get())
 
 
 def quotient(f: Function, a: Real, b: Real, inverse: Real) -> Real:

@@ -16,8 +16,8 @@ from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.recurrences.batches.convolution import AHEAD, begin_dots
 from lagrange_cli.native.recurrences.batches.layout import BEFORE
+from lagrange_cli.native.recurrences.vector_dots import AHEAD, begin_dots
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
 from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs

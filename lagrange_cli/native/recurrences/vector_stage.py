@@ -9,8 +9,8 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batches.convolution import dot, power_dots, square_dot
 from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
+from lagrange_cli.native.recurrences.vector_dots import dot, power_dots, square_dot
 from lagrange_cli.series.program import Op, Series, reciprocal
 
 
