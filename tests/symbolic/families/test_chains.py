@@ -285,6 +285,24 @@ def test_there_are_no_explicit_accelerations_with_indices() -> None:
     refuse_form(printed(N_PENDULUM, 30), "lagrange")
 
 
+def test_a_name_of_the_file_is_not_taken_for_that_of_a_place() -> None:
+    derived = printed(SPACE.replace("g: 2.0", "g: 2.0, bob_vx: 1.0"))
+    assert "bob[i].vx" in families_as_written(derived, "text", "lagrange", {})
+    for form in (
+        lambda: families_as_written(derived, "python", "lagrange", {}),
+        lambda: families_as_data(derived, {}),
+    ):
+        with pytest.raises(UsageError, match="bob_vx is the name of"):
+            form()
+
+
+def test_members_that_follow_otherwise_are_no_chain() -> None:
+    """Each is twice the one before: they are written out."""
+    links = '"x[0]": "th[0]", "x[i in range(1, N)]": "2*x[i - 1] + th[i]", "y[i in range(N)]": "i"'
+    text = RODS.format(count=9, definitions=links, potential=POTENTIALS[0], forces="")
+    assert derive_families(spec_of(text)) is None
+
+
 # sums
 
 
