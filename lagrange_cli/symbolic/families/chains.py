@@ -94,7 +94,12 @@ class WrittenChains(WrittenBuilder):
                 for one in names(tree)
                 if one.indices
             )
-            self._chains[group] = tuple(self.grown(group)) if follows else None
+            known, self._chains[group] = len(self.paths), None
+            if follows:
+                try:
+                    self._chains[group] = tuple(self.grown(group))
+                except (Unsuited, Split):
+                    del self.paths[known:]
         return self._chains[group]
 
     def grown(self, group: Group) -> Iterator[Chain]:
@@ -105,7 +110,9 @@ class WrittenChains(WrittenBuilder):
             for kind in self.of_family(group):
                 for loops, value in self.kinds(kind.loops, kind.frame, self.building(kind.tree)):
                     listed = value if isinstance(value, tuple) else (value,)
-                    for k, (one, own) in enumerate(zip(listed, pieces, strict=True)):
+                    if len(listed) != parts:
+                        raise Unsuited
+                    for k, (one, own) in enumerate(zip(listed, pieces)):
                         if loops:
                             own.append(Piece(loops[0], *parted(one, k)))
                         else:

@@ -18,6 +18,7 @@ from lagrange_cli.symbolic.families.frames import Frame
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, hidden, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole, named
+from lagrange_cli.symbolic.notations import joined_component
 
 RATES = COMPONENTS, VELOCITY_COMPONENTS, ACCELERATION_COMPONENTS
 """Components of places, velocities and accelerations."""
@@ -41,6 +42,11 @@ class NamedPlace:
     loops: tuple[Loop, ...]
     shape: tuple[int, ...]
     expression: sympy.Expr
+
+    @property
+    def base(self) -> str:
+        """The name where only letters, digits and underscores may stand: ``bob_vx``."""
+        return joined_component(self.symbol.name).partition("[")[0]
 
 
 class WrittenPlaces(WrittenChains):

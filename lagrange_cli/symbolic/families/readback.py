@@ -42,7 +42,7 @@ MOST_NUMBERS = 20_000_000
 class Reader(ChainBuilder):
     """Builds what is printed, which has accelerations and paths besides what system files have."""
 
-    most = 4 * MOST
+    most = 2 * MOST
 
     def __init__(self, system: FamilySystem, paths: Sequence[Path]) -> None:
         super().__init__(system.spec)

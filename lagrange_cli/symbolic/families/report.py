@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
@@ -137,6 +138,7 @@ def with_members(remark: str, loops: Sequence[Loop], writer: Writer) -> str:
 def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict[str, Any]:
     """The equations for ``--json``: as of other systems, but by line. Keys are the names of members, such as
     ``x[i]``; ``members`` says for which indices a line holds."""
+    refuse_names(equations)
     notation = IndexedSympy()
 
     def text(expression: sympy.Expr | None) -> str | None:
@@ -187,6 +189,13 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
             for each in equations.changing
         ],
     }  # fmt: skip
+
+
+def refuse_names(equations: FamilyEquations) -> None:
+    """Raise ``UsageError`` where a name of the file is that of a place, as data and Python have it."""
+    for place in equations.places:
+        if any(one.name == place.base for one in (*equations.coordinates, *equations.parameters)):
+            raise UsageError(f"{place.base} is the name of {place.symbol.name} in this format: rename yours")
 
 
 def parents(table: Any) -> list[int | None]:

@@ -11,9 +11,9 @@ from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleratio
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.families.places import NamedPlace
+from lagrange_cli.symbolic.families.report import refuse_names
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.notations import IndexedPython, joined_component
+from lagrange_cli.symbolic.notations import IndexedPython
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.source import SOLUTION
 
@@ -44,6 +44,7 @@ def paths(parents):
 
 def as_python(equations: FamilyEquations, parameters: Mapping[str, float]) -> str:
     """The module's source: T, U, L, momenta, h, forces and accelerations as functions of (t, q, v)."""
+    refuse_names(equations)
     writer = _Writer(equations)
     functions = []
     if equations.T is not None and equations.U is not None:
@@ -76,11 +77,6 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float]) -> st
     return "\n".join(head) + "\n\n\n" + "\n\n\n".join(functions)
 
 
-def base_of(place: NamedPlace) -> str:
-    """The name of the list of a place's members."""
-    return joined_component(place.symbol.name).partition("[")[0]
-
-
 class _Writer:
     def __init__(self, equations: FamilyEquations) -> None:
         self.equations = equations
@@ -90,7 +86,7 @@ class _Writer:
             for rate in (velocity_name(family.name), acceleration_name(family.name)):
                 shapes[rate] = shapes[family.name]
         shapes |= {one.name: [str(len(one.table))] * 2 for one in equations.paths}
-        shapes |= {base_of(one): [str(size) for size in one.shape] for one in equations.places}
+        shapes |= {one.base: [str(size) for size in one.shape] for one in equations.places}
         self.shapes, self.notation = shapes, IndexedPython(shapes)
         self.used: set[str] = set()
 
@@ -108,9 +104,9 @@ class _Writer:
         on."""
         places = []
         for one in self.equations.places:
-            if self.has(text, base_of(one)):
+            if self.has(text, one.base):
                 loops = " ".join(f"for {self.head(loop)}" for loop in one.loops)
-                places.append(f"    {base_of(one)} = [{self.text(one.expression)} {loops}]")
+                places.append(f"    {one.base} = [{self.text(one.expression)} {loops}]")
         text = "\n".join([text, *places])
         found = []
         for family in self.equations.parameters:

@@ -71,7 +71,7 @@ class Comparison:
         """Members of each line that are compared: fewer where the sums of all have too many terms, as those
         of chains have, which have sums within sums."""
         if system.joints is not None:
-            self.most = max(1, min(self.most, Reader.most // self.most**2))
+            self.most = max(1, min(self.most, Reader.most // (2 * self.most**2)))
 
     def differences(self) -> Quantities:
         """Those of all quantities at all states."""
