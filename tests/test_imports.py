@@ -90,7 +90,7 @@ def test_a_short_command_loads_few_modules(tmp_path):
     for arguments, most in (
         (["--help"], 14),
         (["solve", PENDULUM, "--force"], 155),
-        (["equations", PENDULUM], 156),
+        (["equations", PENDULUM], 158),
     ):
         modules_imported_by(arguments, tmp_path)
         own = {name for name in modules_imported_by(arguments, tmp_path) if name.startswith("lagrange_cli")}

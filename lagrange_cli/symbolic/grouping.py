@@ -8,7 +8,6 @@ from fractions import Fraction
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, settled, to_terms
-from lagrange_cli.symbolic.common_denominators import over_one_denominator
 from lagrange_cli.symbolic.monomials import (
     Monomial,
     Terms,
@@ -21,12 +20,12 @@ from lagrange_cli.symbolic.monomials import (
     term,
 )
 from lagrange_cli.symbolic.order import Order, Role
-from lagrange_cli.symbolic.perfect_powers import powers
-from lagrange_cli.symbolic.squares import shortest
 from lagrange_cli.symbolic.work import COUNTER, charge, check_size, size_of
 
 LONGEST = 5000
 """Terms and factors beyond which an expression is not multiplied out where that makes it longer."""
+FEWEST_IN_POWER = 3
+"""Terms of the square of a sum, at least."""
 MOST_FACTORED, HIGHEST_FACTORED = 60, 12
 """Terms and degree of the largest polynomials of parameters that are factored."""
 STEPS_TO_FACTOR = 200
@@ -91,15 +90,28 @@ def group(terms: Terms, order: Order) -> sympy.Expr:
     return sympy.Add(*(with_denominators(moving, inner, order) for moving, inner in groups.items()))
 
 
+def shortened(terms: Terms) -> Terms:
+    """The sum, with other squares of sines where that makes it shorter."""
+    if len(terms) < 2:
+        return terms
+    from lagrange_cli.symbolic.squares import shortest
+
+    return shortest(terms)
+
+
 def with_denominators(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
     """The sum, times velocities and accelerations: collected by roots and denominators, or over one
     denominator where that is shorter."""
     groups: dict[Monomial, Terms] = {}
-    terms = shortest(terms)
+    terms = shortened(terms)
     for monomial, coefficient in terms.items():
         roots = frozenset(item for item in monomial if is_sum(item, order))
         groups.setdefault(roots, {})[monomial - roots] = coefficient
     each = sympy.Add(*(once(combine(moving, roots), inner, order) for roots, inner in groups.items()))
+    if not any(base.is_Add for monomial in terms for base, _ in monomial):
+        return each
+    from lagrange_cli.symbolic.common_denominators import over_one_denominator
+
     joined = over_one_denominator(terms)
     if joined is None:
         return each
@@ -147,6 +159,10 @@ def collected(terms: Terms, order: Order) -> sympy.Expr:
 
 def in_powers(terms: Terms, order: Order) -> sympy.Expr | None:
     """The sum as a product of powers of shorter ones, if it is one."""
+    if len(terms) < FEWEST_IN_POWER:
+        return None
+    from lagrange_cli.symbolic.perfect_powers import powers
+
     content, number = common_factor(terms)
     number = with_leading_sign(terms, number, order)
     split = powers(divide(terms, content, number))

@@ -9,7 +9,7 @@ from fractions import Fraction
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, multiply, to_terms
-from lagrange_cli.symbolic.grouping import group
+from lagrange_cli.symbolic.grouping import group, shortened
 from lagrange_cli.symbolic.monomials import (
     ONE,
     Terms,
@@ -22,8 +22,6 @@ from lagrange_cli.symbolic.monomials import (
     term,
 )
 from lagrange_cli.symbolic.order import Order
-from lagrange_cli.symbolic.rings import ring_of
-from lagrange_cli.symbolic.squares import shortest
 from lagrange_cli.symbolic.work import charge, size_of
 
 LARGEST_BLOCK = 3
@@ -61,7 +59,7 @@ def solve(
                 return None
             rows = [[to_terms(matrix[i][j]) for j in block] for i in block]
             column = [to_terms(right[i]) for i in block]
-            determinant = shortest(contract(determinant_of(rows)))
+            determinant = shortened(contract(determinant_of(rows)))
             if not determinant:
                 raise Singular
             for position, index in enumerate(block):
@@ -69,7 +67,7 @@ def solve(
                     [column[i] if j == position else rows[i][j] for j in range(len(block))]
                     for i in range(len(block))
                 ]
-                numerator = shortest(contract(determinant_of(replaced)))
+                numerator = shortened(contract(determinant_of(replaced)))
                 found = solution[index] = quotient(numerator, determinant, order)
                 if size_of(found) > longest:
                     return None
@@ -127,6 +125,8 @@ def reduced(numerator: Terms, denominator: Terms) -> tuple[Terms, Terms]:
     """Both sums divided by their greatest common divisor, as polynomials in all they contain."""
     content, number = common_factor(numerator)
     polynomial = divide(numerator, content, number)
+    from lagrange_cli.symbolic.rings import ring_of  # few systems have such fractions
+
     ring, highest = ring_of(polynomial, denominator), max(degree(polynomial), degree(denominator))
     if ring is None or highest > HIGHEST_FRACTION:
         return numerator, denominator

@@ -18,7 +18,7 @@ def powers(terms: Terms) -> tuple[Fraction, list[tuple[Terms, int]]] | None:
     """A number and sums with their exponents, some of them above 1, whose product this is; None where there
     are none, or it is no power as a whole. ``terms`` have no common factor."""
     size, highest = len(terms), degree(terms)
-    if not 3 <= size <= LARGEST or not 2 <= highest <= HIGHEST or not may_be_power(terms):
+    if size > LARGEST or not 2 <= highest <= HIGHEST or not may_be_power(terms):
         return None
     ring = ring_of(terms)
     if ring is None:

@@ -48,10 +48,8 @@ def in_squares_of(kept: tuple[type, ...], terms: Terms) -> Terms:
 
 
 def shortest(terms: Terms) -> Terms:
-    """The sum as it is, or with squares of one kind only, contracted again: the shortest. Of high powers
+    """A sum as it is, or with squares of one kind only, contracted again: the shortest. Of high powers
     contraction alone finds no shortest form."""
-    if len(terms) < 2:
-        return terms
     content, _ = common_factor(terms)
     found = [divide(terms, content)]
     found += [without_tangents(found[0])] if has(QUOTIENTS, terms) else []
