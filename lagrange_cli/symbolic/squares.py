@@ -51,16 +51,21 @@ def shortest(terms: Terms) -> Terms:
     """A sum as it is, or with squares of one kind only, contracted again: the shortest. Of high powers
     contraction alone finds no shortest form."""
     content, _ = common_factor(terms)
-    found = [divide(terms, content)]
-    found += [without_tangents(found[0])] if has(QUOTIENTS, terms) else []
-    found += [
-        in_squares_of(kept, each)
-        for each in found
+    given = divide(terms, content)
+    found = [given, *other_squares(given)]
+    if has(QUOTIENTS, given):
+        quotients = without_tangents(given)
+        found += [one for one in other_squares(quotients) if len(one) < len(given)]
+    return divide(min(found, key=length), raised(content, Fraction(-1)))
+
+
+def other_squares(terms: Terms) -> list[Terms]:
+    """The sum with squares of one kind only, where it has squares of the other, contracted again."""
+    return [
+        contract_by([contract_squares], in_squares_of(kept, terms))
         for kept in (SINES, COSINES)
-        if has([PARTNERS[one][0] for one in kept], each, 2)
+        if has([PARTNERS[one][0] for one in kept], terms, 2)
     ]
-    others = [contract_by([contract_squares], each) for each in found[1:]]
-    return divide(min([found[0], *others], key=length), raised(content, Fraction(-1)))
 
 
 def length(terms: Terms) -> Fraction:
