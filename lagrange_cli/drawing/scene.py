@@ -16,8 +16,9 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.syntax import Name
 from lagrange_cli.expression.vocabulary import TIME, member_name
 from lagrange_cli.model.scope import Scope
-from lagrange_cli.spec.spec import Course, Expression, Spec, Wanted
+from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.values import Values
+from lagrange_cli.spec.wanted import Course, Wanted
 
 Place = tuple[Node, ...]
 """The components of a point."""

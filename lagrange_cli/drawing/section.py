@@ -16,8 +16,9 @@ from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.records import replace
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.spec import Course, Expression, Path, Range, Wanted
+from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.spelling import spelled
+from lagrange_cli.spec.wanted import Course, Path, Range, Wanted
 
 SURFACE = 2
 """Coordinates that a surface has."""

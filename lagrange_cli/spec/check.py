@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
@@ -30,9 +30,11 @@ from lagrange_cli.spec.spec import (
     Parameter,
     Spec,
     Transformation,
-    Wanted,
 )
 from lagrange_cli.spec.whole import WrittenFamily
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.wanted import Wanted
 
 W = TypeVar("W", bound=Written)
 

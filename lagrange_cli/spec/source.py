@@ -1,12 +1,13 @@
-"""The text of a system file, and places in it."""
+"""The text of a system file, places in it, and expressions that stand there."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 from lagrange_cli.errors import Problem, SpecError
-from lagrange_cli.expression.syntax import Span
-from lagrange_cli.records import dataclass
+from lagrange_cli.expression.syntax import Span, Tree
+from lagrange_cli.records import dataclass, field, replace
 
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # what YAML takes for the end of a line
 
@@ -127,3 +128,31 @@ class Passage:
         if self.style == '"' and written.startswith("\\"):
             return _ESCAPES.get(written, 2)
         return 1
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An expression: its text, its tree, and where in the file it stands.
+
+    ``tree`` is a ``Vector`` (or a vector-valued tree) where a vector is due and scalar-valued otherwise:
+    this has been checked, and every name in it is known. ``passages`` are the pieces of the file the text
+    was put together from, each with its offset in ``text``. ``indices`` are the values of the indices that
+    stand in it, where it is that of a member of a family.
+    """
+
+    text: str
+    tree: Tree
+    place: Place
+    passages: tuple[tuple[int, Passage], ...] = field(default=(), repr=False, compare=False)
+    indices: Mapping[str, int] = field(default_factory=dict)
+
+    def at(self, span: Span) -> Place:
+        """Where ``span`` of the text stands in the file."""
+        for offset, passage in reversed(self.passages):
+            if offset <= span.start:
+                return passage.place(Span(span.start - offset, span.stop - offset))
+        return self.place
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Expression:
+        """The one of a member of a family."""
+        return replace(self, indices=indices)

@@ -3,44 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from lagrange_cli.expression.syntax import Span, Tree, has_decimals
+from lagrange_cli.expression.syntax import has_decimals
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import bases_of, firsts_of, written
 from lagrange_cli.spec.family import Family as Family
-from lagrange_cli.spec.source import Passage
+from lagrange_cli.spec.source import Expression as Expression
 from lagrange_cli.spec.source import Place as Place
 
+if TYPE_CHECKING:
+    from lagrange_cli.spec.wanted import Wanted
+
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Expression:
-    """An expression: its text, its tree, and where in the file it stands.
-
-    ``tree`` is a ``Vector`` (or a vector-valued tree) where a vector is due and scalar-valued otherwise:
-    this has been checked, and every name in it is known. ``passages`` are the pieces of the file the text
-    was put together from, each with its offset in ``text``. ``indices`` are the values of the indices that
-    stand in it, where it is that of a member of a family.
-    """
-
-    text: str
-    tree: Tree
-    place: Place
-    passages: tuple[tuple[int, Passage], ...] = field(default=(), repr=False, compare=False)
-    indices: Mapping[str, int] = field(default_factory=dict)
-
-    def at(self, span: Span) -> Place:
-        """Where ``span`` of the text stands in the file."""
-        for offset, passage in reversed(self.passages):
-            if offset <= span.start:
-                return passage.place(Span(span.start - offset, span.stop - offset))
-        return self.place
-
-    def member(self, name: str, indices: Mapping[str, int]) -> Expression:
-        """The one of a member of a family."""
-        return replace(self, indices=indices)
 
 
 def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
@@ -185,57 +160,6 @@ class SolveDefaults:
     def pending(self) -> frozenset[str]:
         """The ``times`` that have no value yet."""
         return frozenset(name for name in self.times if getattr(self, name) is None)
-
-
-Range = tuple[Expression, Expression]
-"""The least and the greatest value, in parameters."""
-Path = tuple[Expression, ...]
-"""Points one after the other, joined by lines."""
-
-
-@dataclass(frozen=True)
-class Course:
-    """A curve or a surface: ``at`` is a point as the names of ``ranges`` run, as far as the motion goes where
-    a range is None. Those that are ``free`` mean something here alone, the others are coordinates. Without
-    ``ranges`` all coordinates run that the point depends on. Or lines join the points ``through``.
-    """
-
-    name: str
-    place: Place
-    at: Expression | None = None
-    ranges: Mapping[str, Range | None] = field(default_factory=dict)
-    free: frozenset[str] = frozenset()
-    through: Path = ()
-
-
-@dataclass(frozen=True)
-class View:
-    """From where the drawing is seen, in degrees, the bounds along some axes, what stays in the middle, and
-    which axis is upright; what is not given is None or empty."""
-
-    azimuth: Expression | None = None
-    elevation: Expression | None = None
-    bounds: Mapping[str, Range] = field(default_factory=dict)
-    follow: Expression | None = None
-    up: str = ""
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What is None stays as it is found; ``points`` and ``colours`` are added. Points are expressions in q, t
-    and parameters: a vector, or 0 for the origin. All names are those of members of families, which are
-    written out.
-    """
-
-    rods: tuple[Path, ...] | None = None
-    springs: tuple[Path, ...] | None = None
-    points: tuple[Expression, ...] = ()
-    trails: tuple[Expression, ...] | None = None
-    hidden: frozenset[str] = frozenset()
-    curves: tuple[Course, ...] | None = None
-    colours: Mapping[str, str] = field(default_factory=dict)
-    view: View = View()
-    sliders: Mapping[str, Range] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

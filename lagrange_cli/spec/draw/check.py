@@ -12,7 +12,7 @@ from lagrange_cli.spec.draw.numbers import NUMBERS, RULE, ends, number
 from lagrange_cli.spec.draw.points import SECTION, Points
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.spec import View, Wanted
+from lagrange_cli.spec.wanted import View, Wanted
 
 
 def check_draw(draft: Draft, names: Names, problems: Problems) -> Wanted:

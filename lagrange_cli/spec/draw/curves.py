@@ -15,7 +15,8 @@ from lagrange_cli.spec.draw.readers import plain_name
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.spec import Course, Expression, Path, Range, by_family
+from lagrange_cli.spec.spec import Expression, by_family
+from lagrange_cli.spec.wanted import Course, Path, Range
 
 
 @dataclass

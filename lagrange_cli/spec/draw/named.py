@@ -18,7 +18,8 @@ from lagrange_cli.spec.draw.numbers import ends
 from lagrange_cli.spec.draw.ranges import WrittenRange
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.spec import Range, by_family
+from lagrange_cli.spec.spec import by_family
+from lagrange_cli.spec.wanted import Range
 
 LINES = ("rods", "springs")
 """Words that ``colours`` has for all of a kind."""

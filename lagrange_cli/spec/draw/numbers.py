@@ -5,7 +5,8 @@ from __future__ import annotations
 from lagrange_cli.spec.kinds import CONSTANT, Rule
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.settling import check_scalar
-from lagrange_cli.spec.spec import Expression, Range
+from lagrange_cli.spec.spec import Expression
+from lagrange_cli.spec.wanted import Range
 
 NUMBERS = "numbers of draw"
 """The key of their rule among those of the sections."""

@@ -16,7 +16,8 @@ from lagrange_cli.spec.draw.readers import Several, Strand, plain_name
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import WHOLE_FILE
-from lagrange_cli.spec.spec import Expression, Path, by_family
+from lagrange_cli.spec.spec import Expression, by_family
+from lagrange_cli.spec.wanted import Path
 
 SECTION = "draw"
 

@@ -29,6 +29,7 @@ from lagrange_cli.families.builder import recursion
 from lagrange_cli.families.groups import Group, group_of, particle_families
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
+from lagrange_cli.symbolic.families.labels import axes_of, places_of, ranges
 from lagrange_cli.symbolic.indexed.conditions import (
     Condition,
     Joined,
@@ -49,7 +50,7 @@ from lagrange_cli.symbolic.indexed.members import (
     opened,
     renamed,
 )
-from lagrange_cli.symbolic.indexed.whole import Span, Whole, named, number, operation, whole_of
+from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, whole_of
 
 LETTERS = "ijklmnabcdefgh"
 MOST_PIECES = 30
@@ -151,46 +152,16 @@ class WrittenBuilder(Builder):
             raise Split(self._where_label(group, label, wholes))
         label = int(labels[0]) if len(labels) else 0
         own = {name: np.broadcast_to(one, group.count)[which] for name, one in group.indices.items()}
-        names = {**self.names, **{name: wholes[axis] for name, axis in self.axes_of(group, label).items()}}
+        names = {**self.names, **{name: wholes[axis] for name, axis in axes_of(group, label).items()}}
         inside = Frame({**self.sizes, **own}, frame.count, names, frame.arrays)
         with recursion(group, self.within):
             return self.value(group.trees[label], inside)
-
-    def axes_of(self, group: Group, label: int) -> dict[str, int]:
-        """Along which axis each index of the members with a label runs."""
-        places = self.places_of(group, label)
-        found: dict[str, int] = {}
-        chosen = np.flatnonzero(group.labels == label)
-        for name, values in group.indices.items():
-            for axis, own in enumerate(places):
-                if axis not in found.values() and np.array_equal(own, values[chosen]):
-                    found[name] = axis
-                    break
-        return found
-
-    @staticmethod
-    def places_of(group: Group, label: int) -> tuple[Any, ...]:
-        """The indices of the members with a label, axis by axis."""
-        if not group.family.shape:
-            return ()
-        number_of = np.flatnonzero(group.place_of >= 0)
-        order = np.empty(group.count, dtype=np.int64)
-        order[group.place_of[number_of]] = number_of
-        return np.unravel_index(order[group.labels == label], group.family.shape)
-
-    def ranges(self, group: Group, label: int) -> list[Span]:
-        """The ranges (inclusive) whose product the members with a label are. Raises ``Unsuited``."""
-        places = self.places_of(group, label)
-        found = [(int(one.min()), int(one.max())) for one in places]
-        if np.prod([high - low + 1 for low, high in found], dtype=np.int64) != np.sum(group.labels == label):
-            raise Unsuited
-        return found
 
     def _where_label(self, group: Group, label: int, wholes: Sequence[Whole]) -> Condition:
         """Where members have a label."""
         parts: list[Condition] = []
         for (low, high), size, whole, axis in zip(
-            self.ranges(group, label), group.family.shape, wholes, range(len(wholes))
+            ranges(group, label), group.family.shape, wholes, range(len(wholes))
         ):
             if low == high:
                 parts.append(relation(whole, "==", self.bound(group.family, axis, low)))
@@ -317,12 +288,12 @@ class WrittenBuilder(Builder):
                 values = {name: int(one[0]) for name, one in group.indices.items()}
                 yield Kind((), (), group.trees[label], Frame({**self.sizes, **values}, 1, self.names, {}))
                 continue
-            axes = {axis: name for name, axis in self.axes_of(group, label).items()}
+            axes = {axis: name for name, axis in axes_of(group, label).items()}
             loops: list[Loop] = []
             indices: list[Whole] = []
             axes_names: list[str] = []
             names = dict(self.names)
-            for axis, (low, high) in enumerate(self.ranges(group, label)):
+            for axis, (low, high) in enumerate(ranges(group, label)):
                 wanted = axes.get(axis, LETTERS[axis])
                 index = self.fresh(wanted, Frame({}, 1, {one.index: named(one.index) for one in loops}, {}))
                 whole = named(index)
@@ -337,7 +308,7 @@ class WrittenBuilder(Builder):
                     names[axes[axis]] = whole
             chosen = group.labels == label
             values = {name: one[chosen] for name, one in group.indices.items()}
-            places = dict(zip(axes_names, self.places_of(group, label)))
+            places = dict(zip(axes_names, places_of(group, label)))
             arrays = {loop.index: places[loop.index] for loop in loops}
             frame = Frame({**self.sizes, **values}, int(chosen.sum()), names, arrays)
             yield Kind(tuple(loops), tuple(indices), group.trees[label], frame)

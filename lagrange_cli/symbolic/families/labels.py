@@ -1,0 +1,43 @@
+"""Where the members of a group stand that have one label, and so are written alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.families.groups import Group
+from lagrange_cli.symbolic.indexed.whole import Span
+
+
+def axes_of(group: Group, label: int) -> dict[str, int]:
+    """Along which axis each index of the members with a label runs."""
+    places = places_of(group, label)
+    found: dict[str, int] = {}
+    chosen = np.flatnonzero(group.labels == label)
+    for name, values in group.indices.items():
+        for axis, own in enumerate(places):
+            if axis not in found.values() and np.array_equal(own, values[chosen]):
+                found[name] = axis
+                break
+    return found
+
+
+def places_of(group: Group, label: int) -> tuple[Any, ...]:
+    """The indices of the members with a label, axis by axis."""
+    if not group.family.shape:
+        return ()
+    number_of = np.flatnonzero(group.place_of >= 0)
+    order = np.empty(group.count, dtype=np.int64)
+    order[group.place_of[number_of]] = number_of
+    return np.unravel_index(order[group.labels == label], group.family.shape)
+
+
+def ranges(group: Group, label: int) -> list[Span]:
+    """The ranges (inclusive) whose product the members with a label are. Raises ``Unsuited``."""
+    places = places_of(group, label)
+    found = [(int(one.min()), int(one.max())) for one in places]
+    if np.prod([high - low + 1 for low, high in found], dtype=np.int64) != np.sum(group.labels == label):
+        raise Unsuited
+    return found
