@@ -67,7 +67,7 @@ SAMPLE, AFTER = Clock.LEAVING, -1.0
 a simple action."""
 BESIDE = 3
 """Rows that a guard has where something jumps."""
-ARRAYS = 7
+ARRAYS = 8
 """Numbers of each row that the parts of a step take (``stepping.quadratures``)."""
 
 

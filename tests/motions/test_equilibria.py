@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -70,3 +72,51 @@ def test_what_has_decayed_below_the_smallest_numbers_does_not_end_the_motion(tmp
         assert abs(file["q/x"][-1] - 2) < 1e-14
         assert abs(file["q/z"][-1] - math.cos(1000)) < 1e-12
         assert file.attrs["steps"] < 1500
+
+
+HANGING = """
+parameters: {k: 47.0, a: 0.1, g: 9.81}
+coordinates: {r: {initial: a + g/k}, theta: {initial: 0.0}}
+lagrangian: (r_dot**2 + r**2*theta_dot**2)/2 + g*r*cos(theta) - k/2*(r - a)**2
+"""
+FALLING = """
+parameters: {k: 50.0, a: 0.1, g: 9.81}
+coordinates: {x: {initial: 0.0}, z: {initial: 0.0}, X: {initial: a}, Z: {initial: 0.0}}
+lagrangian: >
+  (x_dot**2 + z_dot**2 + X_dot**2 + Z_dot**2)/2 - g*(z + Z)
+  - k/2*(sqrt((X - x)**2 + (Z - z)**2) - a)**2 - 1000*k*(x**2 + z**2)
+"""
+SPRINGS = """
+parameters: {k: 50.0, a: 0.1}
+coordinates: {x: {initial: 0.0}, y: {initial: a}}
+lagrangian: >
+  (x_dot**2 + y_dot**2)/2 - 1000*k*x**2
+  - k/2*(sqrt((x - y)**2 + 0.01*y**2) - sqrt(1.01)*a)**2
+solve: {stop: 1, samples: 2}
+"""
+OUTPUTS = ("q", "v", "p", "h", "ledger")
+
+
+@pytest.mark.parametrize("k", [47.0, 43.0, 3.3, 7.7])
+def test_ledgers_close_where_forces_are_rounding(k: float) -> None:
+    """A mass hangs at rest from a spring: its weight and the force of the spring cancel."""
+    motion = follow(HANGING, 10.0, 6, sets={"k": k, "theta": 1e-17}, outputs=OUTPUTS)
+    for quantity in ("h", "p/r", "p/theta"):
+        assert abs(motion[f"diagnostics/ledger/{quantity}"]).max() < 1e-13
+
+
+def test_ledgers_close_where_forces_begin_as_rounding() -> None:
+    """Of two bodies with a spring at its natural length, one is held: the force along the spring grows with
+    the fourth power of time."""
+    motion = follow(FALLING, 1.0, 6, outputs=OUTPUTS)
+    for quantity in ("h", "p/x", "p/z", "p/X", "p/Z"):
+        assert abs(motion[f"diagnostics/ledger/{quantity}"]).max() < 1e-13
+
+
+def test_double_double_steps_where_forces_are_rounding(tmp_path: Path) -> None:
+    """A spring at its natural length, up to rounding, beside one at which nothing moves."""
+    file = tmp_path / "springs.yaml"
+    file.write_text(SPRINGS, encoding="utf-8")
+    run = lagrange("solve", file, "--precision", "double-double", "--json", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    assert json.loads(run.stdout)["steps"] < 1000

@@ -18,6 +18,7 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, NAN, RATES, Part, Parts, choice
 from lagrange_cli.native.stepping.power_laws import FARTHER, follow_powers
+from lagrange_cli.native.stepping.rounding_errors import measure_rounding
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import Pair, difference, moved_on
 
@@ -45,8 +46,9 @@ STRETCHES = 16.0
 MOST = 2**18
 """Parts of one step. These may take minutes, so that each checks whether to go on (``halted``)."""
 PATIENT, EVEN = 48, 1 / 16
-"""Beside constraints, integrands may cancel to rounding errors, on which no part agrees. After so many parts
-of a step, all are of this length and need not be accepted: what may hide is proven, and not divided so."""
+"""Where a part of a step is not accepted, rounding errors of the integrands are measured, and again after so
+many parts (``rounding_errors``). Beside constraints, where they are larger, parts are of this length after so
+many, and need not be accepted: what may hide is proven, and not divided so."""
 
 
 class Division:
@@ -95,10 +97,14 @@ class Division:
         zero, one = f.constant(0.0), f.constant(1.0)
         reached, beyond, gap, usual, last, repeats = (f.variable(zero) for _ in range(6))
         stretch, push, count = f.variable(one), f.variable(one), f.variable(f.count(0))
+        refused, since = f.variable(f.never(1)), f.variable(f.count(PATIENT))
         parts.begin()
         parts.go((zero, zero))
         with f.forever() as rounds:
             tau = reached.get(), beyond.get()
+            with f.when(refused.get() & (since.get() >= PATIENT)):
+                measure_rounding(parts, tau)
+                since.set(f.count(0))
             near, left = gap.get() > 0.0, difference(step, tau)
             asked = self.asked(left[0], tau)
             usual.set(f.larger(asked, usual.get() * LAG))
@@ -137,6 +143,7 @@ class Division:
             push.set(f.select(short, f.select(steep, push.get() * 2.0, push.get()), less))
             stretch.set(f.select(unseen, stretch.get() * 2.0, one))
             parts.accept(good)
+            refused.set(~good)
             index.set(f.select(good, sampled, index.get()))
             for variable, after, old in zip((reached, beyond), part.end, tau):
                 variable.set(f.select(good, after, old))
@@ -148,6 +155,7 @@ class Division:
             with f.when(~good):
                 parts.go((reached.get(), beyond.get()))
             count.set(count.get() + 1)
+            since.set(since.get() + 1)
             missing = difference(step, (reached.get(), beyond.get()))[0] > 0.0
             rounds.repeat(missing & (count.get() < MOST) & ~self.halted())
         return difference(step, (reached.get(), beyond.get()))[0] <= 0.0

@@ -53,7 +53,7 @@ class PairDivision(Division):
         length, fresh = f.variable(left), f.variable(Bit(f, "true"))
 
         def again(other: Real) -> None:
-            unit.set(other)
+            self.parts.rescale(other)
             fresh.set(Bit(f, "false"))
             self.parts.expand(place)
 
@@ -174,14 +174,18 @@ class DoubleDoubleSteps(Steps):
         t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         time = pair(f, "add", t, low, length, f.constant(0.0))
         good = f.variable(f.call(Bit, "jet", f.pointer("%constants"), *time, unit, trial, there))
-        inverse = f.constant(1.0) / unit
+        inverse, farthest = f.constant(1.0) / unit, f.variable(f.constant(0.0))
+        with lengths.velocities(f) as row:
+            farthest.set(f.larger(farthest.get(), f.magnitude(row.at(trial, -lengths.degrees))))
+        # as `move` allows it: forces on what hardly moves are rounding of what is far away
+        rounding = farthest.get() * DOUBLE_DOUBLE.rounding / length / length
         with lengths.velocities(f) as row:
             rate = self.at_end(f, "slope", row)[0] * inverse
             found, begin = row.series(there)[1] * inverse, row.series()[1] * inverse
             v, q = (f.magnitude(row.at(trial, shift)) for shift in (0, -lengths.degrees))
             size = v / length + f.magnitude(found) + f.magnitude(begin)
             allowed = f.fused(size, f.constant(ROUGHLY), q * ROUGH / length / length)
-            allowed = allowed + f.constant(GONE) / length
+            allowed = allowed + rounding + f.constant(GONE) / length
             good.set(good.get() & (f.magnitude(rate - found) <= allowed))
         f.give(good.get())
         return f

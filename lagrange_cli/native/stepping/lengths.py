@@ -144,11 +144,15 @@ class Row:
 
     def among(self, first: int, count: int) -> Bit:
         """Which are among ``count`` rows from ``first`` on."""
+        return self.beyond(first) < count
+
+    def beyond(self, first: int) -> Integer:
+        """How many rows they are behind the ``first`` one."""
         f, together = self.f, self.lengths.together
         if together == 1:
-            return (self.i - first if first else self.i) < count
+            return self.i - first if first else self.i
         lanes = ", ".join(f"i64 {lane - first}" for lane in range(together))
-        return f.splat(self.i, together) + Integer(f, f"<{lanes}>", together) < count
+        return f.splat(self.i, together) + Integer(f, f"<{lanes}>", together)
 
     def moving(self, condition: Bit) -> Bit:
         """The velocities among those of ``Lengths.velocities`` where it holds."""

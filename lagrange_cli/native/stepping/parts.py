@@ -11,7 +11,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.acceptance import allowance
 from lagrange_cli.native.stepping.lengths import Row
-from lagrange_cli.native.stepping.quadratures import Quadratures
+from lagrange_cli.native.stepping.quadratures import ROUNDING, Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
 from lagrange_cli.records import dataclass, replace
@@ -29,7 +29,8 @@ class Places:
     and the series of a part.
 
     The arrays (``interface.ARRAYS``) are the state within the step and that at the end of a part, with low
-    parts; the rates expected there, how far off they may be, and their low parts.
+    parts; the rates expected there, how far off they may be, and their low parts; and rounding errors of the
+    integrands, where they are known.
     """
 
     begin: Pointer
@@ -96,6 +97,7 @@ class Parts:
         """All parts begin with the integrals that the step begins with."""
         with self.lengths.each(self.f) as row:
             self.put(row, (row.at(self.at.begin), row.at(self.at.begin, self.low)), self.at.arrays)
+            row.put(self.f.zero(self.lengths.lanes), self.array(ROUNDING))
 
     def go(self, place: Pair) -> None:
         """The motion at a place of the step, and the series there; the integrals stay as they are."""
@@ -112,10 +114,25 @@ class Parts:
 
     def rate(self, row: Row) -> Pair:
         """The integrand at the beginning of a part."""
-        series, inverse = row.series(self.at.there), self.f.constant(1.0) / self.units.part.get()
-        if not self.sums.beyond:
-            return series[1], self.f.zero(row.lengths.lanes)
-        return series[1] * inverse, series[1 + self.sums.beyond] * inverse
+        series, beyond = row.series(self.at.there), self.sums.beyond
+        low = series[1 + beyond] if beyond else self.f.zero(row.lengths.lanes)
+        return self.in_time(series[1]), self.in_time(low)
+
+    def rounding(self, row: Row) -> Real:
+        """The integrand's rounding error, as far as it is known."""
+        return self.in_time(row.at(self.array(ROUNDING)))
+
+    def in_time(self, rate: Real) -> Real:
+        """A rate, of a term of its series."""
+        return rate * (self.f.constant(1.0) / self.units.part.get()) if self.sums.beyond else rate
+
+    def rescale(self, unit: Real) -> None:
+        """Another unit of time for the series from now on."""
+        times = unit / self.units.part.get()
+        with self.own.velocities(self.f) as row:
+            array = self.array(ROUNDING)
+            row.put(row.at(array) * self.own.wide(self.f, times), array)
+        self.units.part.set(unit)
 
     def integral(self, row: Row, part: Part, h: Pair) -> Pair:
         """An integral within ``h`` of the beginning of a part. A rate that is not finite counts as 0: what
@@ -140,7 +157,7 @@ class Parts:
             speed, low = self.sums.slope(f, row, self.at.there, part.h, self.units.part.get())
             lesser = f.smaller(f.magnitude(new[0]), f.magnitude(old))
             most = allowed.of(f, own, f.magnitude(speed) + f.magnitude(self.rate(row)[0]), lesser)
-            most = most + own.wide(f, self.quadratures.nothing(f, h))
+            most = (most + own.wide(f, self.quadratures.nothing(f, h))) + self.rounding(row)
             most = f.select(part.short, f.magnitude(self.known(row)), most)
             self.put(row, new, self.array(ENDED))
             for number, value in ((RATES, speed), (ALLOWED, most), (LOW_RATES, low)):

@@ -20,6 +20,10 @@ ENOUGH = 4.0
 ROUNDS = 16
 """Computations of a step at most, until sizes are measured over about its length."""
 
+ROUNDING = 7
+"""The array in which the parts of a step have the rounding errors of integrands, as terms of their series
+(``parts.Places``)."""
+
 
 def followed(state: StateLayout, before: int) -> tuple[int, int]:
     """The first row of quadratures that have a say, and how many there are, behind so many that have none."""
@@ -40,12 +44,13 @@ class Quadratures:
         self.lengths, self.bounds, self.tolerance, self._beyond = lengths, bounds, tolerance, beyond
         self.own = replace(lengths, followed=(first, count), apart=True)
         self.sizes = StepSize(self.own, tolerance, rest, fades=not beyond, prefix="integral_")
+        self._within = replace(self.sizes, uncertain=(ROUNDING * lengths.width, 1.0 / bounds.rounding))
 
     def functions(self) -> list[Function]:
         """What its instructions call."""
-        shortened = [] if self._beyond else [self.sizes.shortened_step()]
+        shortened = [] if self._beyond else [self._within.shortened_step()]
         agreeing = accepted(self.own, self._beyond, "integrals_accepted")
-        return [*self.sizes.functions(), *shortened, self.length(), self.rough(), agreeing]
+        return [*self._within.functions(), *shortened, self.length(), self.rough(), agreeing]
 
     def nothing(self, f: Function, h: Real) -> Real:
         """The error of an integrand that is always allowed: where it is proven, its negligible values before

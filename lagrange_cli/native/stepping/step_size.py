@@ -57,6 +57,9 @@ class StepSize:
     rest: float = 0.0
     fades: bool = True
     prefix: str = ""
+    uncertain: tuple[int, float] | None = None
+    """Where behind the state there is how much of each rate is rounding, if it is known, and how often that
+    is to be counted: rates are no more precise than that."""
 
     @property
     def safety(self) -> float:
@@ -79,6 +82,9 @@ class StepSize:
         size = f.magnitude(c[3]) * h
         for m in (2, 1):
             size = f.larger(size, f.magnitude(c[m])) * h
+        if self.uncertain:
+            shift, times = self.uncertain
+            size = f.larger(size, row.at("%state", shift) * h * times)
         return f.larger(row.floored(f.magnitude(row.at("%state"))), size)
 
     def heard(self, row: Row) -> Bit:

@@ -1,0 +1,61 @@
+"""Rounding errors of integrands: how much these change where the state does by what counts as rounding.
+
+Where forces cancel, as those of a spring at rest, an integrand is nothing but rounding errors. No series
+agrees with these, however short.
+"""
+
+from __future__ import annotations
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.stepping.lengths import Row
+from lagrange_cli.native.stepping.parts import ALLOWED, KNOWN, RATES, Parts
+from lagrange_cli.native.stepping.quadratures import ROUNDING
+from lagrange_cli.native.stepping.sums import Pair
+
+WAYS = 4
+"""The state is changed in so many ways: in one of them an integrand may be the same by chance."""
+SPREAD, STRIDE, RANGE = 40503, 24862, 2**16
+"""The multiple of a row's number that tells, within this range, by how much the row is changed, and how much
+more it is from one way to the next: the golden ratio spreads these (D. E. Knuth, The Art of Computer
+Programming, vol. 3, sec. 6.4)."""
+LINEAR = 0.25
+"""A change that is not in proportion, up to this part of it, is that of a jump, or of a pole."""
+
+
+def measure_rounding(parts: Parts, place: Pair) -> None:
+    """Write down the rounding errors of the integrands at a ``place`` of the step, where the series are."""
+    f, own, size = parts.f, parts.own, 0.5 * parts.bounds.rounding
+
+    def note(array: int) -> None:
+        with own.velocities(f) as row:
+            row.put(row.series(parts.at.there)[1], parts.array(array))
+
+    note(RATES)
+    with f.loop(0, WAYS, tested=False) as way:
+        for array in (ALLOWED, KNOWN):
+            _change(parts, way, size)
+            parts.expand(place)
+            note(array)
+        with own.velocities(f) as row:
+            begin, half, whole = (row.at(parts.array(one)) for one in (RATES, ALLOWED, KNOWN))
+            change, before = f.magnitude(whole - begin), row.at(parts.array(ROUNDING))
+            steady = f.magnitude((whole - half) - (half - begin)) <= change * LINEAR
+            row.put(f.select(steady, f.larger(change, before), before), parts.array(ROUNDING))
+        parts.go(place)
+
+
+def _change(parts: Parts, way: Integer, size: float) -> None:
+    """Change coordinates and velocities by up to this part of them, in their last parts."""
+    f, last = parts.f, parts.low if parts.sums.beyond else 0
+    with parts.lengths.each(f) as row:
+        old = row.at(parts.at.arrays, last)
+        new = old + row.at(parts.at.arrays) * _share(f, row, way) * size
+        row.put(f.select(row.among(*parts.own.leading), old, new), parts.at.arrays, last)
+
+
+def _share(f: Function, row: Row, way: Integer) -> Real:
+    """Numbers from -1 to 1."""
+    number = row.beyond(0)
+    spread = (number * f.splat(way * STRIDE + SPREAD, number.lanes)) & (RANGE - 1)
+    return spread.to_real() * (2.0 / RANGE) - 1.0
