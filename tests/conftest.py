@@ -6,10 +6,11 @@ import random
 import shutil
 import signal
 import tempfile
+from pathlib import Path
 
 from hypothesis import HealthCheck, settings
 
-from tests.support import draws
+from tests.support import compiling, draws
 
 # How long an example takes depends on what else the machine does. What a failure is due to is printed.
 settings.register_profile(
@@ -36,6 +37,12 @@ def pytest_configure(config):
     config.cache_of_programs = tempfile.mkdtemp()
     os.environ["LAGRANGE_CACHE_DIR"] = os.path.join(config.cache_of_programs, "cache")
     os.environ.pop("LAGRANGE_NO_CACHE", None)
+
+
+def pytest_sessionstart(session):
+    if not thorough(session.config):
+        compiling.begin_quickly()
+        compiling.compile_once(Path(os.environ["LAGRANGE_CACHE_DIR"]).with_name("object code"))
 
 
 def pytest_unconfigure(config):

@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+import tempfile
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -28,6 +30,15 @@ def modules_imported_by(arguments: list[str], cwd: Path) -> set[str]:
     status, modules = json.loads(answer)
     assert status == 0, messages
     return set(modules)
+
+
+@cache
+def modules_of(*arguments: str) -> set[str]:
+    """The same of a command that several tests look at; of a solve, when its program is in the cache."""
+    with tempfile.TemporaryDirectory() as folder:
+        if arguments[0] == "solve":
+            modules_imported_by([*arguments], Path(folder))
+        return modules_imported_by([*arguments], Path(folder))
 
 
 @pytest.mark.exhaustive(keep=4)
@@ -70,10 +81,8 @@ def test_a_plain_solve_loads_only_the_stages_it_goes_through(tmp_path):
     assert not modules & {"_hashlib", "numpy.typing"}  # 6 ms
 
 
-def test_a_solve_whose_program_is_in_the_cache_does_not_derive_it_again(tmp_path):
-    command = ["solve", PENDULUM, "--force"]
-    modules_imported_by(command, tmp_path)
-    modules = modules_imported_by(command, tmp_path)
+def test_a_solve_whose_program_is_in_the_cache_does_not_derive_it_again():
+    modules = modules_of("solve", PENDULUM, "--force")
     assert not modules & {"llvmlite.binding", "lagrange_cli.expression.graph", "lagrange_cli.outputs.plan"}
     stages = ("mechanics", "series", "native.recurrences", "native.stepping")
     assert not [name for name in modules if name.startswith(tuple(f"lagrange_cli.{one}" for one in stages))]
@@ -85,25 +94,24 @@ RARE = {f"lagrange_cli.spec.{name}" for name in (
 """Modules for sections that few files have, and for mistakes."""
 
 
-def test_a_short_command_loads_few_modules(tmp_path):
+def test_a_short_command_loads_few_modules():
     """Bounds on what grows unseen; a module takes a fifth of a millisecond, and one if it has no bytecode."""
     for arguments, most in (
         (["--help"], 14),
         (["solve", PENDULUM, "--force"], 155),
         (["equations", PENDULUM], 158),
     ):
-        modules_imported_by(arguments, tmp_path)
-        own = {name for name in modules_imported_by(arguments, tmp_path) if name.startswith("lagrange_cli")}
+        own = {name for name in modules_of(*arguments) if name.startswith("lagrange_cli")}
         assert len(own) <= most and not own & RARE
         assert not own & {"lagrange_cli.expression.squares", "lagrange_cli.mechanics.conserved.tops"}
 
 
-def test_help_does_not_load_what_reads_files(tmp_path):
-    assert not modules_imported_by(["--help"], tmp_path) & {"pathlib", "urllib", "tempfile", "random"}
+def test_help_does_not_load_what_reads_files():
+    assert not modules_of("--help") & {"pathlib", "urllib", "tempfile", "random"}
 
 
-def test_printed_equations_do_not_load_the_compiler(tmp_path):
-    modules = modules_imported_by(["equations", PENDULUM], tmp_path)
+def test_printed_equations_do_not_load_the_compiler():
+    modules = modules_of("equations", PENDULUM)
     stages = ("series", "native", "mechanics.residual", "symbolic.hamilton", "symbolic.latex")
     assert not [name for name in modules if name.startswith(tuple(f"lagrange_cli.{one}" for one in stages))]
     assert not modules & {"_hashlib", "dataclasses"}  # 4 ms

@@ -172,10 +172,10 @@ def test_the_printed_equations_are_those_of_the_double_pendulum(tmp_path):
 
 def test_every_string_of_the_json_is_read_back_by_sympy(tmp_path):
     (tmp_path / "taken.yaml").write_text(
-        "parameters: {m: [1, 2], m_0: 3}\n"
-        "coordinates:\n  x[i in range(2), j in range(2)]: {}\n  x_0_1: {}\n"
+        "parameters: {m: [2], m_0: 3}\n"
+        "coordinates:\n  x[i in range(1), j in range(2)]: {}\n  x_0_1: {}\n"
         "lagrangian: sum(m[i]*x_dot[i, j]**2/2 - m_0*x[i, j]*x_0_1 "
-        "for i in range(2) for j in range(2)) + x_0_1_dot**2",
+        "for i in range(1) for j in range(2)) + x_0_1_dot**2",
         encoding="utf-8",
     )
     data = json.loads(
@@ -184,15 +184,15 @@ def test_every_string_of_the_json_is_read_back_by_sympy(tmp_path):
     assert data["symbols"]["x[0,1]"] == "x_0_1_"
     assert data["symbols"]["m[0]"] == "m_0_"
     free = sympy.sympify(data["L"]).free_symbols
-    assert {str(symbol) for symbol in free} >= {"x_0_1", "x_0_1_", "m_0", "m_0_", "x_dot_1_0"}
-    assert "p_x_1_1" in {str(one) for one in sympy.sympify(data["hamiltonian"]).free_symbols}
+    assert {str(symbol) for symbol in free} >= {"x_0_1", "x_0_1_", "m_0", "m_0_", "x_dot_0_0"}
+    assert "p_x_0_0" in {str(one) for one in sympy.sympify(data["hamiltonian"]).free_symbols}
     source = lagrange("equations", "taken.yaml", "--format", "python", cwd=tmp_path).stdout
     module: dict = {}
     exec(source, module)
-    known = {"m[0]": 1.0, "m[1]": 2.0, "m_0": 3.0}
-    accelerations = module["accelerations"](0, [0, 0, 0, 0, 1.0], [0] * 5, known)
-    assert accelerations == pytest.approx((-3, -3, -1.5, -1.5, 0))
-    assert module["COORDINATES"] == ("x[0,0]", "x[0,1]", "x[1,0]", "x[1,1]", "x_0_1")
+    known = {"m[0]": 2.0, "m_0": 3.0}
+    accelerations = module["accelerations"](0, [0, 0, 1.0], [0] * 3, known)
+    assert accelerations == pytest.approx((-1.5, -1.5, 0))
+    assert module["COORDINATES"] == ("x[0,0]", "x[0,1]", "x_0_1")
 
 
 def test_a_coordinate_without_kinetic_energy_is_shown_at_its_key(tmp_path):
@@ -217,7 +217,7 @@ def test_chains_are_printed_with_indices_however_long_they_are(tmp_path):
 @pytest.mark.parametrize(
     ("system", "options", "status", "said"),
     [
-        (N_PENDULUM, ["--form", "explicit"], 2, "solution of all 1000 equations together"),
+        (N_PENDULUM, ["--form", "explicit"], 2, "solution of all 100 equations together"),
         (N_PENDULUM, ["--form", "hamilton"], 3, "--form hamilton writes out every member"),
         (SYSTEMS / "chain.yaml", [], 3, "with constraints every member is written out"),
     ],
@@ -225,7 +225,8 @@ def test_chains_are_printed_with_indices_however_long_they_are(tmp_path):
 def test_why_members_are_written_out_and_what_can_be_done(
     system, options, status, said, tmp_path, monkeypatch
 ):
-    monkeypatch.setenv("LAGRANGE_LIMITS", "work=100000")
-    run = lagrange("equations", system, "--size", "N=1000", *options, cwd=tmp_path)
+    if status == 3:
+        monkeypatch.setenv("LAGRANGE_LIMITS", "work=20000")
+    run = lagrange("equations", system, "--size", "N=100", *options, cwd=tmp_path)
     assert run.returncode == status
     assert said in run.stderr and "such as --size N=4" in run.stderr

@@ -170,7 +170,7 @@ WRONG = [
     ("rods: ['(bead[i], cart) for i in range(M)']", "M", "'M' is neither an index nor a size", ""),
     ("rods: ['(bead[i], bead[i + 1]) for i in range(N)']", "bead[i + 1]", "no member 'bead[4]'", ""),
     ("rods: ['(cart, cart) for i in range(10**3) for j in range(10**3)']", "10**3", "between whole", ""),
-    ("rods: ['(cart, 0) for i in range(1000000)']", "i", "more than 500000 repetitions", ""),
+    ("rods: ['(cart, 0) for i in range(1000)']", "i", "more than 100 repetitions", ""),
     ("rods: ['(bead[k], 0) for k in range(N)']", "k", "the index 'k' has the name of a parameter", ""),
     ("springs: {a: cart}", "{", "must be a list", "springs: [[(0, 0), block]]"),
     ("points: [w]", "w", "expected a point, found a number", "'w' is a definition"),
@@ -203,7 +203,8 @@ WRONG = [
 
 
 @pytest.mark.parametrize("section, piece, message, hint", WRONG)
-def test_a_mistake_is_shown_at_its_place(section, piece, message, hint):
+def test_a_mistake_is_shown_at_its_place(section, piece, message, hint, monkeypatch):
+    monkeypatch.setenv("LAGRANGE_LIMITS", "members=100")
     with pytest.raises(SpecError) as caught:
         of(section)
     (found,) = caught.value.problems

@@ -201,6 +201,7 @@ def pendulum(count: int, parent: str = "i - 1") -> str:
     return PENDULUM.replace("COUNT", str(count)).replace("PARENT", parent)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("parent", ["i - 1", "i//2", "(i - 1)//5*5"])
 def test_a_thousand_rods_keep_their_energy(parent: str) -> None:
     _, found = followed(pendulum(1000, parent), "taylor")
@@ -293,6 +294,7 @@ def test_what_rests_beside_what_moves_does_not_shorten_steps(monkeypatch: pytest
     assert motion.outcome.steps < 100
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("parent", ["i - 1", "(i - 1)//2"])
 def test_chains_without_weight_keep_their_angular_momentum(
     parent: str, monkeypatch: pytest.MonkeyPatch

@@ -89,6 +89,7 @@ def test_particles_conserve_what_their_members_do(case: str, monkeypatch: pytest
         assert one == expected[name]
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("case", ["gravity", "another scale", "about an axis", "pulled"])
 def test_what_is_conserved_is_written(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = BODIES.format(**{"count": 3, "scale": 1, "forces": ""} | CASES[case])

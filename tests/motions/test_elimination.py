@@ -29,7 +29,7 @@ def difference(one: Motion, other: Motion) -> float:
     return found
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("stop", [4.0, -4.0])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_motions_multipliers_and_ledgers_are_the_same(name, stop):

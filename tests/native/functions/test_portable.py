@@ -3,6 +3,8 @@
 import math
 import struct
 import sys
+from collections.abc import Callable
+from functools import cache
 
 import llvmlite.binding as llvm
 import mpmath
@@ -40,7 +42,10 @@ def text(name: str) -> str:
     return portable(run)
 
 
-COMPILED = {name: compiled(text(name), 1) for name in ARITY}
+@cache
+def made(name: str) -> Callable[..., np.ndarray]:
+    """It, compiled."""
+    return compiled(text(name), 1)
 
 
 TINY = 2.0**-960
@@ -48,7 +53,7 @@ TINY = 2.0**-960
 
 
 def check(name: str, *arguments: float) -> None:
-    found = float(COMPILED[name](*([x] for x in arguments))[0, 0])
+    found = float(made(name)(*([x] for x in arguments))[0, 0])
     exact = EXACT[name](*map(MP.mpf, arguments))
     bound = BOUND.get(name, 0.501)
     if abs(exact) < TINY:
@@ -142,7 +147,7 @@ def test_special_values_are_those_of_the_c_library(name: str) -> None:
         given = [x[keep], y[keep]]
     with np.errstate(all="ignore"):
         known = getattr(np, numpys.get(name, name))(*given)
-    np.testing.assert_array_max_ulp(COMPILED[name](*given)[0], known, 2)
+    np.testing.assert_array_max_ulp(made(name)(*given)[0], known, 2)
 
 
 def emitted(program: str, triple: str, cpu: str, features: str, optimize: int = 2) -> bytes:
@@ -205,7 +210,7 @@ def test_the_simplest_processor_computes_the_same_bits(name: str, optimize: int)
         [random.uniform(-1, 1, 500), random.normal(0, 1e3, 500), 10 ** random.uniform(4, 300, 99)]
     )
     given = [x, random.permutation(x)][: ARITY[name]]
-    assert simple(*given).tobytes() == COMPILED[name](*given).tobytes()
+    assert simple(*given).tobytes() == made(name)(*given).tobytes()
 
 
 SYSTEM = b"""
