@@ -131,6 +131,31 @@ def test_several_closures_are_listed():
     assert "--set psi=0.117092891120216" in problem.hint
 
 
+def test_all_closures_of_loops_in_a_row_are_listed():
+    """Two loops close in two ways each, whatever the way of the other one. At 0, where a coordinate without a
+    value begins, the distance of two of the joints has no derivative."""
+    (problem,) = refused("""
+        parameters: {C: 0.6, S: 0.8}
+        coordinates: {xa: {initial: C}, ya: {initial: S}, xb: {}, yb: {}, xc: {}, yc: {}}
+        masses: {a: 1, b: 1, c: 1}
+        positions: {a: [xa, ya], b: [xb, yb], c: [xc, yc]}
+        constraints:
+          left: norm(a) - 1
+          middle: norm(b - (2, 0)) - 1
+          right: norm(c - (4, 0)) - 1
+          ab: norm(a - b) - 2
+          bc: norm(b - c) - 2
+        """)
+    assert "4 possible initial states" in problem.message
+    for way in (
+        "xb = 2.6, yb = 0.8, xc = 4.6, yc = 0.8",
+        "xb = 2.6, yb = 0.8, xc = 3.61538461538462, yc = -0.923076923076923",
+        "xb = 1.61538461538462, yb = -0.923076923076923, xc = 3.61538461538462, yc = -0.923076923076923",
+        "xb = 1.61538461538462, yb = -0.923076923076923, xc = 3.09411764705882, yc = 0.423529411764706",
+    ):
+        assert way in problem.message
+
+
 def test_a_coordinate_that_nothing_determines_needs_a_value():
     (problem,) = refused(PENDULUM.replace("{initial: 0.5}", "{}").replace("{initial: -1.2}", "{}"))
     assert problem.line == 4
