@@ -5,6 +5,10 @@ import json
 import pytest
 
 from lagrange_cli.cli.main import main
+from lagrange_cli.run.check import classify
+from lagrange_cli.run.classification import as_text
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
 from tests.support.command import SYSTEMS, lagrange
 
 KEYS = [
@@ -226,6 +230,26 @@ def test_frobenius_tells_which_constraints_on_velocities_are_holonomic(tmp_path)
     assert answer["integrable"] == {"together": False, "roll": True, "edge": False}
     assert answer["integrals"] == {"roll": "-R*phi + x"}
     assert answer["degrees_of_freedom"] == 2
+
+
+def test_families_of_constraints_are_shown_as_one():
+    text = """
+        sizes: {N: 3}
+        coordinates:
+          x[i in range(N)]: {initial: i}
+          q[i in range(N), 0]: {initial: 1}
+          q[i in range(N), k in range(1, 4)]: {initial: 0}
+        bodies:
+          b[i in range(N)]:
+            mass: 1
+            solid: {sphere: 1}
+            position: ["x[i]", 0, 0]
+            orientation: {quaternion: ["q[i, 0]", "q[i, 1]", "q[i, 2]", "q[i, 3]"]}
+        constraints: {end: "x[0]", link[i in range(N - 1)]: "x[i + 1] - x[i] - 1"}
+        """
+    spec = read_spec(text, "a.yaml")
+    lines = as_text(classify(spec, values=resolve_values(spec)), verbose=False).splitlines()
+    assert "  constraints: end, link[0..1], b.norm[0..2]" in lines
 
 
 REDUNDANT = """

@@ -303,6 +303,23 @@ def test_a_quaternion_is_normalized_and_keeps_its_angular_velocity(numbers, leng
     assert [*found.normalized.values()] == [pytest.approx(length)]
 
 
+def test_what_changes_by_rounding_is_not_told():
+    """Moving y restores the other constraint, too; x and the velocities change in the last digit at most."""
+    exact = context()
+    text = PENDULUM.replace("x: {initial: 0.5}", "x: {initial: 0.5, velocity: 0.1}")
+    text = text.replace("rod:", "height: z - 3\n  rod:").replace("[x, y]", "[x, y, z]")
+    text = text.replace("  y: {", "  z: {initial: 1}\n  y: {")
+    found = start(text, forced=True, exact=exact, y_dot=0.1 * 0.5 / 1.2)
+    assert [one.name for one in found.changed] == ["z"]
+    assert found.v[2] != 0.1 * 0.5 / 1.2  # to 31 digits
+
+
+def test_the_length_of_a_quaternion_that_is_no_coordinate_is_refused_in_its_own_words():
+    text = TOP.replace("[w, x, y, z]", "[cos(w/2), 0, sin(w/2), 0]")
+    (problem,) = refused(text)
+    assert "the length of the quaternion of body 'top' does not depend on any coordinate" in problem.message
+
+
 def test_a_quaternion_that_is_0_is_refused_at_its_place():
     (problem,) = refused(TOP, w=0.0)
     assert (problem.line, "it has no direction" in problem.message) == (3, True)

@@ -80,6 +80,18 @@ def test_all_constraints_that_are_not_satisfied_are_listed():
     assert [one.message[:14] for one in caught.value.problems] == ["constraint 'c'", "constraint 'd'"]
 
 
+def test_a_method_that_cannot_keep_quaternions_says_so():
+    """Nobody wrote a constraint."""
+    text = """
+        coordinates: {w: {initial: 1}, x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
+        bodies:
+          b: {mass: 1, solid: {sphere: 1}, position: [0, 0, 0], orientation: {quaternion: [w, x, y, z]}}
+        solve: {stop: 1, method: ias15}
+        """
+    with pytest.raises(SpecError, match="quaternions, whose norms are constraints, needs method taylor"):
+        read_motion(text.encode(), "system.yaml", Request())
+
+
 @pytest.mark.parametrize(
     ("more", "underlined", "message"),
     [
