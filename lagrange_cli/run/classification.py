@@ -169,10 +169,13 @@ def integrable(found: Classification) -> list[str]:
             integral = found.integrals.get(name)
             what = f"{integral} is constant" if integral is not None else "a function of q and t is constant"
             lines.append(f"{name} is integrable (Frobenius), so it is holonomic: {what}")
-        elif is_so is not None:
-            lines.append(f"{name} is not integrable (Frobenius): it is nonholonomic")
+    others = [name for name, is_so in alone.items() if is_so is False]
+    for name in in_short(others, found.spec, ("nonholonomic",)):
+        each = "" if name in alone else "each of "
+        lines.append(f"{each}{name} is not integrable (Frobenius): it is nonholonomic")
     if len(alone) > 1 and found.integrability.together and not all(alone.values()):
-        lines.append(f"together {', '.join(alone)} are integrable (Frobenius): they are holonomic")
+        every = ", ".join(in_short([*alone], found.spec, ("nonholonomic",)))
+        lines.append(f"together {every} are integrable (Frobenius): they are holonomic")
     return lines
 
 

@@ -252,6 +252,25 @@ def test_families_of_constraints_are_shown_as_one():
     assert "  constraints: end, link[0..1], b.norm[0..2]" in lines
 
 
+def test_a_family_of_constraints_that_are_not_integrable_takes_one_line():
+    text = """
+        sizes: {N: 3}
+        coordinates: {x: {initial: 0}, y: {initial: 0}, a[i in range(N)]: {initial: 0.1*i}}
+        lagrangian: x_dot**2 + y_dot**2 + sum(a_dot[i]**2 for i in range(N))
+        nonholonomic:
+          edge[i in range(N)]: y_dot*cos(a[i]) - x_dot*sin(a[i]) + i*a_dot[i]
+          roll: x_dot - a_dot[0]
+        """
+    spec = read_spec(text, "a.yaml")
+    lines = as_text(classify(spec, values=resolve_values(spec)), verbose=False).splitlines()
+    told = [line.strip() for line in lines if "Frobenius" in line]
+    assert told == [
+        "roll is integrable (Frobenius), so it is holonomic: -a[0] + x is constant",
+        "each of edge[0..2] is not integrable (Frobenius): it is nonholonomic",
+        "together edge[0..2], roll are integrable (Frobenius): they are holonomic",
+    ]
+
+
 REDUNDANT = """
 coordinates: {x: {initial: 1}, y: {initial: 0}}
 masses: {a: 1}
