@@ -58,10 +58,15 @@ class Progress:
 
     @classmethod
     def from_data(
-        cls, data: Any, memory: Array | None, program: Interface, conserved: Iterable[str], times: Times
+        cls,
+        data: Any,
+        arrays: Mapping[str, Array],
+        program: Interface,
+        conserved: Iterable[str],
+        times: Times,
     ) -> Progress:
-        """What ``as_data`` gave, for a run of ``program`` through ``times``; raises ``ValueError`` where it
-        is nothing of the kind."""
+        """What ``as_data`` and the ``arrays`` of the snapshot gave, for a run of ``program`` through
+        ``times``; raises ``ValueError`` where it is nothing of the kind."""
         try:
             t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
             first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
@@ -72,10 +77,13 @@ class Progress:
             final = None if data["final"] is None else State(**data["final"])
             happened = tuple(Happened(*one) for one in data.get("events", ()))
             actions = tuple(map(float, data.get("actions", ())))
-            list(map(int, (*actions[:1], *actions[2:])))  # all but the time are whole numbers
+            list(map(int, (*actions[:1], *actions[2:])))  # all but a time are whole numbers, or finite times
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
-        if memory is None or memory.shape != (program.inner.memory,) or memory.dtype != np.float64:
+        memory, marks = arrays.get("memory"), tuple(arrays.get("marks", ()))
+        if memory is None or any(
+            one.shape != (program.inner.memory,) or one.dtype != np.float64 for one in (memory, *marks)
+        ):
             raise ValueError("not of this program")
         within = min(times.start, times.stop) <= t <= max(times.start, times.stop)
         within &= abs(float(memory[program.inner.time])) == abs(t)  # backward it is -t
@@ -85,9 +93,9 @@ class Progress:
             raise ValueError("of other quantities")
         if base and list(base) != list(first):
             raise ValueError("of other quantities")
-        if len(happened) != len(program.events) or bool(happened) != (len(actions) >= 2):
+        if len(happened) != len(program.events) or (happened and len(actions) < 2):
             raise ValueError("of other events")
-        snapshot = Snapshot(memory, t, steps, samples, limited, actions)
+        snapshot = Snapshot(memory, t, steps, samples, limited, actions, marks)
         return cls(snapshot, first, drift, size, final, base, happened, unknown)
 
 

@@ -31,7 +31,8 @@ class Snapshot:
     ``memory`` is its whole
     state, except ``actions``, the state of the actions of events. So
     far it has taken ``steps`` steps and handed over ``samples`` samples. Unless the steps were ``limited`` by
-    the stop time, a motion that stops later takes the same steps.
+    the stop time, a motion that stops later takes the same steps. ``marks`` are memories of earlier times,
+    from which a singular configuration is passed.
     """
 
     memory: Array
@@ -40,6 +41,12 @@ class Snapshot:
     samples: int
     limited: bool = False
     actions: tuple[float, ...] = ()
+    marks: tuple[Array, ...] = ()
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """``memory`` and ``marks``, by these names."""
+        return {"memory": self.memory, **({"marks": np.array(self.marks)} if self.marks else {})}
 
 
 @dataclass(frozen=True)

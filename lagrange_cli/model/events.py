@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from lagrange_cli.expression.algebra import E
 from lagrange_cli.expression.vocabulary import velocity_name
@@ -29,7 +29,8 @@ def changes_of(model: Model[E]) -> dict[str, dict[E, E]]:
     """What each event sets: the new values by the symbols that they replace.
 
     Where it sets something that is a function of other coordinates, the change of these is not solved for. It
-    is replaced by x -> 2 x + 1, which leaves no relevant function of x unchanged.
+    is replaced by x -> 2 x + 1, which leaves no relevant function of x unchanged. The same stands for what
+    forces of constraint change, where the values set may violate constraints (``_moved``).
     """
     symbols = dict(zip(model.coordinates, model.q)) | dict(model.parameters)
     symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
@@ -38,8 +39,42 @@ def changes_of(model: Model[E]) -> dict[str, dict[E, E]]:
         known = {symbols[name]: value for name, value in event.changes.items() if name in symbols}
         others = event.changes.keys() - symbols.keys()
         moved = (*model.q, *model.v) if others & model.replaced.keys() else model.v if others else ()
-        found[event.name] = known | {x: total([x, x, model.algebra.number("1")]) for x in moved}
+        unknown = [*moved, *_moved(model, known)]
+        found[event.name] = known | {x: total([x, x, model.algebra.number("1")]) for x in unknown}
     return found
+
+
+def _moved(model: Model[E], known: Mapping[E, E]) -> list[E]:
+    """The symbols of which it is not ``known`` what they become, since constraints act on what an event sets.
+
+    Where a holonomic constraint contains a coordinate or a parameter that is set, all coordinates and
+    velocities that hang together with it may move. Otherwise impulses along the velocities that are set
+    restore the constraints on velocities. They keep the momentum of every displacement that the constraints
+    allow and that leaves these velocities alone, and the energy where they are only reversed.
+    """
+    symbols, total, zero = model.algebra.symbols, model.algebra.total, model.algebra.number("0")
+    partner = dict(zip(model.v, model.q))
+    contents = [{partner.get(one, one) for one in symbols(each.expression)} for each in model.constraints]
+    off = [each.holonomic and not here.isdisjoint(known) for each, here in zip(model.constraints, contents)]
+    if any(off):
+        together = set().union(*(here for here, one in zip(contents, off) if one))
+        places = [{one for x in each.position for one in symbols(x)} for each in model.particles]
+        grown = _joined(together & {*model.q}, [one & {*model.q} for one in [*contents, *places]])
+        return [x for q, v in zip(model.q, model.v) if q in grown for x in (q, v)]
+    acting = set().union(*contents)
+    set_here = [v for v in known if partner.get(v) in acting]
+    only = len(set_here) == len(known) and all(zero == total([known[v], v]) for v in set_here)
+    return [] if only else set_here
+
+
+def _joined(some: set[E], groups: Sequence[Collection[E]]) -> set[E]:
+    """What hangs together with ``some``, where all of a group do."""
+    grown = some
+    while True:
+        more = grown.union(*(one for one in groups if not grown.isdisjoint(one)))
+        if more == grown:
+            return grown
+        grown = more
 
 
 def between_events(breaks: Sequence[str]) -> str:

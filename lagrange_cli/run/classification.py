@@ -130,7 +130,8 @@ def constraints_shown(found: Classification) -> list[str]:
         cyclic = ", ".join(in_short(changing, found.spec))
         those = "it, so that its momentum" if len(changing) == 1 else "them, so that their momenta"
         lines.append(f"L does not contain {cyclic}, but forces may act along {those} may change")
-    return [f"  constraints: {', '.join(names)}", *(f"    {line}" for line in lines)]
+    shown = in_short([*names], found.spec, ("constraints", "nonholonomic"))
+    return [f"  constraints: {', '.join(shown)}", *(f"    {line}" for line in lines)]
 
 
 def eliminated(found: Classification) -> list[str]:
@@ -168,10 +169,13 @@ def integrable(found: Classification) -> list[str]:
             integral = found.integrals.get(name)
             what = f"{integral} is constant" if integral is not None else "a function of q and t is constant"
             lines.append(f"{name} is integrable (Frobenius), so it is holonomic: {what}")
-        elif is_so is not None:
-            lines.append(f"{name} is not integrable (Frobenius): it is nonholonomic")
+    others = [name for name, is_so in alone.items() if is_so is False]
+    for name in in_short(others, found.spec, ("nonholonomic",)):
+        each = "" if name in alone else "each of "
+        lines.append(f"{each}{name} is not integrable (Frobenius): it is nonholonomic")
     if len(alone) > 1 and found.integrability.together and not all(alone.values()):
-        lines.append(f"together {', '.join(alone)} are integrable (Frobenius): they are holonomic")
+        every = ", ".join(in_short([*alone], found.spec, ("nonholonomic",)))
+        lines.append(f"together {every} are integrable (Frobenius): they are holonomic")
     return lines
 
 
@@ -190,19 +194,16 @@ def events_of(spec: Spec) -> list[str]:
     return lines
 
 
-def in_short(names: Sequence[str], spec: Spec) -> list[str]:
+def in_short(names: Sequence[str], spec: Spec, sections: Sequence[str] = ("coordinates",)) -> list[str]:
     """The names, with all members of a family as one: ``u[0..19,0..9]``."""
-    from lagrange_cli.expression.vocabulary import family_name, member_name
-
-    families = spec.families.get("coordinates", {})
+    families = {name: one for key in sections for name, one in spec.families.get(key, {}).items()}
     present = set(names)
     whole = {name: family for name, family in families.items() if present.issuperset(family.members)}
+    ends = {name: ",".join(f"0..{n - 1}" for n in family.shape) for name, family in whole.items()}
     shown: dict[str, None] = {}
     for name in names:
-        family = whole.get(family_name(name))
-        shown[name if family is None else member_name(family.name, (f"0..{n - 1}" for n in family.shape))] = (
-            None
-        )
+        base = name.partition("[")[0]
+        shown[f"{base}[{ends[base]}]" if base in ends else name] = None
     return list(shown)
 
 

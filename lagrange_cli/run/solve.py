@@ -172,9 +172,9 @@ def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared,
 
     rows = layout.chunk_rows(samples_before(earlier))
     checkpoint, program = earlier.checkpoint, prepared.machine.program
-    data, memory = checkpoint.head.get("progress"), checkpoint.arrays.get("memory")
+    data, arrays = checkpoint.head.get("progress"), checkpoint.arrays
     try:
-        progress = Progress.from_data(data, memory, program, prepared.recording.conserved, times)
+        progress = Progress.from_data(data, arrays, program, prepared.recording.conserved, times)
     except ValueError as error:
         raise damaged(earlier.shown) from error
     crossings: list[int] = []

@@ -75,8 +75,14 @@ def consistent_values(
             if exact:
                 found = in_many_digits(spec, values, t, given, found, forced=forced)
     except ArithmeticError as error:
-        message = f"the constraints cannot be satisfied at the initial state: {error}"
-        raise SpecError(spec.filename, [Problem(0, 0, message, hint="check the numbers in them")]) from error
+        reason, hint = f"{error}", "check the numbers in them"
+        if isinstance(error, OverflowError):
+            reason, hint = (
+                "a number is too large, or its square",
+                "the largest is about 1.8e308: use other units",
+            )
+        message = f"the constraints cannot be satisfied at the initial state: {reason}"
+        raise SpecError(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
     spec = replace(spec, left_out=found.redundant, faint=found.faint)
     return spec, with_state(values, found), begin_of(found)
 

@@ -38,7 +38,7 @@ def layout_of(ready: Ready, units: Mapping[str, str]) -> Layout:
 
 def checkpoint(start: Start, writer: Writer, reached: Progress, *, inside: bool = False) -> Checkpoint:
     """The checkpoint of a run that has ``reached`` so much, to stand ``inside`` the output or beside it."""
-    arrays = {"memory": reached.snapshot.memory, **writer.state()}
+    arrays = {**reached.snapshot.arrays, **writer.state()}
     content = {"reached": reached.snapshot.t, "progress": reached.as_data()}
     return start.checkpoint(content, arrays, inside=inside)
 
@@ -52,6 +52,6 @@ def complete(writer: Writer, start: Start, outcome: Outcome, settings: Settings)
         if outcome.ending.status == "interrupted":
             inside = last
         else:
-            memory = {"memory": last.arrays["memory"]}
-            further = replace(last, head={**last.head, "replace": False}, arrays=memory)
+            arrays = outcome.progress.snapshot.arrays
+            further = replace(last, head={**last.head, "replace": False}, arrays=arrays)
     writer.close(attributes(start.made_by, outcome, settings), inside, further)

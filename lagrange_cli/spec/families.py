@@ -139,7 +139,10 @@ class _Expander:
                     "give all members of a family the same number of indices",
                 )
                 return []
-            for part, order in self._piece(piece):
+            given = self._piece(piece)
+            if given is None:
+                return []
+            for part, order in given:
                 again = taken.again(part, order)
                 if again is not None:
                     place, other = again
@@ -150,23 +153,32 @@ class _Expander:
                     )
                     return []
                 found.append(part)
-            if not found:
-                return []
+        if not found:
+            self._empty(pieces[0])
         return found
 
-    def _piece(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]]:
-        """The members that one entry gives, and its ranges as they are written; none where it is wrong."""
+    def _empty(self, piece: One) -> None:
+        """Say that a family has no members, at the range of its first piece that is empty."""
+        axis = next(axis for axis in piece.key.axes if axis.index and not counted(axis, self.sizes))
+        message = f"empty range{self._shown(axis)}"
+        self._report(piece, axis, ExpressionError(axis.span, message, "a family has at least one member"))
+
+    def _piece(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]] | None:
+        """The members that one entry gives, and its ranges as they are written; None where it is wrong. There
+        are none where a range is empty, as that of all links but the first in a chain of one."""
         if isinstance(piece, Declared) and _is_list(piece):
             return self._list(piece)
         ranges = [self._range(piece, axis) for axis in piece.key.axes]
         known = tuple(one for one in ranges if one is not None)
         if len(known) < len(ranges) or not self._count(piece, prod(map(len, known))):
-            return []
+            return None
         self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
+        if not all(known):
+            return []
         part = Part(piece, tuple(axis.index for axis in piece.key.axes), tuple(map(ascending, known)))
         return [(part, known)]
 
-    def _list(self, piece: Declared) -> list[tuple[Part[Declared], tuple[range, ...]]]:
+    def _list(self, piece: Declared) -> list[tuple[Part[Declared], tuple[range, ...]]] | None:
         values = piece.fields["value"]
         if piece.key.axes:
             self.problems.add(
@@ -174,9 +186,9 @@ class _Expander:
                 f"lists as members of the family '{piece.key.label}'",
                 f"write '{piece.name}: [...]' for a list, or one expression for each member",
             )
-            return []
+            return None
         if not self._count(piece, len(values)):
-            return []
+            return None
         items = (replace(piece, fields={**piece.fields, "value": value}) for value in values)
         ranges = ((range(i, i + 1),) for i in range(len(values)))
         return [(Part(item, ("",), own), own) for item, own in zip(items, ranges)]
@@ -191,11 +203,7 @@ class _Expander:
             else:
                 value = integer(axis.bounds[0], self.sizes)
                 values = range(value, value + 1)
-            if not values:
-                raise ExpressionError(
-                    axis.span, f"empty range{self._shown(axis)}", "a family has at least one member"
-                )
-            smallest = min(values[0], values[-1])  # min would walk through a range of any length
+            smallest = min(values[0], values[-1]) if values else 0  # min would walk through the whole range
             if smallest < 0:
                 raise ExpressionError(
                     axis.span, f"negative index {smallest}{self._shown(axis)}", "indices count from 0"

@@ -5,6 +5,10 @@ import json
 import pytest
 
 from lagrange_cli.cli.main import main
+from lagrange_cli.run.check import classify
+from lagrange_cli.run.classification import as_text
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
 from tests.support.command import SYSTEMS, lagrange
 
 KEYS = [
@@ -226,6 +230,45 @@ def test_frobenius_tells_which_constraints_on_velocities_are_holonomic(tmp_path)
     assert answer["integrable"] == {"together": False, "roll": True, "edge": False}
     assert answer["integrals"] == {"roll": "-R*phi + x"}
     assert answer["degrees_of_freedom"] == 2
+
+
+def test_families_of_constraints_are_shown_as_one():
+    text = """
+        sizes: {N: 3}
+        coordinates:
+          x[i in range(N)]: {initial: i}
+          q[i in range(N), 0]: {initial: 1}
+          q[i in range(N), k in range(1, 4)]: {initial: 0}
+        bodies:
+          b[i in range(N)]:
+            mass: 1
+            solid: {sphere: 1}
+            position: ["x[i]", 0, 0]
+            orientation: {quaternion: ["q[i, 0]", "q[i, 1]", "q[i, 2]", "q[i, 3]"]}
+        constraints: {end: "x[0]", link[i in range(N - 1)]: "x[i + 1] - x[i] - 1"}
+        """
+    spec = read_spec(text, "a.yaml")
+    lines = as_text(classify(spec, values=resolve_values(spec)), verbose=False).splitlines()
+    assert "  constraints: end, link[0..1], b.norm[0..2]" in lines
+
+
+def test_a_family_of_constraints_that_are_not_integrable_takes_one_line():
+    text = """
+        sizes: {N: 3}
+        coordinates: {x: {initial: 0}, y: {initial: 0}, a[i in range(N)]: {initial: 0.1*i}}
+        lagrangian: x_dot**2 + y_dot**2 + sum(a_dot[i]**2 for i in range(N))
+        nonholonomic:
+          edge[i in range(N)]: y_dot*cos(a[i]) - x_dot*sin(a[i]) + i*a_dot[i]
+          roll: x_dot - a_dot[0]
+        """
+    spec = read_spec(text, "a.yaml")
+    lines = as_text(classify(spec, values=resolve_values(spec)), verbose=False).splitlines()
+    told = [line.strip() for line in lines if "Frobenius" in line]
+    assert told == [
+        "roll is integrable (Frobenius), so it is holonomic: -a[0] + x is constant",
+        "each of edge[0..2] is not integrable (Frobenius): it is nonholonomic",
+        "together edge[0..2], roll are integrable (Frobenius): they are holonomic",
+    ]
 
 
 REDUNDANT = """

@@ -158,6 +158,36 @@ def test_an_event_keeps_what_is_proven_to_be_the_same_after_it(event, broken):
     )
 
 
+@pytest.mark.parametrize(
+    ("change", "broken"),
+    [
+        ("x_dot: -x_dot", {}),
+        ("l: l/2", {"h"}),
+        ("x: x/2", {"h"}),
+        ("x_dot: u_dot, u_dot: x_dot", {"h"}),
+        ("k: 2", {}),
+        ("z_dot: z_dot + k", {"h", "p_z"}),
+        ("z: z + l", {}),
+    ],
+)
+def test_an_event_that_may_violate_constraints_keeps_what_their_impulses_do_not_change(change, broken):
+    """The swing of a pendulum that is shortened begins anew at another height, with another energy."""
+    residual = residual_of(f"""
+        parameters: {{l: 1, g: 9.81, k: 0}}
+        coordinates:
+          {{x: {{initial: 0.6}}, y: {{initial: -0.8}}, u: {{initial: 0}}, w: {{initial: -1}},
+            z: {{initial: 0}}}}
+        masses: {{a: 1, b: 1, c: 2}}
+        positions: {{a: [x, y], b: [u, w], c: z}}
+        potential: g*(y + w)
+        constraints: {{long: norm(a) - l, short: norm(b) - 1}}
+        events: {{e: {{when: t - 1, action: {{set: {{{change}}}}}}}}}
+        """)
+    found = {each.quantity: each for each in residual.conserved}
+    assert found.keys() == {"p_z", "h"}
+    assert {name for name, each in found.items() if each.breaks} == set(broken)
+
+
 def test_two_balls_that_collide_keep_energy_and_momentum_together():
     """Newton's law of impact with restitution 1."""
     residual = residual_of("""

@@ -131,6 +131,31 @@ def test_several_closures_are_listed():
     assert "--set psi=0.117092891120216" in problem.hint
 
 
+def test_all_closures_of_loops_in_a_row_are_listed():
+    """Two loops close in two ways each, whatever the way of the other one. At 0, where a coordinate without a
+    value begins, the distance of two of the joints has no derivative."""
+    (problem,) = refused("""
+        parameters: {C: 0.6, S: 0.8}
+        coordinates: {xa: {initial: C}, ya: {initial: S}, xb: {}, yb: {}, xc: {}, yc: {}}
+        masses: {a: 1, b: 1, c: 1}
+        positions: {a: [xa, ya], b: [xb, yb], c: [xc, yc]}
+        constraints:
+          left: norm(a) - 1
+          middle: norm(b - (2, 0)) - 1
+          right: norm(c - (4, 0)) - 1
+          ab: norm(a - b) - 2
+          bc: norm(b - c) - 2
+        """)
+    assert "4 possible initial states" in problem.message
+    for way in (
+        "xb = 2.6, yb = 0.8, xc = 4.6, yc = 0.8",
+        "xb = 2.6, yb = 0.8, xc = 3.61538461538462, yc = -0.923076923076923",
+        "xb = 1.61538461538462, yb = -0.923076923076923, xc = 3.61538461538462, yc = -0.923076923076923",
+        "xb = 1.61538461538462, yb = -0.923076923076923, xc = 3.09411764705882, yc = 0.423529411764706",
+    ):
+        assert way in problem.message
+
+
 def test_a_coordinate_that_nothing_determines_needs_a_value():
     (problem,) = refused(PENDULUM.replace("{initial: 0.5}", "{}").replace("{initial: -1.2}", "{}"))
     assert problem.line == 4
@@ -276,6 +301,23 @@ def test_a_quaternion_is_normalized_and_keeps_its_angular_velocity(numbers, leng
         written, rel=1e-13, abs=1e-14 * np.linalg.norm(rates) / length
     )
     assert [*found.normalized.values()] == [pytest.approx(length)]
+
+
+def test_what_changes_by_rounding_is_not_told():
+    """Moving y restores the other constraint, too; x and the velocities change in the last digit at most."""
+    exact = context()
+    text = PENDULUM.replace("x: {initial: 0.5}", "x: {initial: 0.5, velocity: 0.1}")
+    text = text.replace("rod:", "height: z - 3\n  rod:").replace("[x, y]", "[x, y, z]")
+    text = text.replace("  y: {", "  z: {initial: 1}\n  y: {")
+    found = start(text, forced=True, exact=exact, y_dot=0.1 * 0.5 / 1.2)
+    assert [one.name for one in found.changed] == ["z"]
+    assert found.v[2] != 0.1 * 0.5 / 1.2  # to 31 digits
+
+
+def test_the_length_of_a_quaternion_that_is_no_coordinate_is_refused_in_its_own_words():
+    text = TOP.replace("[w, x, y, z]", "[cos(w/2), 0, sin(w/2), 0]")
+    (problem,) = refused(text)
+    assert "the length of the quaternion of body 'top' does not depend on any coordinate" in problem.message
 
 
 def test_a_quaternion_that_is_0_is_refused_at_its_place():

@@ -80,6 +80,24 @@ def test_all_constraints_that_are_not_satisfied_are_listed():
     assert [one.message[:14] for one in caught.value.problems] == ["constraint 'c'", "constraint 'd'"]
 
 
+def test_numbers_whose_squares_are_too_large_are_refused_in_words():
+    text = SYSTEM.replace("l: 1}", "l: 1e160}").replace("x: {initial: 1}", "x: {initial: l}")
+    with pytest.raises(SpecError, match="a number is too large, or its square"):
+        read_motion((text + "constraints: {c: x**2 + y**2 - l**2}").encode(), "system.yaml", Request())
+
+
+def test_a_method_that_cannot_keep_quaternions_says_so():
+    """Nobody wrote a constraint."""
+    text = """
+        coordinates: {w: {initial: 1}, x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
+        bodies:
+          b: {mass: 1, solid: {sphere: 1}, position: [0, 0, 0], orientation: {quaternion: [w, x, y, z]}}
+        solve: {stop: 1, method: ias15}
+        """
+    with pytest.raises(SpecError, match="quaternions, whose norms are constraints, needs method taylor"):
+        read_motion(text.encode(), "system.yaml", Request())
+
+
 @pytest.mark.parametrize(
     ("more", "underlined", "message"),
     [

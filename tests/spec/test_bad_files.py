@@ -476,7 +476,7 @@ potential: x
         ("[1, 2, 2.5]", "[1, -2, 2]", "the value -2 is not positive in inertia"),
         ("[1, 2, 2.5]", "[[1, 0.1, 0], [0.2, 1, 0], [0, 0, 1]]", "not symmetric: I12 = 0.1, but I21 = 0.2"),
         ("[1, 2, 2.5]", "[[1, 0, 0], [0, 1, 2], [0, 2, 1]]", "not positive definite"),
-        ("[1, 2, 2.5]", "[[1, 0.1, 0], [0.1, 1, 0], [0, 0, 3]]", "no body has these principal moments"),
+        ("[1, 2, 2.5]", "[[1, 0.1, 0], [0.1, 1, 0], [0, 0, 3]]", "the principal moments 0.9, 1.1, 3 in"),
         ("[1, 2, 2.5]", "[1, 2]", "must be a list of 3 components, not 2"),
         ("[1, 2, 2.5]", "[1, 2, x]", "the coordinate 'x' cannot be used in inertia"),
         ("inertia: [1, 2, 2.5]", "solid: {ball: 2}", "unknown solid 'ball'"),

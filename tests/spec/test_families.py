@@ -14,6 +14,7 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
+from lagrange_cli.run import shipped
 from lagrange_cli.spec.families import MAX_MEMBERS
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Family, Spec, grouped
@@ -204,6 +205,14 @@ def test_members_may_be_given_in_pieces_and_use_one_another() -> None:
     assert spec.families["observables"]["height"].shape == (2, 5)
     assert list(found.observables)[:2] == ["height[0,0]", "height[0,1]"]
     assert spec.families["observables"]["height"].axes == ("index_2", "N")
+
+
+@pytest.mark.parametrize("name", ["chain", "fpu_chain"])
+def test_a_piece_has_no_members_where_its_range_is_empty(name: str) -> None:
+    """A chain of one link has no pairs of neighbours."""
+    one, two = (model(shipped.text(name), N=N) for N in "12")
+    assert len(one.coordinates) == len(two.coordinates) // 2 > 0
+    assert [each.name for each in one.constraints] == [each.name for each in two.constraints][:1]
 
 
 def test_yaml_brackets_of_an_index_just_work() -> None:

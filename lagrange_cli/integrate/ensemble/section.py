@@ -244,18 +244,19 @@ def whole(number: float) -> int:
 def kept_snapshot(snapshot: Snapshot) -> dict[str, Array]:
     """A method's snapshot as arrays."""
     numbers = (snapshot.t, snapshot.steps, snapshot.samples, snapshot.limited, *snapshot.actions)
-    return {"memory": snapshot.memory, "snapshot": np.array(numbers, dtype=np.float64)}
+    return {**snapshot.arrays, "snapshot": np.array(numbers, dtype=np.float64)}
 
 
 def restored_snapshot(kept: Kept, times: Times) -> Snapshot:
     """The same of arrays; raises ``Unfit``."""
     memory, numbers = array_of(kept, "memory"), array_of(kept, "snapshot")
+    marks = tuple(array_of(kept, "marks")) if "marks" in kept else ()
     if memory.ndim != 1 or numbers.ndim != 1 or len(numbers) < 4 or not np.isfinite(numbers[:4]).all():
         raise Unfit
     t, steps, samples, limited, *actions = numbers.tolist()
     if not min(times.start, times.stop) <= t <= max(times.start, times.stop) or samples > times.count:
         raise Unfit
-    return Snapshot(memory, t, whole(steps), whole(samples), bool(limited), tuple(actions))
+    return Snapshot(memory, t, whole(steps), whole(samples), bool(limited), tuple(actions), marks)
 
 
 def kept_changes(changes: Sequence[Change]) -> dict[str, Array]:

@@ -90,20 +90,24 @@ def _fitted(
     return np.asarray(np.linalg.solve(chebyshev.chebvander(points, degree), states.T))
 
 
-def passed(space: Workspace, origin: Array, end: float) -> Passage | None:
+def passed(
+    space: Workspace, origin: Array, end: float, *, limited: bool = False
+) -> tuple[Passage | None, bool]:
     """Move the motion beyond the singular configuration that it has stopped at, if what leads beyond is
-    believed and ends before ``end``. ``origin`` is the memory at an earlier time."""
+    believed and ends before ``end``; and whether this end has ``limited`` the choice, or did so before.
+    ``origin`` is the memory at an earlier time."""
     layout, memory, singular = space.layout, space.memory.copy(), space.t
     longest = singular - float(origin[layout.time])
     for way in passages(singular, longest, lambda times: space.again(origin, times)):
+        limited = limited or way.stop >= end
         if way.stop < end:
             space.memory[:] = memory
             _go(space, way)
             if _believed(space, way):
                 space.memory[layout.at(Clock.PROJECTIONS)] = memory[layout.at(Clock.PROJECTIONS)] + 1
-                return way
+                return way, limited
     space.memory[:] = memory
-    return None
+    return None, limited
 
 
 def _go(space: Workspace, way: Passage) -> None:

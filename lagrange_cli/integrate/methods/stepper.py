@@ -33,8 +33,9 @@ FIRST_STEPS = 0.5, 0.8
 """Parts of their first step that companions take."""
 FIRST = 256
 """Steps that are taken before the first."""
-KEPT = 4
-"""The beginnings of this many calls of compiled code are kept."""
+MARK, KEPT = 256, 2
+"""After so many steps the memory is kept, and so many of them: neither a clock nor samples decide from
+where a singular configuration is passed."""
 
 
 @dataclass(frozen=True)
@@ -104,20 +105,22 @@ class Stepper:
         self._first = None if beside is None else self._short_step(beside.number)
         self.steps, self._every = 0, every
         self._start, self._marked = times.start, 0
-        self._earlier: list[Array] = []
-        """The memory at the last calls of compiled code."""
+        self._earlier: tuple[Array, ...] = ()
+        """The last memories that are kept, since a singular configuration was passed."""
         self.singular: tuple[float, ...] = ()
         """The times at which the motion passed singular configurations."""
 
     def snapshot(self, samples: int) -> Snapshot:
         """The present place of the motion, after that many samples."""
         actions = self.singular if self._happenings is None else self._happenings.state()
-        return Snapshot(self.space.memory.copy(), self.space.t, self.steps, samples, self.limited, actions)
+        memory = self.space.memory.copy()
+        return Snapshot(memory, self.space.t, self.steps, samples, self.limited, actions, self._earlier)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from there; raises ``Unfit``."""
-        if snapshot.memory.shape != self.space.memory.shape:
+        if any(one.shape != self.space.memory.shape for one in (snapshot.memory, *snapshot.marks)):
             raise Unfit
+        self._earlier = snapshot.marks
         self.space.memory[:], self.steps, self.limited = snapshot.memory, snapshot.steps, snapshot.limited
         self._marked = self.steps
         if self._settling is not None:
@@ -168,9 +171,11 @@ class Stepper:
         while True:
             began = time.perf_counter()
             if self._passes:
-                self._earlier = [*self._earlier[1 - KEPT :], space.memory.copy()]
+                self._keep()
             if self._first is None:
                 pause = min(self._pause, steps_to_mark(self.steps))
+                if self._passes:
+                    pause = min(pause, MARK - self.steps % MARK)
                 if self._every:
                     pause = min(pause, self._every - self.steps % self._every)
                 stop = space.advance(self._stop, times, done, len(wanted) - done, last, pause)
@@ -237,18 +242,27 @@ class Stepper:
         program = self.space.machine.program
         return program.constraints > 0 and program.parts == 1 and self._settling is None
 
+    def _keep(self) -> None:
+        """Keep the memory, if that is due after so many steps."""
+        place = self.space.layout.time
+        due = self.steps % MARK == 0 and self._earlier[-1:] and self._earlier[-1][place] != self.space.t
+        if due or not self._earlier:
+            self._earlier = (*self._earlier[1 - KEPT :], self.space.memory.copy())
+
     def _passed(self, wanted: Array) -> Array | None:
         """Pass a singular configuration; the samples (rows, n) on the way."""
         from lagrange_cli.integrate.methods.passing import passed
 
         singular, place = self.space.t, self.space.layout.time
         origin = next((one for one in self._earlier if one[place] < singular), None)
-        way = None if origin is None else passed(self.space, origin, self._stop)
+        if origin is None:
+            return None
+        way, self.limited = passed(self.space, origin, self._stop, limited=self.limited)
         if way is None:
             return None
         self.steps += 1
         self.singular = (*self.singular, singular)
-        self._earlier = []
+        self._earlier = ()
         return way.at(wanted[wanted <= way.stop])
 
     def _goes_on(self, stop: Stop, began: int, sample: int) -> bool:

@@ -43,13 +43,25 @@ HALVINGS, MOST_SYMBOLS = 60, 4
 @dataclass(frozen=True)
 class Continuous:
     """An expression that must not jump where any of ``symbols`` changes, and what the file calls it: its
-    ``key`` there, its ``name`` within, and whether it is a slope of that."""
+    ``key`` there, its ``name`` within, and whether it is a slope of that. It matters only where the
+    ``constraint`` is 0, if there is one."""
 
     key: str
     node: Node
     symbols: Sequence[Node]
     name: str = ""
     slope: bool = False
+    constraint: Node | None = None
+
+    def is_avoided(self, graph: Graph, u: Node, moving: int) -> bool:
+        """Whether the constraint is not 0 where u is: abs(r) = l keeps away from r = 0. Parameters may decide
+        that; where they are symbols, numbers are to follow."""
+        if self.constraint is None:
+            return False
+        for at in solutions(graph, u, moving):
+            left = substituted(graph, sides(graph, self.constraint, u), at)
+            return all(not one.symbols & moving and not one.is_zero for one in left)
+        return False
 
     @property
     def moves(self) -> bool:
@@ -68,6 +80,8 @@ def refuse_jumps(model: Model[Node]) -> None:
     for one in continuous(model):
         for u, part in parts(graph, one.node).items():
             if not any(u.symbols & symbol.symbols for symbol in one.symbols):
+                continue
+            if one.is_avoided(graph, u, variables(model)):
                 continue
             if one.moves and not u.symbols & places and rushes(part, u, model.time):
                 raise one.refusal(rush=True)
@@ -103,9 +117,10 @@ def continuous(model: Model[Node]) -> Iterator[Continuous]:
         slopes = [graph.diff(f, x) for x in at_any_time if x.symbols & f.symbols]
         if not switching([f, *slopes]):
             continue
-        yield Continuous(key, f, at_any_time, constraint.name)
+        own = f if constraint.holonomic else None
+        yield Continuous(key, f, at_any_time, constraint.name, constraint=own)
         for slope in slopes if constraint.holonomic else ():
-            yield Continuous(key, slope, at_any_time, constraint.name, slope=True)
+            yield Continuous(key, slope, at_any_time, constraint.name, slope=True, constraint=own)
 
 
 def switching(nodes: Sequence[Node]) -> bool:
@@ -140,7 +155,7 @@ def refuse_jumps_in_numbers(model: Model[Node], whose: str = "this run") -> None
     for one in continuous(model):
         for u, part in parts(graph, one.node).items():
             own = [symbol for symbol in one.symbols if symbol.symbols & u.symbols]
-            if not own:
+            if not own or one.is_avoided(graph, u, variables(model)):
                 continue
             above, below = sides(graph, part, u)
             if is_certain(graph, above, below, u, variables(model)) or jumps_at_a_root(above, below, u, own):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,7 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
     found: list[list[float]] = []
     best, least = None, math.inf
     unknown = list(surface.unknown)
-    for begin in starts(x, unknown, sizes, len(surface.kept)):
+    for begin in starts(x, unknown, sizes, len(surface.kept), found):
         state, off = solve(surface, begin)
         if state is None:
             continue
@@ -64,16 +65,24 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
 
 
 def starts(
-    x: Sequence[float], unknown: Sequence[int], sizes: Sequence[float], rows: int
+    x: Sequence[float], unknown: Sequence[int], sizes: Sequence[float], rows: int, found: list[list[float]]
 ) -> Iterator[list[float]]:
-    """Places to start from: some are small, some large, all are spread over both signs."""
+    """Places to start from: some are small, some large, all are spread over both signs.
+
+    Every other one keeps some of the values of a closure that has been ``found``: of several loops, each may
+    close in more than one way, whatever the others do.
+    """
     known = [abs(one) for k, one in enumerate(x) if k not in set(unknown) and one]
     lengths = list(dict.fromkeys([*known, *(abs(one) for one in sizes if one), 1.0, math.pi]))[:12]
     count = max(4, min(STARTS, MOST_ENTRIES // max(1, rows * len(unknown))))
+    numbers = Random(0)  # from which every run draws the same
     for i in range(count):
+        kept = found[i // 2 % len(found)] if found and i % 2 else None
+        size = lengths[i // 2 % len(lengths)] if kept is None else max(abs(kept[k]) for k in unknown)
         begin = list(x)
-        for k, one in zip(unknown, scattered(i, len(unknown))):
-            begin[k] = 1.5 * lengths[i % len(lengths)] * one
+        for k in unknown:
+            place = 1.5 * size * numbers.uniform(-1.0, 1.0)
+            begin[k] = place if kept is None or numbers.random() < 0.5 else kept[k]
         yield begin
 
 

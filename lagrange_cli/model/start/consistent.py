@@ -12,6 +12,7 @@ from typing import Any
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.start.generic import faint, in_general, refuse_constants
 from lagrange_cli.model.start.linear import independent
+from lagrange_cli.model.start.nearest import ROUND
 from lagrange_cli.model.start.places import places
 from lagrange_cli.model.start.search import Generic, Given, Search
 from lagrange_cli.model.start.speeds import speeds
@@ -74,9 +75,11 @@ def consistent(
     known = in_general(search, q, scale)
     if len(here) < len(known.independent):
         singular = tuple(name for i, name in enumerate(search.names) if i not in here)
-    changed = [*changes(search.coordinates, search.written.q, q, search.given.open_q)]
+    changed = [*changes(search.coordinates, search.written.q, q, search.given.open_q, scale)]
     names = [*map(velocity_name, search.coordinates)]
-    changed += changes(names, search.written.v, v, search.given.open_v)
+    fastest = max((abs(float(u)) / size for u, size in zip(v, scale)), default=0.0)
+    usual = [size * fastest for size in scale]
+    changed += changes(names, search.written.v, v, search.given.open_v, usual)
     redundant = tuple(one for i, one in enumerate(search.names) if i not in known.independent)
     singular = tuple(one for one in singular if one not in redundant)
     undetermined = tuple(one for i, one in enumerate(search.names) if i in known.coupled)
@@ -85,11 +88,15 @@ def consistent(
 
 
 def changes(
-    names: Sequence[str], before: Sequence[Any], after: Sequence[Any], free: Collection[int]
+    names: Sequence[str],
+    before: Sequence[Any],
+    after: Sequence[Any],
+    free: Collection[int],
+    scale: Sequence[float],
 ) -> list[Change]:
-    """The values that have changed."""
+    """The values that have changed by more than doubles are rounded, as parts of their ``scale``."""
     return [
         Change(name, None if k in free else float(old), float(new), float(new - old))
-        for k, (name, old, new) in enumerate(zip(names, before, after))
-        if new != old or (k in free and new != 0)
+        for k, (name, old, new, size) in enumerate(zip(names, before, after, scale))
+        if abs(new if k in free else new - old) > 2 * ROUND * size
     ]

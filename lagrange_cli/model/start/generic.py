@@ -22,8 +22,9 @@ EXACTLY = 1e-12
 
 def refuse_constants(search: Search) -> None:
     """Refuse constraints whose gradient vanishes everywhere, and nonlinear constraints on velocities."""
-    q, v = search.given.q, search.given.v
-    scale = search.metric(q)[0]
+    v = search.given.v
+    scale = search.metric(search.given.q)[0]
+    q = search.first(scale)
     rows = search.rates(q, v).rows
     here = steepness(rows, scale)
     if search.spec.nonholonomic:

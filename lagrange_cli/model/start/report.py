@@ -7,6 +7,7 @@ from typing import Any
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.model.start.linear import steepness
+from lagrange_cli.spec.bodies.norms import norm_name
 from lagrange_cli.spec.problems import MOST
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
@@ -95,6 +96,11 @@ class Refusal:
 
     def constant(self, name: str) -> SpecError:
         """A constraint is a constant."""
+        bodies = [body for body in self.spec.bodies if norm_name(body) == name]
+        if bodies:
+            message = f"the length of the quaternion of body '{bodies[0]}' does not depend on any coordinate"
+            hint = "let its four components be coordinates, or give the orientation by angles or by a matrix"
+            return self.source.error(self.written(name).place, message, hint)
         kind, hint = "no coordinate", "write an expression in coordinates that stays 0"
         if name in self.spec.nonholonomic:
             kind, hint = "no velocity", "write an expression in velocities that stays 0"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from functools import cached_property
 from typing import Any
 
 from lagrange_cli.errors import SpecError
@@ -63,11 +62,10 @@ class Search:
         self.refusal = Refusal(spec)
         self._measured: tuple[tuple[Any, ...], list[float], Masses] = ((), [], Masses({}))
 
-    @cached_property
+    @property
     def count(self) -> int:
         """The number of holonomic constraints, which come first."""
-        found = self.rates(self.given.q, self.given.v)
-        return len(found.values) - len(self.spec.nonholonomic)
+        return len(self.names) - len(self.spec.nonholonomic)
 
     def rates(self, q: Sequence[Any], v: Sequence[Any], t: Any = None) -> Rates:
         """The constraints at a state; ArithmeticError becomes ``SpecError``."""
@@ -116,6 +114,11 @@ class Search:
                 except SpecError:
                     continue
         return self._typical
+
+    def first(self, scale: Sequence[float]) -> list[Any]:
+        """The given coordinates; those that are open have values at which nothing vanishes by chance."""
+        near = self.away(self.given.q, scale, 0)
+        return [near[k] if k in self.given.open_q else x for k, x in enumerate(self.given.q)]
 
     def away(self, q: Sequence[Any], scale: Sequence[float], number: int) -> list[float]:
         """A place nearby, the same in every run."""

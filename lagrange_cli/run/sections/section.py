@@ -239,4 +239,6 @@ def sentence(ensemble: Ensemble, outcome: EnsembleOutcome, crossings: int, fewer
         return f"{found}; {stopped} {before}" if fewer else found
     if many:
         return f"{found}; {how_they_ended(ensemble, outcome)}"
-    return f"{found}; {'interrupted' if outcome.failed is None else outcome.failed[1]}"
+    return (
+        f"{found}; {'interrupted' if outcome.failed is None else in_words(ensemble.spec, outcome.failed[1])}"
+    )

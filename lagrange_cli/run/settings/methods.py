@@ -19,7 +19,13 @@ LOOSEST_TOLERANCE = 0.1
 def abilities(spec: Spec) -> Iterator[tuple[str, Callable[[MethodRow], bool]]]:
     """Features of a system that not every method supports, and whether a method supports them."""
     if spec.all_constraints:
-        yield "a system with constraints", lambda row: row.constrains
+        from lagrange_cli.spec.bodies.norms import norms
+
+        norm = len(norms(spec.bodies)) == len(spec.all_constraints)
+        what = (
+            "a system with quaternions, whose norms are constraints," if norm else "a system with constraints"
+        )
+        yield what, lambda row: row.constrains
     if spec.events:
         yield "a system with events", lambda row: row.finds_events
 

@@ -57,8 +57,15 @@ def tensor_flaw(entries: Sequence[float]) -> Flaw | None:
     if scale == 0 or not is_positive(entries, 0.0):
         return 0, "not positive definite", "every axis has a positive moment of inertia"
     if not is_positive(second, ROUNDING * scale):
-        return 0, "no body has these principal moments", TRIANGLE
+        return 0, f"no body has the principal moments {', '.join(principal(entries))}", TRIANGLE
     return None
+
+
+def principal(entries: Sequence[float]) -> list[str]:
+    """The principal moments of a matrix that no body has, so that they can be compared."""
+    import numpy as np
+
+    return apart(*sorted(map(float, np.linalg.eigvalsh(np.reshape(entries, (3, 3))))))
 
 
 def is_positive(entries: Sequence[float], margin: float) -> bool:

@@ -139,6 +139,25 @@ def test_velocities_may_have_kinks(position, constraint) -> None:
     derive(model_of(PLACED.format(position=position, constraint=constraint)))
 
 
+@pytest.mark.parametrize("constraint", ["abs(x) - k", "abs(x) - 1 - k", "where(x < 0, x + k, x - k)"])
+def test_a_kink_that_the_constraint_keeps_away_from_does_no_harm(constraint) -> None:
+    """In polar coordinates norm(p) is abs(r), and norm(p) = l has no kink at r = 0."""
+    text = PLACED.format(position="y", constraint=f"constraints: {{f: '{constraint}'}}")
+    derive(model_of(text))
+    numbers = text.replace("{k: 2, a: 1}", "{}").replace("c: a", "c: 1")
+    refuse_jumps_in_numbers(model_of(numbers.replace(constraint, constraint.replace("k", "2"))))
+
+
+def test_whether_a_constraint_keeps_away_from_its_kink_is_decided_by_numbers(tmp_path) -> None:
+    text = PLACED.format(position="y", constraint="constraints: {f: 'abs(x) - 1 + a'}")
+    (tmp_path / "a.yaml").write_text(text)
+    for a, code in (("0.7", 0), ("1", 3)):
+        sets = [f"--set={one}" for one in (f"a={a}", "x=1-a", "x_dot=0", "y=0")]
+        done = lagrange("check", "a.yaml", *sets, cwd=tmp_path)
+        assert done.returncode == code
+        assert ("constraint 'f' has a kink" in done.stderr) == bool(code)
+
+
 def test_a_kink_by_the_numbers_of_a_run_is_refused_at_its_place(tmp_path) -> None:
     # Both sides meet, and have the same slope if k = 1.
     given = "y - where(x < 1, (x - 1)**2 + x - 1, k*(x - 1))"
