@@ -124,7 +124,12 @@ def places(model: Model[Node], noether: Noether, moving: Sequence[Particle[Node]
 
 def parts_of(potential: Node) -> list[Node]:
     """The terms of U that are no numbers."""
-    return [one for one, _ in terms_of_sum(potential, 1.0) if one.symbols]
+    return [one for one, _ in coefficients(potential)]
+
+
+def coefficients(potential: Node) -> list[tuple[Node, float]]:
+    """The same, with their numerical coefficients."""
+    return [(one, c) for one, c in terms_of_sum(potential, 1.0) if one.symbols]
 
 
 def squares_of(one: str, other: str) -> str:
@@ -174,8 +179,7 @@ def described(
     """The name of a conserved sum, its formula, the reason, and the sign with which all this is meant."""
     moving = {given[i].vectors: factor for i, factor in relation.items() if given[i].vectors}
     kinds = {"".join(kind for kind, _ in one) for one in moving}
-    still = [given[i].text for i in relation if not given[i].vectors]
-    whole = [text_of(one) for one in parts_of(potential)]
+    still = {given[i].text: factor for i, factor in relation.items() if not given[i].vectors}
     name, because, sign = f"I_{number}", "a hidden symmetry: it is constant by the equations of motion", 1.0
     for axis, after, last in zip("xyz", "yzx", "zxy"):
         pairs: dict[tuple[Vector, ...], float] = {
@@ -187,11 +191,14 @@ def described(
             sign = pairs[first] * (-1.0 if text_of(factor).startswith("-") else 1.0)
             because = "the equations of motion separate in parabolic coordinates"
             name = f"A_{axis}"
-            if sorted(still) == sorted(f"{axis}*{part}" for part in whole):
+            whole = {
+                f"{axis}*{text_of(one)}": c * factor * pairs[first] for one, c in coefficients(potential)
+            }
+            if still.keys() == whole.keys() and all(is_zero(still[one] - whole[one]) for one in whole):
                 because = "a component of the Laplace-Runge-Lenz vector, v x L + U r"
     if kinds == {"vv"} and len(moving) == 1:
         ((one, other),) = moving
-        if still == [squares_of(one[1], other[1])]:
+        if [*still] == [squares_of(one[1], other[1])]:
             name, because = f"F_{one[1]}{other[1]}", "a component of Fradkin's tensor, m v v + k r r"
     text = joined([term(sign * factor, given[i].text) for i, factor in reversed([*relation.items()])])
     return name, text, because, sign

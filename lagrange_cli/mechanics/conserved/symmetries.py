@@ -45,11 +45,28 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
         from lagrange_cli.mechanics.switching.saturation import released  # if anything was saturated
 
         model = released(model)
-    found = Found(model, known)
     work = graph_of(model).work
+    space = work.attempt(WORTH_OF_POLYNOMIALS, partial(in_space, model))
+    model, note = space or (model, "")
+    found = Found(model, known)
     for stage in (displaced, combinations, parts, hidden, tops, polynomials, without_gauge):
+        found.note = note if stage in (displaced, hidden, polynomials) else ""
         work.attempt(WORTH if stage is not polynomials else WORTH_OF_POLYNOMIALS, partial(stage, found))
     return tuple(found.symmetries)
+
+
+def in_space(model: Model[Node]) -> tuple[Model[Node], str] | None:
+    """A system of few coordinates as one particle in a plane or in space, if it moves like one, and where
+    that is."""
+    size = sum(len(one.position) for one in model.particles)
+    if model.constraints or len(model.q) not in (2, 3) or size == len(model.q):
+        return None
+    if any(one.body for one in model.particles):
+        return None
+    from lagrange_cli.mechanics.conserved.flat import as_text, flat_space
+
+    found = flat_space(model)
+    return None if found is None else (found, as_text(found))
 
 
 def tops(found: Found) -> None:
