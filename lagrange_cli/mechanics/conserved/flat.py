@@ -12,11 +12,11 @@ It is 1 in polar coordinates and 1/2 in Atwood's swinging machine with masses 3 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import chain, product
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.written import as_written
@@ -25,7 +25,6 @@ from lagrange_cli.mechanics.conserved.ansatz import Term, Variables
 from lagrange_cli.mechanics.conserved.columns import conserved_sums, independent
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.residue_states import States
-from lagrange_cli.mechanics.conserved.separable import pieces_of
 from lagrange_cli.mechanics.embedding import solution
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -87,19 +86,29 @@ def functions_of(model: Model[Node], matrix: Sequence[Sequence[Node]], k: int) -
         if turning.is_zero:
             return [graph.one, q]
         return [graph.one, *(graph.function(name, (turning * q,)) for name in ("cos", "sin"))]
-    found = [graph.one]
-    for piece in dict.fromkeys(
-        one for m in entries for one in pieces_of(m, model) if one.symbols & q.symbols
-    ):
-        found.append(graph.product([(piece, 0.5)]))
-        if piece.kind is Kind.PRODUCT and all(e % 2 == 0 for e in piece.data):
-            found[-1] = graph.product((a, e // 2) for a, e in zip(piece.arguments, piece.data))
-    for one in reachable(entries):
-        if one.kind is Kind.FUNCTION and one.symbols & variables(model) == q.symbols:
-            found += [graph.function(name, one.arguments) for name in PAIRS.get(one.data, (one.data,))]
-        elif one is q:
-            found += [q, q * q]
-    return [*dict.fromkeys(found)]
+    others = variables(model) & ~q.symbols
+    found = [one for m in entries for one in factors_in(m, q, others)]
+    return [*dict.fromkeys([graph.one, *found])]
+
+
+def factors_in(node: Node, q: Node, others: int) -> Iterator[Node]:
+    """Square roots of the factors of an expression that depend on q and on no ``others``, and the functions
+    and small powers of q that it consists of."""
+    graph = node.graph
+    factors = [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else [(node, 1)]
+    for one, exponent in factors:
+        if not one.symbols & q.symbols:
+            continue
+        if not one.symbols & others:
+            half = exponent // 2 if exponent % 2 == 0 else exponent / 2
+            yield graph.product([(one, half)])
+        if one is q:
+            yield from (q, q * q)
+        elif one.kind is Kind.FUNCTION:
+            yield from (graph.function(name, one.arguments) for name in PAIRS.get(one.data, ()))
+        elif one.kind is Kind.SUM:
+            for term in one.arguments:
+                yield from factors_in(term, q, others)
 
 
 def rate_of_turning(model: Model[Node], matrix: Sequence[Sequence[Node]], square: Node) -> Node | None:
