@@ -145,6 +145,7 @@ def of_members(spec: Spec, method: str) -> Mechanics:
     from lagrange_cli.mechanics.derive import depending_on_time
     from lagrange_cli.mechanics.omitted_work import engine, has_forces
     from lagrange_cli.mechanics.structure import structure
+    from lagrange_cli.mechanics.variables import variables
     from lagrange_cli.native.elimination import reduced
 
     residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
@@ -162,18 +163,20 @@ def of_members(spec: Spec, method: str) -> Mechanics:
         integrated.costs,
         structure(residual),
         residual.model,
-        tuple(map(eliminated, integrated.dependent)),
+        tuple(eliminated(one, variables(residual.model)) for one in integrated.dependent),
     )
 
 
-def eliminated(one: Dependent) -> Eliminated:
-    """What is said of a coordinate that follows from others."""
+def eliminated(one: Dependent, moving: int) -> Eliminated:
+    """What is said of a coordinate that follows from others; symbols that are ``moving`` come last."""
     from lagrange_cli.expression.text import text_of
     from lagrange_cli.expression.vocabulary import velocity_name
 
     if one.place is None:
-        return Eliminated(one.name, one.constraint, velocity_name(one.name), text_of(one.speed))
-    return Eliminated(one.name, one.constraint, one.name, text_of(one.place))
+        return Eliminated(
+            one.name, one.constraint, velocity_name(one.name), text_of(one.speed, moving=moving)
+        )
+    return Eliminated(one.name, one.constraint, one.name, text_of(one.place, moving=moving))
 
 
 def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
