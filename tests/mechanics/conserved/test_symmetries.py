@@ -384,7 +384,7 @@ def test_they_are_given_in_formulas_and_words():
         "changing a and b together, in the ratio k*d : c, leaves L unchanged",
     )
     (turning,) = told(BAR)
-    assert set(turning[0].replace("- ", "+ -").replace("*", "").split(" + ")) == {"-ywp_x", "xwp_y", "-h"}
+    assert set(turning[0].replace("- ", "+ -").replace("*", "").split(" + ")) == {"-wyp_x", "wxp_y", "-h"}
     assert turning[1].endswith("t by 1 leaves the action unchanged")
     assert told(CASES["two masses and a spring"][0])[0] == (
         "sum of m*vx",
@@ -403,6 +403,19 @@ def test_only_what_is_one_is_called_by_a_name():
 
 
 KICKED = CHAIN + "events: {kick: {when: a - 2, action: {set: {x_dot: x_dot + 1}}}}\n"
+
+
+FIELD = """
+coordinates: {x: {initial: 1, velocity: 0.4}, y: {initial: 0.2, velocity: 0.3}}
+parameters: {e: 1.6, B: 0.7, m: 1}
+lagrangian: m*(x_dot**2 + y_dot**2)/2 + e*B*(x*y_dot - y*x_dot)/2
+"""
+
+
+def test_momenta_stand_without_a_common_number():
+    residual = residual_of(FIELD)
+    found = [one.conserved.expression for one in symmetries(residual.model, residual.conserved)]
+    assert found[:2] == ["p_y + 0.5*e*B*x", "p_x - 0.5*e*B*y"]
 
 
 def test_events_may_change_them():
