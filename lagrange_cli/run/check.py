@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.integrate.methods.table import AUTO
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.outputs.catalog import OUTPUTS
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.choice import chosen_method
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.domains import check_domain
@@ -107,6 +107,8 @@ def classify(
         check_domain(spec, consistent, start)
     with stage("derive"), located(spec):
         mechanics = of_families(spec, method, outputs) or of_members(spec, method)
+        if values is not None and spec.bodies:
+            mechanics = with_this_motion(mechanics, consistent)
     if spec.draw is not None and values is not None:
         from lagrange_cli.drawing.draw import draw
 
@@ -165,6 +167,22 @@ def of_members(spec: Spec, method: str) -> Mechanics:
         residual.model,
         tuple(eliminated(one, variables(residual.model)) for one in integrated.dependent),
     )
+
+
+def with_this_motion(mechanics: Mechanics, values: Values) -> Mechanics:
+    """With what only some motions keep, if the one that begins at these values does."""
+    from lagrange_cli.expression.vocabulary import velocity_name
+    from lagrange_cli.mechanics.conserved.symmetries import on_motions
+
+    model = mechanics.model
+    if model is None:
+        return mechanics
+    known = {
+        **dict(zip(model.coordinates, values.q)),
+        **dict(zip(map(velocity_name, model.coordinates), values.v)),
+    }
+    kept = on_motions(model, {**values.parameters, **known})
+    return replace(mechanics, conserved=(*mechanics.conserved, *kept))
 
 
 def eliminated(one: Dependent, moving: int) -> Eliminated:
