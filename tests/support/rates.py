@@ -1,5 +1,7 @@
-"""Rates of change along motions at random states, in floating-point numbers: another route to what is conserved
-than the search for it takes."""
+"""Rates of change along motions at random states, in floating-point numbers.
+
+The search for what is conserved takes another route.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,13 @@ from lagrange_cli.model.model import Model
 STATES = 12
 
 
-def rates(model: Model[Node], nodes: Sequence[Node], seed: int = 0) -> Iterator[tuple[list[float], list[float]]]:
-    """df/dt of the nodes at random states that nonholonomic constraints allow, and the sizes of their terms."""
+def rates(
+    model: Model[Node], nodes: Sequence[Node], seed: int = 0, level: Node | None = None
+) -> Iterator[tuple[list[float], list[float]]]:
+    """df/dt of the nodes at random states that nonholonomic constraints allow, and the sizes of their terms.
+
+    Without constraints, a ``level`` that is proportional to velocities may be 0 at these states.
+    """
     graph, noether, n = graph_of(model), Noether(model), len(model.q)
     energetics, constraints = noether.energetics, noether.constraints
     matrix = [[graph.diff(p, v) for v in model.v] for p in energetics.momenta]
@@ -31,7 +38,8 @@ def rates(model: Model[Node], nodes: Sequence[Node], seed: int = 0) -> Iterator[
     drift = [noether.rate(one) for one in nodes]
     steep = [[graph.diff(one, v) for v in model.v] for one in nodes]
     parts = [[graph.diff(one, q) for q in model.q] for one in nodes]
-    groups = [*matrix, forces, *slopes, turning, [*constraints.drifts], drift, *steep, *parts]
+    steps = [] if level is None else [graph.diff(level, one) for one in model.v]
+    groups = [steps, *matrix, forces, *slopes, turning, [*constraints.drifts], drift, *steep, *parts]
     wanted = [one for group in groups for one in group]
     symbols = [str(one.data) for one in reachable(wanted) if one.kind is Kind.SYMBOL]
     source = random.Random(seed)
@@ -43,6 +51,11 @@ def rates(model: Model[Node], nodes: Sequence[Node], seed: int = 0) -> Iterator[
             a = numbers(slopes, value)
             b = np.array([float(value[one]) for one in constraints.drifts])
             v = v - np.linalg.lstsq(a, a @ v + b, rcond=None)[0]
+            given |= {str(one.data): float(x) for one, x in zip(model.v, v)}
+            value, _ = evaluate(wanted, given)
+        if steps:
+            along = numbers([steps], value)[0]
+            v = v - along * (along @ v) / (along @ along)
             given |= {str(one.data): float(x) for one, x in zip(model.v, v)}
             value, _ = evaluate(wanted, given)
         m = numbers(matrix, value)
