@@ -226,28 +226,31 @@ nonholonomic: {along: ball.vx - R*ball.wy, across: ball.vy + R*ball.wx}
 """
 ROLLING = """
 parameters: {m: 1.3, g: 9.81, R: 0.3, D: 2, I: 0.2, J: 0.3}
-coordinates: {COORDINATES, al: {initial: 0.7}, be: {initial: 0.7}, ga: {initial: 0.7, velocity: 2}}
+coordinates: {COORDINATES, al: {initial: pi/2}, be: {initial: TILT}, ga: {initial: 0.7, velocity: 2}}
 bodies:
   ball: {mass: m, inertia: [I, I, I], position: [CENTRE], orientation: {euler: [al, be, ga], sequence: zxz}}
 potential: m*g*ball.z
 nonholonomic: {along: ALONG, across: ACROSS}
 """
-ON_A_SPHERE = (
-    ROLLING.replace("COORDINATES", "th: {initial: 0.7, velocity: 0.1}, ph: {initial: 0.2}")
+ROLLING_ON_A_SPHERE = (
+    ROLLING.replace("COORDINATES", "th: {initial: 0.7}, ph: {}")
+    .replace("TILT", "0.7")
     .replace("CENTRE", "(D + R)*sin(th)*cos(ph), (D + R)*sin(th)*sin(ph), (D + R)*cos(th)")
     .replace("ALONG", "(D + R)*th_dot - R*(ball.wy*cos(ph) - ball.wx*sin(ph))")
     .replace(
         "ACROSS", "(D + R)*sin(th)*ph_dot + R*((ball.wx*cos(ph) + ball.wy*sin(ph))*cos(th) - ball.wz*sin(th))"
     )
 )
-IN_A_CYLINDER = (
-    ROLLING.replace("COORDINATES", "s: {initial: 0.7, velocity: 0.1}, z: {initial: 0.2}")
+ROLLING_IN_A_CYLINDER = (
+    ROLLING.replace("COORDINATES", "s: {}, z: {}")
+    .replace("TILT", "pi/2")
     .replace("CENTRE", "(D - R)*cos(s), (D - R)*sin(s), z")
     .replace("ALONG", "ball.vy*cos(s) - ball.vx*sin(s) + R*ball.wz")
     .replace("ACROSS", "ball.vz + R*(ball.wx*sin(s) - ball.wy*cos(s))")
 )
 ON_ITS_TIP = (
-    ROLLING.replace("COORDINATES", "x: {}, y: {}")
+    ROLLING.replace("COORDINATES", "x: {}, y: {initial: 0, velocity: -2*R*sin(0.7)}")
+    .replace("TILT", "0.7")
     .replace("I, I, I", "I, I, J")
     .replace("CENTRE", "x - 0.1*sin(al)*sin(be), y + 0.1*cos(al)*sin(be), R - 0.1*cos(be)")
     .replace("ALONG", "x_dot - R*ball.wy")
@@ -303,9 +306,9 @@ CASES = {
     "a dumbbell that is thrown": (TUMBLING, {"P_x", "P_y", "K_x", "K_y", "L_z", "S_x", "S_y"}),
     "a box that is thrown": (BOX, {"L_z", "S_x", "S_y", "S_z", "h_Z", "h_w"}),
     "a ball that rolls": (BALL, {"S_z", "C_1", "C_2"}),
-    "a ball on a sphere": (ON_A_SPHERE, {"S_n", "C_1"}),
-    "another one on a sphere": (ON_A_SPHERE.replace("I, I, I", "I, I, J"), {"C_1"}),
-    "a ball in a cylinder": (IN_A_CYLINDER, {"C_1"}),
+    "a ball on a sphere": (ROLLING_ON_A_SPHERE, {"S_n", "C_1"}),
+    "another one on a sphere": (ROLLING_ON_A_SPHERE.replace("I, I, I", "I, I, J"), {"C_1"}),
+    "a ball in a cylinder": (ROLLING_IN_A_CYLINDER, {"C_1"}),
     "Routh's ball": (ON_ITS_TIP, {"C_1"}),
     "Veselova's body": (BOUND.replace("AXIS", "wz"), {"L_x", "L_y"}),
     "Suslov's body": (BOUND.replace("AXIS", "w3 - 0.1*b.w1"), set()),
