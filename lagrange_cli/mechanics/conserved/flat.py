@@ -42,13 +42,14 @@ PAIRS = {"sin": ("cos", "sin"), "cos": ("cos", "sin"), "sinh": ("cosh", "sinh"),
 def flat_space(model: Model[Node]) -> Model[Node] | None:
     """The same system as one particle in a plane or in space; None where none is found."""
     noether, graph = Noether(model), graph_of(model)
-    matrix = [[graph.diff(p, v) for v in model.v] for p in noether.energetics.momenta]
-    lagrangian = noether.energetics.lagrangian
-    (still,) = substituted(graph, [lagrangian], dict.fromkeys(model.v, graph.zero))
-    kinetic = kinetic_energy(model, matrix)
+    momenta, lagrangian = noether.energetics.momenta, noether.energetics.lagrangian
+    matrix = [[graph.diff(p, v) for v in model.v] for p in momenta]
     moving = variables(model) & ~sum(q.symbols for q in model.q)
-    if any(m.symbols & moving for row in matrix for m in row) or not is_zero(lagrangian - kinetic - still):
+    if any(m.symbols & moving for row in matrix for m in row):
         return None
+    kinetic = kinetic_energy(model, matrix)
+    still, *linear = substituted(graph, [lagrangian, *momenta], dict.fromkeys(model.v, graph.zero))
+    potential = graph.sum([(still, -1.0), *((p * v, -1.0) for p, v in zip(linear, model.v))])
     functions = [functions_of(model, matrix, k) for k in range(len(model.q))]
     count = 1
     for some in functions:
@@ -58,7 +59,7 @@ def flat_space(model: Model[Node]) -> Model[Node] | None:
     found = uniform(model, kinetic, [graph.product((f, 1) for f in one) for one in product(*functions)])
     if len(found) != len(model.q):
         return None
-    return as_particle(model, noether, -still, matrix, sorted(found, key=partial(rank, model)))
+    return as_particle(model, noether, potential, matrix, sorted(found, key=partial(rank, model)))
 
 
 def rank(model: Model[Node], node: Node) -> tuple[int, tuple[bool, ...]]:

@@ -39,6 +39,7 @@ CASES = {
         {"L_x", "L_y", "F_xz", "F_yy", "F_yz", *FRADKIN},
     ),
     "a projectile": ("r phi", f"{POLAR} - m*g*r*sin(phi)", {"P_x", "A_y", "I_1"}),
+    "a magnetic field": ("r phi", f"{POLAR} + g*r**2*phi_dot/2", {"C_1"}),
     "two masses": ("r phi z", "m/2*(r_dot**2 + r**2*phi_dot**2) + k/2*z_dot**2 - r**2", FRADKIN),
     "Tufillaro 1986, Atwood's swinging machine": ("r th", ATWOOD.format(M="3*m"), {"A_y"}),
 }
@@ -104,6 +105,15 @@ def test_the_particle_has_the_same_energies(case):
     model = residual_of(text_of(*CASES[case][:2])).model
     space = flat_space(model)
     assert is_zero(Noether(space).energetics.lagrangian - model.lagrangian)
+
+
+@pytest.mark.parametrize("case", [*CASES, *CURVED])
+def test_looking_for_it_costs_little(case):
+    model = residual_of(text_of(*(CASES | CURVED)[case][:2])).model
+    work = model.algebra.graph.work
+    before = work.spent
+    flat_space(model)
+    assert work.spent - before < 60_000
 
 
 def test_tufillaros_integral():
