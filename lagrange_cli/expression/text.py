@@ -15,11 +15,12 @@ THIRDS = frozenset({3, 6, 7, 9, 11, 12})
 """Denominators of exponents that are no decimals."""
 
 
-def text_of(node: Node, names: Mapping[Node, str] | None = None) -> str:
-    """``node`` in the words of a system file; ``names`` are those of nodes that have one."""
+def text_of(node: Node, names: Mapping[Node, str] | None = None, moving: int = 0) -> str:
+    """``node`` in the words of a system file; ``names`` are those of nodes that have one. In products,
+    factors with symbols that are ``moving`` come last."""
     made: dict[Node, tuple[str, int]] = {}
     for one in reachable([node]):
-        made[one] = _text(one, made) if one not in (names or {}) else ((names or {})[one], POWER)
+        made[one] = _text(one, made, moving) if one not in (names or {}) else ((names or {})[one], POWER)
     return made[node][0]
 
 
@@ -32,7 +33,7 @@ def number_text(value: float) -> str:
     return f"{value:.12g}"
 
 
-def _text(node: Node, made: Mapping[Node, tuple[str, int]]) -> tuple[str, int]:
+def _text(node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> tuple[str, int]:
     arguments = [made[a] for a in node.arguments]
     if node.kind is Kind.NUMBER:
         return number_text(node.data), POWER if node.data >= 0 else SUM
@@ -45,7 +46,7 @@ def _text(node: Node, made: Mapping[Node, tuple[str, int]]) -> tuple[str, int]:
             terms.append(number_text(constant))
         return joined(terms), SUM if len(terms) > 1 or terms[0].startswith("-") else PRODUCT
     if node.kind is Kind.PRODUCT:
-        return _product(node, arguments)
+        return _product(node, made, moving)
     if node.kind is Kind.POWER:
         return f"{bracketed(arguments[0], POWER)}**{bracketed(arguments[1], POWER)}", PRODUCT
     name = node.data if node.kind is Kind.FUNCTION else "where" if node.kind is Kind.SWITCH else "ddt"
@@ -55,9 +56,10 @@ def _text(node: Node, made: Mapping[Node, tuple[str, int]]) -> tuple[str, int]:
     return f"{name}({', '.join(inside)})", POWER
 
 
-def _product(node: Node, arguments: list[tuple[str, int]]) -> tuple[str, int]:
-    above = [_power(a, e) for a, e in zip(arguments, node.data) if e > 0]
-    below = [_power(a, -e) for a, e in zip(arguments, node.data) if e < 0]
+def _product(node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> tuple[str, int]:
+    factors = sorted(zip(node.arguments, node.data), key=lambda one: bool(one[0].symbols & moving))
+    above = [_power(made[a], e) for a, e in factors if e > 0]
+    below = [_power(made[a], -e) for a, e in factors if e < 0]
     text = "*".join(above) or "1"
     if below:
         text += f"/{below[0]}" if len(below) == 1 else f"/({'*'.join(below)})"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.integrate.methods.table import AUTO
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.outputs.catalog import OUTPUTS
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.choice import chosen_method
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.domains import check_domain
@@ -107,6 +107,8 @@ def classify(
         check_domain(spec, consistent, start)
     with stage("derive"), located(spec):
         mechanics = of_families(spec, method, outputs) or of_members(spec, method)
+        if values is not None and spec.bodies:
+            mechanics = with_this_motion(mechanics, consistent)
     if spec.draw is not None and values is not None:
         from lagrange_cli.drawing.draw import draw
 
@@ -145,6 +147,7 @@ def of_members(spec: Spec, method: str) -> Mechanics:
     from lagrange_cli.mechanics.derive import depending_on_time
     from lagrange_cli.mechanics.omitted_work import engine, has_forces
     from lagrange_cli.mechanics.structure import structure
+    from lagrange_cli.mechanics.variables import variables
     from lagrange_cli.native.elimination import reduced
 
     residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
@@ -162,18 +165,36 @@ def of_members(spec: Spec, method: str) -> Mechanics:
         integrated.costs,
         structure(residual),
         residual.model,
-        tuple(map(eliminated, integrated.dependent)),
+        tuple(eliminated(one, variables(residual.model)) for one in integrated.dependent),
     )
 
 
-def eliminated(one: Dependent) -> Eliminated:
-    """What is said of a coordinate that follows from others."""
+def with_this_motion(mechanics: Mechanics, values: Values) -> Mechanics:
+    """With what only some motions keep, if the one that begins at these values does."""
+    from lagrange_cli.expression.vocabulary import velocity_name
+    from lagrange_cli.mechanics.conserved.symmetries import on_motions
+
+    model = mechanics.model
+    if model is None:
+        return mechanics
+    known = {
+        **dict(zip(model.coordinates, values.q)),
+        **dict(zip(map(velocity_name, model.coordinates), values.v)),
+    }
+    kept = on_motions(model, {**values.parameters, **known})
+    return replace(mechanics, conserved=(*mechanics.conserved, *kept))
+
+
+def eliminated(one: Dependent, moving: int) -> Eliminated:
+    """What is said of a coordinate that follows from others; symbols that are ``moving`` come last."""
     from lagrange_cli.expression.text import text_of
     from lagrange_cli.expression.vocabulary import velocity_name
 
     if one.place is None:
-        return Eliminated(one.name, one.constraint, velocity_name(one.name), text_of(one.speed))
-    return Eliminated(one.name, one.constraint, one.name, text_of(one.place))
+        return Eliminated(
+            one.name, one.constraint, velocity_name(one.name), text_of(one.speed, moving=moving)
+        )
+    return Eliminated(one.name, one.constraint, one.name, text_of(one.place, moving=moving))
 
 
 def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:

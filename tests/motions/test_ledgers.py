@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from unittest.mock import patch
+
 import mpmath
 import numpy as np
 import pytest
@@ -152,3 +154,23 @@ def test_quadratures_do_not_change_the_motion() -> None:
     ledger = follow("driven_damped_pendulum", 20.0, outputs=("q", "v", "ledger", "action"))
     assert plain.outcome.steps == ledger.outcome.steps
     assert abs(plain["q/theta"] - ledger["q/theta"]).max() <= 1e-13
+
+
+HELD = [
+    "nonholonomic: {b: y_dot - 0.1, c: -z_dot}",
+    "constraints: {b: y - 0.1*t - 0.3, c: z - 0.5}",
+]
+
+
+@pytest.mark.parametrize("held", HELD)
+def test_forces_on_coordinates_that_constraints_hold_cancel(held: str) -> None:
+    """Their momenta do not change: rounding is all there would be to integrate."""
+    text = """
+coordinates: {x: {initial: 0.1, velocity: 0.3}, y: {initial: 0.3}, z: {initial: 0.5}}
+lagrangian: x_dot**2/2 + y_dot**2 + 3*z_dot**2/2 + y**2*x_dot**2/5 + cos(x)
+generalized_forces: {z: 1.3*sin(t) - 0.8*z_dot*x**2}
+"""
+    with patch("lagrange_cli.native.elimination.reduced", lambda residual: None):
+        motion = follow(text + held, 1.0, 5, outputs=LEDGER)
+    for name in ("h", "p/x", "p/y", "p/z"):
+        assert largest(motion, f"diagnostics/ledger/{name}") < 1e-14

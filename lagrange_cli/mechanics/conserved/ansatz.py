@@ -79,7 +79,7 @@ def variables_in_space(model: Model[Node]) -> Variables | None:
         return None
     moving = variables(model)
     found = {
-        x: (u, f"{one.name}.{axis}", f"{one.name}.v{axis}")
+        x: (u, f"{one.name}.{axis}".lstrip("."), f"{one.name}.v{axis}".lstrip("."))
         for one in model.particles
         for x, u, axis in zip(one.position, one.velocity, COMPONENTS)
         if x.symbols & moving

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.modular import Equations
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.residues import LARGE, SMALL
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.mechanics.conserved.ansatz import Powers, Term, Variables
+from lagrange_cli.mechanics.conserved.recognition import Recognition
 from lagrange_cli.mechanics.conserved.residue_states import State, States
 from lagrange_cli.records import dataclass
 
@@ -94,6 +96,28 @@ class Columns:
             if idle == SPARE or len(equations) == count:
                 break
         return equations
+
+
+def conserved_sums(
+    states: States, given: Variables, ansatz: Sequence[Term]
+) -> Iterator[tuple[list[Term], list[Node]]]:
+    """The terms of sums that are constant, short ones first, with coefficients in terms of the parameters."""
+    for vector in sorted(Columns(states, given, ansatz).solutions(SMALL), key=len):
+        some = [ansatz[i] for i in vector]
+        columns = Columns(states, given, some)
+        recognition = Recognition(states.graph, columns.parameters, LARGE)
+        solutions = columns.solutions(LARGE, recognition.values) if recognition.possible else []
+        if len(solutions) == 1:
+            coefficients = recognition.coefficients([solutions[0].get(i, 0) for i in range(len(some))])
+            if coefficients is not None:
+                yield some, coefficients
+
+
+def independent(states: States, given: Variables, ansatz: Sequence[Term]) -> list[Term]:
+    """Terms that are neither sums of those before them nor constant at the states that constraints allow."""
+    constant = Term((0,) * len(given.speeds), (0,) * len(given.places))
+    gone = {*Columns(states, given, [constant, *ansatz]).vanishing(SMALL)}
+    return [term for i, term in enumerate(ansatz, 1) if i not in gone]
 
 
 def name_of(term: Term, given: Variables) -> str:

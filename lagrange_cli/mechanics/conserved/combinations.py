@@ -6,12 +6,14 @@ are guessed from their values at random states, and proven.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.conserved.reasons import current_text, is_constant, reason
+from lagrange_cli.mechanics.relations import rational
 
 MOST_LINEAR, MOST_COMBINED = 6, 40
 """The largest numbers of coordinates for which linear changes, and combinations, are tried."""
@@ -26,7 +28,7 @@ def combinations(found: Found) -> None:
     number = 0
     for relation in found.relations.relations(columns):
         parts = [(factor, changes[i]) for i, factor in relation.items()]
-        change = found.noether.together(scaled(found, parts))
+        change = in_lowest_terms(found, found.noether.together(scaled(found, parts)))
         node = found.noether.current(change)
         if not is_trivial(found, change, node) and found.noether.keeps(change):
             name, because = momentum_of(found, change), reason(found.noether, change)
@@ -76,6 +78,27 @@ def scaled(found: Found, parts: Sequence[tuple[Node, Change]]) -> list[tuple[Nod
     common = [(base, -exponent) for base, exponent in powers.items() if exponent]
     sign = -1.0 if found.graph.split_coefficient(parts[0][0])[0] < 0 else 1.0
     return [(sign * found.graph.product([(factor, 1), *common]), change) for factor, change in parts]
+
+
+def in_lowest_terms(found: Found, change: Change) -> Change:
+    """Divided by the common factor of the numbers in front of its rates, where these are simple fractions."""
+    rates = [*change.directions.values(), *([] if change.time is None else [change.time])]
+    numbers = [rational(abs(number)) for rate in rates for number in numbers_of(rate)]
+    simple = [one for one in numbers if one]
+    if not simple or len(simple) < len(numbers):
+        return change
+    whole = math.lcm(*(one.denominator for one in simple))
+    common = math.gcd(*(int(one * whole) for one in simple))
+    factor = found.graph.constant(whole / common)
+    return change if whole == common else found.noether.together([(factor, change)])
+
+
+def numbers_of(node: Node) -> Iterable[float]:
+    """The numbers in front of the terms of a sum."""
+    if node.kind is Kind.SUM:
+        constant, coefficients = node.data
+        return [one for one in (constant, *coefficients) if one]
+    return [float(node.data) if node.kind is Kind.NUMBER else 1.0]
 
 
 def is_trivial(found: Found, change: Change, node: Node) -> bool:

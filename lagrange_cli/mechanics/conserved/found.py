@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,8 @@ class Found:
         self.model, self.noether, self.graph = model, Noether(model), graph_of(model)
         self.embedding = Embedding(model)
         self.symmetries: list[Symmetry] = []
+        self.note = ""
+        """What is added to each reason."""
         self.names = {each.quantity for each in known}
         nodes = {f"p_{name}": p for name, p in zip(model.coordinates, self.noether.energetics.momenta)}
         nodes["h"] = self.noether.energy
@@ -53,6 +55,7 @@ class Found:
 
     def store(self, each: Conserved, node: Node) -> None:
         """Add what is proven to be conserved."""
+        each = replace(each, because=each.because + self.note)
         if any(event.changes for event in self.model.events):
             each = broken(self.graph, each, node, changes_of(self.model))
         self.lasting += [] if each.breaks else [node]

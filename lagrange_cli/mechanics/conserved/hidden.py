@@ -26,7 +26,7 @@ from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.reasons import term
 from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.embedding import Embedding
-from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.records import dataclass
 
@@ -57,7 +57,7 @@ def hidden(found: Found) -> None:
     for relation in found.relations.relations([[one.rate] for one in given]):
         parts = [(given[i], factor) for i, factor in relation.items()]
         rate = found.graph.sum([(factor * one.rate, 1.0) for one, factor in parts])
-        name, text, because, sign = described(given, relation, number + 1, found.model.potential)
+        name, text, because, sign = described(found.model, given, relation, number + 1)
         node = found.graph.sum([(factor * one.node, sign) for one, factor in parts])
         if not is_turning(given, relation) and not found.is_made(node) and is_zero(rate):
             number += name[0] == "I"
@@ -115,16 +115,29 @@ def places(model: Model[Node], noether: Noether, moving: Sequence[Particle[Node]
     r = relative(graph, [one.position for one in moving])
     simple = [(x, name) for x, name in zip(r, COMPONENTS)]
     squares = [(a * b, squares_of(m, n)) for i, (a, m) in enumerate(simple) for b, n in simple[i:]]
-    powers = [(one, text_of(one)) for one in parts_of(model.potential)[:MOST_TERMS]]
-    given = [*simple, *squares, *powers]
-    given += [(x * u, f"{n}*{text}") for u, text in powers for x, n in (*simple, *squares)]
+    powers = parts_of(model.potential)[:MOST_TERMS]
+    given = [*simple, *squares, *((u, times(model, "", u)) for u in powers)]
+    given += [(x * u, times(model, n, u)) for u in powers for x, n in (*simple, *squares)]
     for node, text in given:
         yield Candidate(node, noether.rate(node), text)
 
 
 def parts_of(potential: Node) -> list[Node]:
     """The terms of U that are no numbers."""
-    return [one for one, _ in terms_of_sum(potential, 1.0) if one.symbols]
+    return [one for one, _ in coefficients(potential)]
+
+
+def times(model: Model[Node], name: str, node: Node) -> str:
+    """Something that has a name, or 1, times a term of U."""
+    parts = graph_of(model).split_parameters(node, variables(model))
+    fixed, rest = (text_of(one) if one.kind is not Kind.SUM else f"({text_of(one)})" for one in parts)
+    texts = [text for text in (fixed, name, rest) if text not in ("", "1")]
+    return "*".join(texts).replace("*1/", "/")
+
+
+def coefficients(potential: Node) -> list[tuple[Node, float]]:
+    """The same, with their numerical coefficients."""
+    return [(one, c) for one, c in terms_of_sum(potential, 1.0) if one.symbols]
 
 
 def squares_of(one: str, other: str) -> str:
@@ -169,13 +182,12 @@ def is_turning(given: Sequence[Candidate], relation: Mapping[int, Node]) -> bool
 
 
 def described(
-    given: Sequence[Candidate], relation: Mapping[int, Node], number: int, potential: Node
+    model: Model[Node], given: Sequence[Candidate], relation: Mapping[int, Node], number: int
 ) -> tuple[str, str, str, float]:
     """The name of a conserved sum, its formula, the reason, and the sign with which all this is meant."""
     moving = {given[i].vectors: factor for i, factor in relation.items() if given[i].vectors}
     kinds = {"".join(kind for kind, _ in one) for one in moving}
-    still = [given[i].text for i in relation if not given[i].vectors]
-    whole = [text_of(one) for one in parts_of(potential)]
+    still = {given[i].text: factor for i, factor in relation.items() if not given[i].vectors}
     name, because, sign = f"I_{number}", "a hidden symmetry: it is constant by the equations of motion", 1.0
     for axis, after, last in zip("xyz", "yzx", "zxy"):
         pairs: dict[tuple[Vector, ...], float] = {
@@ -187,11 +199,13 @@ def described(
             sign = pairs[first] * (-1.0 if text_of(factor).startswith("-") else 1.0)
             because = "the equations of motion separate in parabolic coordinates"
             name = f"A_{axis}"
-            if sorted(still) == sorted(f"{axis}*{part}" for part in whole):
+            parts = coefficients(model.potential)
+            whole = {times(model, axis, one): c * factor * pairs[first] for one, c in parts}
+            if still.keys() == whole.keys() and all(is_zero(still[one] - whole[one]) for one in whole):
                 because = "a component of the Laplace-Runge-Lenz vector, v x L + U r"
     if kinds == {"vv"} and len(moving) == 1:
         ((one, other),) = moving
-        if still == [squares_of(one[1], other[1])]:
+        if [*still] == [squares_of(one[1], other[1])]:
             name, because = f"F_{one[1]}{other[1]}", "a component of Fradkin's tensor, m v v + k r r"
     text = joined([term(sign * factor, given[i].text) for i, factor in reversed([*relation.items()])])
     return name, text, because, sign

@@ -29,10 +29,9 @@ from lagrange_cli.mechanics.conserved.ansatz import (
     terms,
     variables_in_space,
 )
-from lagrange_cli.mechanics.conserved.columns import Columns, name_of
+from lagrange_cli.mechanics.conserved.columns import Columns, conserved_sums, independent, name_of
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.reasons import term as term_text
-from lagrange_cli.mechanics.conserved.recognition import Recognition
 from lagrange_cli.mechanics.conserved.residue_states import States
 from lagrange_cli.mechanics.conserved.separable import functions_of, separable
 from lagrange_cli.mechanics.substitution import substituted
@@ -125,7 +124,7 @@ class PolynomialIntegrals:
             if len(functions) <= MOST_TERMS:
                 given, _ = separable(model, self.noether, ())
                 singles = [Term((0,) * len(model.q), (), (one,)) for one in functions]
-                functions = [term.functions[0] for term in self._independent(given, singles)]
+                functions = [term.functions[0] for term in independent(self.states, given, singles)]
                 given, ansatz = separable(model, self.noether, functions)
                 if len(ansatz) <= MOST_TERMS:
                     yield given, ansatz
@@ -133,7 +132,7 @@ class PolynomialIntegrals:
     def _polynomials(self, given: Variables, material: Material) -> list[list[Term]]:
         if not given.flat:
             some = terms(given, material, *ON_A_SURFACE) if len(given.places) == 3 else []
-            return [self._independent(given, some)] if 0 < len(some) <= MOST_TERMS else []
+            return [independent(self.states, given, some)] if 0 < len(some) <= MOST_TERMS else []
         found = []
         for degree, most in DEGREES.items():
             most += degree == HIGHEST and len(given.places) == 2
@@ -163,32 +162,12 @@ class PolynomialIntegrals:
 
     def _solutions(self, given: Variables, ansatz: Sequence[Term]) -> Iterator[Integral]:
         """Conserved sums, short ones first."""
-        for vector in sorted(Columns(self.states, given, ansatz).solutions(SMALL), key=len):
-            found = self._recognized(given, [ansatz[i] for i in vector])
-            if found is not None:
-                yield found
-
-    def _independent(self, given: Variables, ansatz: Sequence[Term]) -> list[Term]:
-        """Terms that are neither sums of those before them nor constant at the states that constraints
-        allow."""
-        constant = Term((0,) * len(given.speeds), (0,) * len(given.places))
-        gone = {*Columns(self.states, given, [constant, *ansatz]).vanishing(SMALL)}
-        return [term for i, term in enumerate(ansatz, 1) if i not in gone]
-
-    def _recognized(self, given: Variables, ansatz: Sequence[Term]) -> Integral | None:
-        """The sum, with coefficients in terms of the parameters."""
-        columns = Columns(self.states, given, ansatz)
-        recognition = Recognition(self.graph, columns.parameters, LARGE)
-        solutions = columns.solutions(LARGE, recognition.values) if recognition.possible else []
-        if len(solutions) != 1:
-            return None
-        coefficients = recognition.coefficients([solutions[0].get(i, 0) for i in range(len(ansatz))])
-        if coefficients is None:
-            return None
-        parts = [*zip(ansatz, coefficients)][::-1]
-        texts = [term_text(factor, name_of(term, given)).replace("*1/", "/") for term, factor in parts]
-        node = self.graph.sum([(factor * columns.node(term), 1.0) for term, factor in parts])
-        return Integral(node, joined(texts), max(sum(term.speeds) for term in ansatz))
+        for some, coefficients in conserved_sums(self.states, given, ansatz):
+            parts = [*zip(some, coefficients)][::-1]
+            texts = [term_text(factor, name_of(term, given)).replace("*1/", "/") for term, factor in parts]
+            columns = Columns(self.states, given, some)
+            node = self.graph.sum([(factor * columns.node(term), 1.0) for term, factor in parts])
+            yield Integral(node, joined(texts), max(sum(term.speeds) for term in some))
 
     # ------------------------------------------------------------------ proofs
 

@@ -55,11 +55,12 @@ def unchanged(noether: Noether, change: Change) -> str:
 
 def current_text(model: Model[Node], change: Change) -> str:
     """A current in terms of momenta, coordinates and h."""
-    terms = [term(xi, f"p_{model.coordinates[k]}") for k, xi in sorted(change.directions.items())]
+    moving = variables(model)
+    terms = [term(xi, f"p_{model.coordinates[k]}", moving) for k, xi in sorted(change.directions.items())]
     if change.time is not None and not change.time.is_zero:
-        terms.append(term(-change.time, "h"))
+        terms.append(term(-change.time, "h", moving))
     if change.gain is not None and not change.gain.is_zero:
-        terms.append(text_of(-change.gain))
+        terms.append(text_of(-change.gain, moving=moving))
     text = joined(terms)
     return text if len(text) <= LONGEST else f"a sum of {len(terms)} terms with p_k"
 
@@ -83,7 +84,8 @@ def reason(noether: Noether, change: Change) -> str:
     if is_constant(model, change):
         return f"changing {names[0]} {ending}"
     changed += [] if change.time is None else [("t", change.time)]
-    text = ", ".join(f"{name} by {text_of(xi)}" for name, xi in changed)
+    moving = variables(model)
+    text = ", ".join(f"{name} by {text_of(xi, moving=moving)}" for name, xi in changed)
     return f"an infinitesimal change of {text if len(text) <= LONGEST else 'the coordinates'} {ending}"
 
 
@@ -96,12 +98,12 @@ def in_lowest_terms(graph: Graph, ratio: Sequence[Node]) -> list[Node]:
     return [graph.constant(number / common) for number in numbers]
 
 
-def term(factor: Node, name: str) -> str:
-    """``factor`` times something that has a name."""
+def term(factor: Node, name: str, moving: int = 0) -> str:
+    """``factor`` times something that has a name; in the factor, symbols that are ``moving`` come last."""
     if factor.kind is Kind.NUMBER and abs(factor.data) == 1:
         return f"-{name}" if factor.data < 0 else name
     single = factor.kind is Kind.SUM and len(factor.arguments) == 1 and factor.data[0] == 0
     if single and factor.data[1][0] == -1:
-        return f"-{term(factor.arguments[0], name)}"
-    text = text_of(factor)
+        return f"-{term(factor.arguments[0], name, moving)}"
+    text = text_of(factor, moving=moving)
     return f"{text}*{name}" if single or factor.kind is not Kind.SUM else f"({text})*{name}"

@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.noether import Change
+from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.embedding import Component, Embedding
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
@@ -34,12 +36,13 @@ def spins(model: Model[Node], embedding: Embedding) -> Iterator[Turn]:
         return
     units = [[graph.one if i == j else graph.zero for j in range(3)] for i in range(3)]
     for body, carriers in bodies.items():
-        prefix = "" if len(bodies) == 1 else f"{body}_"
+        prefix, turns = "" if len(bodies) == 1 else f"{body}_", dict[int, Mapping[int, Node]]()
         for i in (2, 0, 1):
             axis, number = COMPONENTS[i], i + 1
             around = {one: cross(units[i], one.position) for one in carriers}
             change = change_of(embedding, around)
             if change:
+                turns[i] = change
                 text = f"angular momentum of {body} about its centre, along {axis}"
                 how = f"turning {body} about its centre around {axis}"
                 yield f"S_{prefix}{axis}", Change(change), text, how
@@ -47,6 +50,35 @@ def spins(model: Model[Node], embedding: Embedding) -> Iterator[Turn]:
             if change:
                 text = f"angular momentum of {body} about its centre, along its axis {number}"
                 yield f"L_{prefix}{number}", Change(change), text, f"turning {body} about its axis {number}"
+        pivot = pivoting(model, turns)
+        if pivot:
+            text = f"angular momentum of {body} about its centre, along the axis on which it may pivot"
+            how = f"turning {body} on the axis on which it may pivot"
+            yield f"S_{prefix}n", Change(pivot), text, how
+
+
+def pivoting(model: Model[Node], turns: Mapping[int, Mapping[int, Node]]) -> Mapping[int, Node] | None:
+    """The turn of a body that two constraints on velocities leave to it where its centre rests: for a ball
+    that rolls, about the normal n of the surface. With turns about the axes of space they are c.omega = 0 and
+    d.omega = 0, so that n is c x d, divided by its length."""
+    graph, given = graph_of(model), zip(model.constraints, Constraints(model).slopes)
+    slopes = [row for one, row in given if not one.holonomic]
+    if len(turns) < len(COMPONENTS) or len(slopes) != 2:
+        return None
+    c, d = (
+        [graph.sum([(row[k] * xi, 1.0) for k, xi in turns[i].items() if k in row]) for i in range(3)]
+        for row in slopes
+    )
+    normal = cross(c, d)
+    square = graph.sum([(x * x, 1.0) for x in normal])
+    if is_zero(square):
+        return None
+    scale = graph.product([(square, -0.5)])
+    found: dict[int, list[tuple[Node, float]]] = {}
+    for i, turn in turns.items():
+        for k, xi in turn.items():
+            found.setdefault(k, []).append((normal[i] * xi * scale, 1.0))
+    return {k: graph.sum(parts) for k, parts in found.items()}
 
 
 def within(

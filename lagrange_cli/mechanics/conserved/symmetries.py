@@ -9,9 +9,10 @@ Polynomials of a higher degree in the velocities do not come from such a change 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
+from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.mechanics.conservation import Conserved, conservation
@@ -19,7 +20,7 @@ from lagrange_cli.mechanics.conserved.combinations import combinations
 from lagrange_cli.mechanics.conserved.displacements import displaced
 from lagrange_cli.mechanics.conserved.found import Found, Symmetry
 from lagrange_cli.mechanics.conserved.hidden import hidden
-from lagrange_cli.mechanics.conserved.noether import Change
+from lagrange_cli.mechanics.conserved.noether import Change, Noether
 from lagrange_cli.mechanics.conserved.separation import parts
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.gauge import acting
@@ -32,6 +33,8 @@ MOST_IN_POLYNOMIALS = 5
 """The largest number of coordinates for which polynomials are tried."""
 LONGEST_INTEGRAL = 600
 """Characters of its formula."""
+ROUNDED = 2.0**-44
+"""A value of a sum that is so much smaller than its terms is 0."""
 WORTH = 2_500_000
 """Steps of work that each stage of the search may take."""
 WORTH_OF_POLYNOMIALS = 800_000
@@ -45,11 +48,28 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
         from lagrange_cli.mechanics.switching.saturation import released  # if anything was saturated
 
         model = released(model)
-    found = Found(model, known)
     work = graph_of(model).work
+    space = work.attempt(WORTH_OF_POLYNOMIALS, partial(in_space, model))
+    model, note = space or (model, "")
+    found = Found(model, known)
     for stage in (displaced, combinations, parts, hidden, tops, polynomials, without_gauge):
+        found.note = note if stage in (displaced, hidden, polynomials) else ""
         work.attempt(WORTH if stage is not polynomials else WORTH_OF_POLYNOMIALS, partial(stage, found))
     return tuple(found.symmetries)
+
+
+def in_space(model: Model[Node]) -> tuple[Model[Node], str] | None:
+    """A system of few coordinates as one particle in a plane or in space, if it moves like one, and where
+    that is."""
+    size = sum(len(one.position) for one in model.particles)
+    if model.constraints or len(model.q) not in (2, 3) or size == len(model.q):
+        return None
+    if any(one.body for one in model.particles):
+        return None
+    from lagrange_cli.mechanics.conserved.flat import as_text, flat_space
+
+    found = flat_space(model)
+    return None if found is None else (found, as_text(found))
 
 
 def tops(found: Found) -> None:
@@ -62,6 +82,20 @@ def tops(found: Found) -> None:
     if integral is not None:
         each, node = integral
         found.store(replace(each, quantity=found.free_name(each.quantity)), node)
+
+
+def on_motions(model: Model[Node], values: Mapping[str, float]) -> tuple[Conserved, ...]:
+    """What motions conserve that begin at a state (``values`` of coordinates, velocities and parameters), and
+    others do not."""
+    if model.spec is None or not model.spec.bodies or any(event.changes for event in model.events):
+        return ()
+    from lagrange_cli.mechanics.conserved.tops import goryachev_chaplygin
+
+    found = graph_of(model).work.attempt(WORTH, lambda: goryachev_chaplygin(model, Noether(model)))
+    if found is None:
+        return ()
+    value, size = evaluate([found.level], values)
+    return (found.conserved,) if abs(value[found.level]) <= ROUNDED * size[found.level] else ()
 
 
 def polynomials(found: Found) -> None:

@@ -1,4 +1,4 @@
-"""Kovalevskaya's integral of a heavy top (S. Kovalevskaya, Acta Math. 12, 177, 1889).
+"""Integrals of heavy tops that belong to no symmetry: Kovalevskaya's, and Goryachev's and Chaplygin's.
 
 A body turns about a fixed point, in a uniform field: U = c . gamma + constant, where gamma are the components
 of a direction of space along the axes of the body and c is constant. With the angular velocity omega,
@@ -10,8 +10,15 @@ axis, then with z = omega_1 + i omega_2, nu = (c_1 + i c_2)/I3 and g = gamma_1 +
 
     d(z^2 - nu g)/dt = -i omega_3 (z^2 - nu g),
 
-so that |z^2 - nu g|^2 is constant. Besides the tops of Euler and of Lagrange, whose integrals are those of
-symmetries, there is no other heavy top with a further algebraic integral (E. Husson, 1906).
+so that |z^2 - nu g|^2 is constant (S. Kovalevskaya, Acta Math. 12, 177, 1889). Besides the tops of Euler and
+of Lagrange, whose integrals are those of symmetries, there is no other heavy top with a further algebraic
+integral (E. Husson, 1906). If the two moments are four times the third, then
+
+    d/dt [omega_3 |z|^2 - (c_1 omega_1 + c_2 omega_2) gamma_3/I3] =
+        (c_2 omega_1 - c_1 omega_2) (I omega . gamma)/(4 I3^2),
+
+so that it is constant on motions without angular momentum about the direction of the field (D. N. Goryachev,
+1899; S. A. Chaplygin, 1901).
 """
 
 from __future__ import annotations
@@ -22,6 +29,7 @@ from itertools import chain
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import joined
+from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.conserved.noether import Noether
@@ -59,32 +67,76 @@ class Top:
     up: int
 
 
+@dataclass(frozen=True)
+class OnLevel:
+    """A function of the state that motions conserve on which another one, the ``level``, is 0."""
+
+    conserved: Conserved
+    node: Node
+    level: Node
+
+
 def kovalevskaya(model: Model[Node], noether: Noether) -> tuple[Conserved, Node] | None:
     """The integral, and the function of q and q_dot that it is, where it is proven to be conserved."""
-    top = top_of(model, noether)
-    if top is None:
+    found = symmetric_top(model, noether, 2)
+    if found is None:
         return None
-    graph = graph_of(model)
-    products = [top.inertia[i][j] for i in range(3) for j in range(3) if i != j]
-    if zeros(products) < {*products}:
-        return None
-    moments = [top.inertia[i][i] for i in range(3)]
-    for k, third in enumerate(moments):
-        a, b = (k + 1) % 3, (k + 2) % 3
-        across = top.field[a], top.field[b]
-        if all(map(is_zero, across)) or not is_zero(top.field[k]):
-            continue
-        if are_equal(moments[a], moments[b]) and are_equal(moments[a], 2.0 * third):
-            break
-    else:
-        return None
-    x, y = (c / third for c in across)
+    top, k = found
+    a, b = across(k)
+    x, y = (top.field[i] / top.inertia[k][k] for i in (a, b))
     u, v = top.turning.in_body[a], top.turning.in_body[b]
     g, h = top.turning.axes[a][top.up], top.turning.axes[b][top.up]
     real = u * u - v * v - x * g + y * h
     imaginary = 2.0 * u * v - x * h - y * g
     node = real * real + imaginary * imaginary
-    return Conserved("K", in_formula(top, (a, b), (x, y)), because(k)), graph.sum([(node, 1.0)])
+    because = f"Kovalevskaya's top: {reason(k, 'twice')}"
+    return Conserved("K", in_formula(top, (a, b), (x, y)), because), graph_of(model).sum([(node, 1.0)])
+
+
+def goryachev_chaplygin(model: Model[Node], noether: Noether) -> OnLevel | None:
+    """The integral on motions without angular momentum about the direction of the field."""
+    found = symmetric_top(model, noether, 4)
+    if found is None:
+        return None
+    (top, k), graph, name = found, graph_of(model), found[0].body
+    a, b = across(k)
+    x, y = (top.field[i] / top.inertia[k][k] for i in (a, b))
+    w, gamma = top.turning.in_body, [axis[top.up] for axis in top.turning.axes]
+    node = w[k] * (w[a] * w[a] + w[b] * w[b]) - (x * w[a] + y * w[b]) * gamma[k]
+    level = graph.sum([(top.inertia[i][i] * w[i] * gamma[i], 1.0) for i in range(3)])
+    u, v, n = (f"{name}.w{i + 1}" for i in (a, b, k))
+    sums = [term(c, what) for c, what in ((x, u), (y, v)) if not is_zero(c)]
+    text = f"{n}*({u}**2 + {v}**2) - "
+    text += (sums[0] if len(sums) == 1 else f"({joined(sums)})") + f"*{name}.R{top.up + 1}{k + 1}"
+    because = (
+        f"Goryachev's and Chaplygin's top: {reason(k, 'four times')}; conserved since the angular momentum "
+        f"about {COMPONENTS[top.up]} is 0, not on other motions"
+    )
+    return OnLevel(Conserved("G", text.replace("- -", "+ "), because), node, level)
+
+
+def symmetric_top(model: Model[Node], noether: Noether, ratio: int) -> tuple[Top, int] | None:
+    """A heavy top with two equal moments, ``ratio`` times the third one, and its centre of mass across the
+    axis of that; and the number of that axis."""
+    top = top_of(model, noether)
+    if top is None:
+        return None
+    products = [top.inertia[i][j] for i in range(3) for j in range(3) if i != j]
+    if zeros(products) < {*products}:
+        return None
+    moments = [top.inertia[i][i] for i in range(3)]
+    for k, third in enumerate(moments):
+        a, b = across(k)
+        if all(is_zero(top.field[i]) for i in (a, b)) or not is_zero(top.field[k]):
+            continue
+        if are_equal(moments[a], moments[b]) and are_equal(moments[a], float(ratio) * third):
+            return top, k
+    return None
+
+
+def across(k: int) -> tuple[int, int]:
+    """The other axes, in cyclic order."""
+    return (k + 1) % 3, (k + 2) % 3
 
 
 def are_equal(one: Node, other: Node) -> bool:
@@ -94,17 +146,17 @@ def are_equal(one: Node, other: Node) -> bool:
     return is_zero(one - other)
 
 
-def because(k: int) -> str:
-    """The reason, in words."""
+def reason(k: int, times: str) -> str:
+    """What its moments are, in words."""
     return (
-        "Kovalevskaya's top: two moments of inertia about the fixed point are equal and twice the third, and "
+        f"two moments of inertia about the fixed point are equal and {times} the third, and "
         f"the centre of mass lies in the plane perpendicular to axis {k + 1}"
     )
 
 
-def in_formula(top: Top, across: tuple[int, int], ratio: tuple[Node, Node]) -> str:
+def in_formula(top: Top, others: tuple[int, int], ratio: tuple[Node, Node]) -> str:
     """The integral in terms of a body's components."""
-    (a, b), (x, y), name = across, ratio, top.body
+    (a, b), (x, y), name = others, ratio, top.body
     u, v = f"{name}.w{a + 1}", f"{name}.w{b + 1}"
     g, h = f"{name}.R{top.up + 1}{a + 1}", f"{name}.R{top.up + 1}{b + 1}"
 

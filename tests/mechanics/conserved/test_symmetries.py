@@ -224,6 +224,38 @@ coordinates:
 bodies: {ball: {mass: 2, solid: {sphere: R}, position: [X, Y, R], orientation: {quaternion: [w, x, y, z]}}}
 nonholonomic: {along: ball.vx - R*ball.wy, across: ball.vy + R*ball.wx}
 """
+ROLLING = """
+parameters: {m: 1.3, g: 9.81, R: 0.3, D: 2, I: 0.2, J: 0.3}
+coordinates: {COORDINATES, al: {initial: pi/2}, be: {initial: TILT}, ga: {initial: 0.7, velocity: 2}}
+bodies:
+  ball: {mass: m, inertia: [I, I, I], position: [CENTRE], orientation: {euler: [al, be, ga], sequence: zxz}}
+potential: m*g*ball.z
+nonholonomic: {along: ALONG, across: ACROSS}
+"""
+ROLLING_ON_A_SPHERE = (
+    ROLLING.replace("COORDINATES", "th: {initial: 0.7}, ph: {}")
+    .replace("TILT", "0.7")
+    .replace("CENTRE", "(D + R)*sin(th)*cos(ph), (D + R)*sin(th)*sin(ph), (D + R)*cos(th)")
+    .replace("ALONG", "(D + R)*th_dot - R*(ball.wy*cos(ph) - ball.wx*sin(ph))")
+    .replace(
+        "ACROSS", "(D + R)*sin(th)*ph_dot + R*((ball.wx*cos(ph) + ball.wy*sin(ph))*cos(th) - ball.wz*sin(th))"
+    )
+)
+ROLLING_IN_A_CYLINDER = (
+    ROLLING.replace("COORDINATES", "s: {}, z: {}")
+    .replace("TILT", "pi/2")
+    .replace("CENTRE", "(D - R)*cos(s), (D - R)*sin(s), z")
+    .replace("ALONG", "ball.vy*cos(s) - ball.vx*sin(s) + R*ball.wz")
+    .replace("ACROSS", "ball.vz + R*(ball.wx*sin(s) - ball.wy*cos(s))")
+)
+ON_ITS_TIP = (
+    ROLLING.replace("COORDINATES", "x: {}, y: {initial: 0, velocity: -2*R*sin(0.7)}")
+    .replace("TILT", "0.7")
+    .replace("I, I, I", "I, I, J")
+    .replace("CENTRE", "x - 0.1*sin(al)*sin(be), y + 0.1*cos(al)*sin(be), R - 0.1*cos(be)")
+    .replace("ALONG", "x_dot - R*ball.wy")
+    .replace("ACROSS", "y_dot + R*ball.wx")
+)
 BOUND = """
 coordinates: {w: {initial: 1}, x: {velocity: 0.3}, y: {velocity: 0.5}, z: {}}
 bodies: {b: {mass: 1, inertia: [2.0, 1.1, 1.5], position: [0, 0, 0], orientation: {quaternion: [w, x, y, z]}}}
@@ -274,6 +306,10 @@ CASES = {
     "a dumbbell that is thrown": (TUMBLING, {"P_x", "P_y", "K_x", "K_y", "L_z", "S_x", "S_y"}),
     "a box that is thrown": (BOX, {"L_z", "S_x", "S_y", "S_z", "h_Z", "h_w"}),
     "a ball that rolls": (BALL, {"S_z", "C_1", "C_2"}),
+    "a ball on a sphere": (ROLLING_ON_A_SPHERE, {"S_n", "C_1"}),
+    "another one on a sphere": (ROLLING_ON_A_SPHERE.replace("I, I, I", "I, I, J"), {"C_1"}),
+    "a ball in a cylinder": (ROLLING_IN_A_CYLINDER, {"C_1"}),
+    "Routh's ball": (ON_ITS_TIP, {"C_1"}),
     "Veselova's body": (BOUND.replace("AXIS", "wz"), {"L_x", "L_y"}),
     "Suslov's body": (BOUND.replace("AXIS", "w3 - 0.1*b.w1"), set()),
     "a gyroscope in gimbals": (GIMBALS, set()),
@@ -384,7 +420,7 @@ def test_they_are_given_in_formulas_and_words():
         "changing a and b together, in the ratio k*d : c, leaves L unchanged",
     )
     (turning,) = told(BAR)
-    assert set(turning[0].replace("- ", "+ -").replace("*", "").split(" + ")) == {"-ywp_x", "xwp_y", "-h"}
+    assert set(turning[0].replace("- ", "+ -").replace("*", "").split(" + ")) == {"-wyp_x", "wxp_y", "-h"}
     assert turning[1].endswith("t by 1 leaves the action unchanged")
     assert told(CASES["two masses and a spring"][0])[0] == (
         "sum of m*vx",
@@ -403,6 +439,19 @@ def test_only_what_is_one_is_called_by_a_name():
 
 
 KICKED = CHAIN + "events: {kick: {when: a - 2, action: {set: {x_dot: x_dot + 1}}}}\n"
+
+
+FIELD = """
+coordinates: {x: {initial: 1, velocity: 0.4}, y: {initial: 0.2, velocity: 0.3}}
+parameters: {e: 1.6, B: 0.7, m: 1}
+lagrangian: m*(x_dot**2 + y_dot**2)/2 + e*B*(x*y_dot - y*x_dot)/2
+"""
+
+
+def test_momenta_stand_without_a_common_number():
+    residual = residual_of(FIELD)
+    found = [one.conserved.expression for one in symmetries(residual.model, residual.conserved)]
+    assert found[:2] == ["p_y + 0.5*e*B*x", "p_x - 0.5*e*B*y"]
 
 
 def test_events_may_change_them():

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
+from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
+from lagrange_cli.mechanics.conserved.tops import goryachev_chaplygin
+from tests.support.command import lagrange
 from tests.support.motion import follow, residual_of
+from tests.support.rates import rates
 
 TOP = """
 parameters: {{m: 1.0, g: 9.81, l: 0.1, C: 0.05}}
@@ -55,7 +61,7 @@ CASES = {
 }
 OTHERS = {
     "Lagrange's top": (EULER, "[2*C - m*l**2, 2*C - m*l**2, C]", "l*k", WEIGHT),
-    "Goryachev's and Chaplygin's top": (EULER, "[4*C, 4*C - m*l**2, 4*C/3 - m*l**2]", "l*i", WEIGHT),
+    "a ratio of 3": (EULER, "[4*C, 4*C - m*l**2, 4*C/3 - m*l**2]", "l*i", WEIGHT),
     "a spring besides": (EULER, ALONG, "l*i", "m*g*top.z + top.R31**2"),
     "a rotor inside": (EULER, ALONG, "l*i", "m*g*top.z - C*top.w3"),
     "a magnetic moment that grows with the spin": (EULER, ALONG, "l*i", "m*g*top.z - C*top.w1*top.R31"),
@@ -94,6 +100,58 @@ def test_motions_keep_it(name):
 @pytest.mark.parametrize("name", OTHERS)
 def test_it_is_not_claimed_of_others(name):
     assert not found_in(OTHERS[name])
+
+
+FOUR = "[4*C, 4*C - m*l**2, C - m*l**2]"
+GORYACHEV = {
+    "Euler's angles": (EULER, FOUR, "l*i", WEIGHT),
+    "another direction": (TAIT_BRYAN, FOUR, "l*i", "-m*g*top.x"),
+    "another axis": (EULER, "[C - m*l**2, 4*C - m*l**2, 4*C]", "l*k", WEIGHT),
+    "between two axes": (
+        EULER,
+        "[[4*C - m*l**2, m*l**2/2, 0], [m*l**2/2, 4*C - m*l**2/4, 0], [0, 0, C - 5*m*l**2/4]]",
+        "l*i/2 + l*j",
+        WEIGHT,
+    ),
+}
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("name", GORYACHEV)
+def test_goryachevs_and_chaplygins_integral(name):
+    """It is constant where there is no angular momentum about the direction of the field, not elsewhere."""
+    model = residual_of(text_of(GORYACHEV[name])).model
+    one = goryachev_chaplygin(model, Noether(model))
+    for (rate, kept), (size, whole) in rates(model, [one.node, one.level], level=one.level):
+        assert abs(rate) < 1e-12 * size and abs(kept) < 1e-12 * whole
+    assert max(abs(rate) / size for (rate,), (size,) in rates(model, [one.node])) > 1e-3
+    assert "K" not in {each.conserved.quantity for each in symmetries(model)}
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("name", [*CASES, *OTHERS])
+def test_it_is_no_other_top(name):
+    case = CASES[name] if name in CASES else OTHERS[name]
+    model = residual_of(text_of(case)).model
+    assert goryachev_chaplygin(model, Noether(model)) is None
+
+
+def test_check_names_it_for_motions_that_keep_it(tmp_path):
+    """With b = pi/2 and no spin of a, the angular momentum about z is 0, and the formula stays constant."""
+    text = text_of((EULER, FOUR, "l*i", WEIGHT))
+    still = text.replace("initial: 0.4, velocity: 1", "initial: 0.4").replace("initial: 1,", "initial: pi/2,")
+    for name, given in (("moving", text), ("still", still)):
+        (tmp_path / f"{name}.yaml").write_text(given)
+    found = {}
+    for name in ("moving", "still"):
+        said = json.loads(lagrange("check", f"{name}.yaml", "--json", cwd=tmp_path).stdout)
+        found[name] = {one["quantity"]: one for one in said["conserved"]}
+    assert found["still"].keys() - found["moving"].keys() == {"G"}
+    formula = found["still"]["G"]["expression"]
+    series = follow(f"{still}observables: {{G: {formula}}}", 2.0, 21, outputs=("observables",))[
+        "observables/G"
+    ]
+    assert np.ptp(series) < 1e-12 * (5**3 + np.abs(series).max())
 
 
 def test_the_axis_of_a_symmetric_top_has_a_momentum_in_a_quaternion_too():

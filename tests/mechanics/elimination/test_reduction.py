@@ -140,14 +140,14 @@ def test_check_says_it(tmp_path):
     def check(*arguments):
         return lagrange("check", *arguments, cwd=tmp_path).stdout
 
-    assert "b follows from the constraint mesh (line 5), which is linear: b = -a*R1/R2" in check("gears.yaml")
+    assert "b follows from the constraint mesh (line 5), which is linear: b = -R1*a/R2" in check("gears.yaml")
     said = check("train.yaml")
     assert "th[0..3] follow from linear constraints: the equations are solved without them" in said
     assert "th[2] follows" not in said
     said = check("train.yaml", "--verbose")
     assert "th[2] follows from the constraint mesh[1] (line 10), which is linear: th[2] = 0.8333" in said
     (one,) = json.loads(check("gears.yaml", "--json"))["eliminated"]
-    assert one == {"coordinate": "b", "constraint": "mesh", "quantity": "b", "expression": "-a*R1/R2"}
+    assert one == {"coordinate": "b", "constraint": "mesh", "quantity": "b", "expression": "-R1*a/R2"}
     said = check("gears.yaml", "--set", "R2=0", "--set", "a=0", "--set", "b=0")
     assert "constraints: mesh" in said and "follows" not in said
 
