@@ -10,7 +10,7 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.columns import ColumnAlgebra, numbers
-from lagrange_cli.expression.index_arrays import Differ, Whole, flat, inner
+from lagrange_cli.expression.index_arrays import Differ, Whole, flat, inner, integers
 from lagrange_cli.expression.indices import Indices, Unsuited
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.expression.vocabulary import member_name
@@ -79,6 +79,12 @@ class Together(ArrayBuilder):
         return self.scope(member_name(identifier, places))
 
     def summed(self, tree: Sum, members: Members) -> Value:
+        stop = integers(tree.bounds[-1], members)
+        shared = None if len(tree.bounds) > 2 else self.shared(tree, members)
+        if shared is not None and all(isinstance(integers(one, members), int) for one in tree.bounds[:-1]):
+            indices, own = shared
+            partial = np.append(0.0, np.cumsum(self._all(tree.body, indices, len(own))))
+            return self.algebra.column(partial[np.broadcast_to(np.searchsorted(own, stop), members.count)])
         found, owners = inner(tree, members, members.count)
         terms = self._all(tree.body, found, len(owners))
         total = np.full(members.count, -0.0)  # to which any number can be added without changing it

@@ -79,7 +79,7 @@ def counted(work: Callable[[], Any]) -> tuple[int, Any]:
     [
         ("fpu_chain", {"N": "1200"}, {"N": "4800"}),
         ("lattice", {"N": "100", "M": "12"}, {"N": "110", "M": "44"}),
-        ("n_pendulum", {"N": "150"}, {"N": "300"}),
+        ("n_pendulum", {"N": "150"}, {"N": "3000"}),
     ],
 )
 def test_reading_and_deriving_take_the_same_calls_however_many_members_there_are(
