@@ -16,6 +16,7 @@ from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.spec.family import Family
 from lagrange_cli.spec.members import indices_of
+from lagrange_cli.spec.recurrence import addends, direction
 from lagrange_cli.spec.whole import Part
 
 if TYPE_CHECKING:
@@ -47,6 +48,29 @@ class Together(ArrayBuilder):
             return self._all(tree, {**self.sizes, **indices_of(part)}, part.count)
         except (Unsuited, Differ, ExpressionError, ArithmeticError):
             return None
+
+    def of_sequence(self, tree: Tree, part: Part[Any], family: Family) -> Numbers | None:
+        """The numbers of members that are sums of their neighbours and of what is added to these, as in
+        ``x[i - 1] + a[i]``; None where they have to be found one by one. The scope is asked for the first."""
+        indices: dict[str, Whole] = {**self.sizes, **indices_of(part)}
+        shape = tuple(map(len, part.ranges))
+        try:
+            used, added = addends(tree, family.name)
+            axis, step = direction(used, part, indices)
+            terms = [self._all(one, indices, part.count) for one, _ in added]
+            places = flat([integers(one, indices) for one in used.indices], family.shape, part.count)
+        except (Unsuited, Differ, ExpressionError, ArithmeticError):
+            return None
+        signed = [-one if minus else one for one, (_, minus) in zip(terms, added)]
+        rows = np.moveaxis(np.stack(signed, axis=-1).reshape(*shape, len(added)), axis, -2)[..., ::step, :]
+        begins = np.moveaxis(places.reshape(shape), axis, -1)[..., ::step][..., :1]
+        firsts = [self.scope(member_name(family.name, family.at(k))) for k in begins.ravel().tolist()]
+        if not all(isinstance(one, float) for one in firsts):
+            return None
+        all_terms = [np.reshape(firsts, begins.shape), rows.reshape(*begins.shape[:-1], -1)]
+        sums = np.cumsum(np.concatenate(all_terms, axis=-1), axis=-1)[..., len(added) :: len(added)]
+        found = np.moveaxis(sums[..., ::step], -1, axis).ravel()
+        return found if np.all(np.isfinite(found)) else None
 
     def _all(self, tree: Tree, indices: Mapping[str, Whole], count: int) -> Numbers:
         """The numbers that ``tree`` is for all members."""
@@ -97,7 +121,7 @@ def array_of(family: Family, known: Mapping[str, Any]) -> Numbers | None:
     """The values of a complete family, in its shape; None where some are not known, or no numbers."""
     if not family.complete:
         return None
-    found = [known.get(name) for name in family.members]
-    if any(not isinstance(one, float) for one in found):
+    found = [*map(known.get, family.members)]
+    if {*map(type, found)} != {float}:
         return None
     return np.array(found).reshape(family.shape)
