@@ -44,6 +44,14 @@ _LATEST: list[tuple[Spec, FamilySystem | None]] = []
 def family_system(spec: Spec) -> FamilySystem | None:
     """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
     who goes through its members finds what."""
+    found = any_family_system(spec)
+    if found is not None and found.terms < FEWEST and not (found.joints and found.joints.count):
+        return None
+    return found
+
+
+def any_family_system(spec: Spec) -> FamilySystem | None:
+    """The same, however few terms it has."""
     found: FamilySystem | None
     for known, found in _LATEST:
         if known is spec:
@@ -52,8 +60,6 @@ def family_system(spec: Spec) -> FamilySystem | None:
     if spec.families.get("coordinates") and not any(getattr(spec, part) for part in UNKNOWN):
         with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
             found = made(spec)
-    if found is not None and found.terms < FEWEST and not (found.joints and found.joints.count):
-        found = None
     _LATEST[:] = [(spec, found)]
     return found
 
