@@ -5,7 +5,7 @@ import json
 import pytest
 
 from lagrange_cli.cli.main import main
-from lagrange_cli.run import equations
+from lagrange_cli.run import family_equations
 from lagrange_cli.symbolic.verify import Verification
 from tests.support.command import SYSTEMS, lagrange, lagrange_process
 from tests.support.systems import NAMES, SIZES
