@@ -36,7 +36,7 @@ dissipation: sum(c*(u_dot[i] - u_dot[i - 1])**2/2 for i in range(1, N))
 GIVEN = SYSTEM.format(
     count=4,
     potential="sum(near[i]**4 for i in range(N)) + mean**3/5",
-    forces='forces: {"p[i in range(N)]": ["-p[i].vx", "where(i > 1, t, 0)"]}',
+    forces='forces: {"p[i in range(N)]": ["-p[i].vx", "t*w[i]"]}',
     place='"p[0]": ["u[0]", "w[0]"], "p[i in range(1, N)]": ["3*u[i]", "w[i] - m[i]"]',
     mass="m[i]*(1 + i)",
 )
