@@ -54,12 +54,20 @@ def derive_printed(
     overrides: Mapping[str, str] = EMPTY,
     *,
     coordinates: str = "",
+    indexed: bool | None = None,
 ) -> Printed:
-    """The equations of motion, with indices where families are large, or too large to be written out.
+    """The equations of motion, with indices where families are large, or too large to be written out, or as
+    ``indexed`` says.
 
-    Raises ``SpecError`` and ``UsageError`` as ``derive`` does.
+    Raises ``SpecError`` and ``UsageError`` as ``derive`` does, and ``UsageError`` where families cannot be
+    written with indices as is asked.
     """
-    indexed = form in INDEXED and not coordinates
+    if indexed:
+        found = None if coordinates else _of_form(derive_families(spec, stage, small=True), form)
+        if found is None:
+            raise UsageError(f"no equations with indices: {why_members(spec, form, coordinates)}")
+        return found
+    indexed = indexed is None and form in INDEXED and not coordinates
     found = _of_form(derive_families(spec, stage), form) if indexed else None
     if found is None:
         try:
@@ -70,6 +78,13 @@ def derive_printed(
             if found is None:
                 raise
     return found
+
+
+def in_form(derived: Printed, form: str) -> Printed:
+    """The same equations for another form, for which they may have to be written out."""
+    if isinstance(derived, Derived) or (_of_form(derived, form) is not None and form in INDEXED):
+        return derived
+    return derive_printed(derived.system.spec, form)
 
 
 def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | None:
@@ -151,7 +166,7 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return f"with {parts[0]} every member is written out"
     if any_family_system(spec) is not None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
-    kinds = "a constant diagonal mass matrix, or particles along chains and trees, without kinks"
+    kinds = "a constant diagonal mass matrix, or chains and trees of 20 coordinates or more, without kinks"
     return f"every member is written out, since printing with indices needs {kinds}"
 
 

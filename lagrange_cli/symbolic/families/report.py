@@ -15,7 +15,7 @@ from lagrange_cli.symbolic.families.hamilton import hamilton_form
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import names_in
-from lagrange_cli.symbolic.latex import Latex, blocks
+from lagrange_cli.symbolic.latex import Latex, blocks, displayed
 from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.notations import IndexedSympy, Text, Unicode
 from lagrange_cli.symbolic.render import Notation, render
@@ -32,6 +32,11 @@ def as_page(equations: FamilyEquations, format_: str, form: str) -> str:
     if isinstance(notation, Latex):
         return blocks(equations.name, content)
     return lines_of(equations.name, equations.degrees_of_freedom, content)
+
+
+def as_display(equations: FamilyEquations) -> str:
+    """The formulas as one display, as notebooks show it."""
+    return displayed(sections(equations, "lagrange", Latex()))
 
 
 def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[Section]:
