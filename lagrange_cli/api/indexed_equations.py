@@ -89,10 +89,10 @@ class IndexedEquations(Written):
     @property
     def equations(self) -> dict[str, sympy.Eq]:
         """The Euler-Lagrange equation of each line."""
-        from sympy import Eq
+        from lagrange_cli.symbolic.expressions import equality
 
         return {
-            line.name(): Eq(*(self._sympy(x, line.loops) for x in (one.left, one.right)), evaluate=False)
+            line.name(): equality(*(self._sympy(x, line.loops) for x in (one.left, one.right)))
             for line, one in self._found.equations
         }
 
