@@ -80,9 +80,9 @@ def derive(
     from lagrange_cli.symbolic.work import counting
 
     work = Work(most)
+    check_printed(spec)
     with located(spec):
         work.foresee(STEPS_A_PAIR * len(spec.coordinates) ** 2)
-    check_printed(spec)
     spec = spec if spec.replaced else independent(spec, overrides)
     with stage("derive"), located(spec), counting(work):
         _refuse(spec)

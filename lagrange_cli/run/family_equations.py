@@ -164,7 +164,10 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     parts = [part for part in UNKNOWN if getattr(spec, part)]
     if parts:
         return f"with {parts[0]} every member is written out"
-    if any_family_system(spec) is not None:
+    found = any_family_system(spec)
+    if found is not None and found.joints is not None and form in DIAGONAL:
+        return f"--form {form} writes out every member of chains and trees"
+    if found is not None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
     kinds = "a constant diagonal mass matrix, or chains and trees of 20 coordinates or more, without kinks"
     return f"every member is written out, since printing with indices needs {kinds}"
