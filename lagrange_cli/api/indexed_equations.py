@@ -40,8 +40,8 @@ class IndexedEquations(Written):
         What the names of places stand for that the equations contain.
     conserved : dict of str to sympy.Expr
         The conserved quantities.
-    members : dict of str to str
-        The loops of the lines, such as ``for i in range(1, N)``.
+    members : dict of str to dict
+        By quantity, such as ``"momenta"``: the loops of its lines, such as ``for i in range(1, N)``.
     sizes : dict of str to int
     """
 
@@ -133,10 +133,11 @@ class IndexedEquations(Written):
         return found | ({"h": self.h} if "h" in found else {})
 
     @property
-    def members(self) -> dict[str, str]:
-        """For which indices lines hold."""
-        found: dict[str, str] = self.as_data()["members"]
-        return found
+    def members(self) -> dict[str, dict[str, str]]:
+        """For which indices the lines of each quantity hold."""
+        from lagrange_cli.symbolic.families.report import members_of
+
+        return members_of(self._found)
 
     def __repr__(self) -> str:
         families = ", ".join(one.name for one in self._found.coordinates)

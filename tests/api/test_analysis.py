@@ -97,7 +97,8 @@ def test_equations_with_indices_are_those_of_the_members(count):
         assert sympy.expand(members(whole.accelerations[line], **values) - apart.accelerations[name]) == 0
         equation, expected = (one.equations[key] for one, key in ((whole, line), (apart, name)))
         assert sympy.expand(members(equation.lhs - equation.rhs, **values) - expected.lhs + expected.rhs) == 0
-    assert whole.masses == {"u[i]": sympy.Symbol("m")} and whole.members["u[0]"] == ""
+    assert whole.masses == {"u[i]": sympy.Symbol("m")} and whole.members["equations"]["u[0]"] == ""
+    assert whole.members["masses"] == {"u[i]": "for i in range(N)"}
     assert {*whole.conserved} == {*apart.conserved} == {"h"} and whole.sizes["N"] == count
     shown = whole._repr_latex_()
     assert shown.startswith("$$") and r"\ddot{u}_{i}" in shown

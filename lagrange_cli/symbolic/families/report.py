@@ -188,7 +188,8 @@ def as_data(
     equations: FamilyEquations, parameters: Mapping[str, float], form: str = "lagrange"
 ) -> dict[str, Any]:
     """The equations for ``--json``: as of other systems, but by line. Keys are the names of members, such as
-    ``x[i]``; ``members`` says for which indices a line holds. ``masses`` are the diagonal of M, where that is
+    ``x[i]``; ``members_of`` says for which indices a line of a quantity holds, ``members`` of an equation, or
+    where there is no equation of this name of something else. ``masses`` are the diagonal of M, where that is
     diagonal, and ``force`` is f in M a = f."""
     refuse_names(equations)
     notation = IndexedSympy()
@@ -216,7 +217,8 @@ def as_data(
         "families": {
             one.name: list(one.shape) for one in (*equations.coordinates, *equations.parameters) if one.shape
         },
-        "members": {name: " ".join(loop.text for loop in own) for name, own in loops.items()},
+        "members": {name: spoken(own) for name, own in loops.items()},
+        "members_of": members_of(equations),
         "T": text(equations.T),
         "U": text(equations.U),
         "L": text(equations.L),
@@ -251,6 +253,26 @@ def as_data(
             for name, lines in (("velocities", canonical.velocities), ("momentum_rates", canonical.rates))
         }
     return data
+
+
+def spoken(loops: Sequence[Loop]) -> str:
+    """``for i in range(N) for j in range(M)``."""
+    return " ".join(loop.text for loop in loops)
+
+
+def members_of(equations: FamilyEquations) -> dict[str, dict[str, str]]:
+    """For which indices the lines of each quantity hold."""
+    quantities = {
+        "momenta": equations.momenta,
+        "generalized_forces": equations.forces,
+        "equations": tuple(line for line, _ in equations.equations),
+        "accelerations": equations.accelerations,
+        "masses": equations.masses,
+        "force": equations.rates,
+    }
+    return {
+        name: {one.name(): spoken(one.loops) for one in lines} for name, lines in quantities.items() if lines
+    }
 
 
 def refuse_names(equations: FamilyEquations) -> None:
