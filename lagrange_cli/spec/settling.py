@@ -22,6 +22,12 @@ from lagrange_cli.spec.whole import Part, WrittenFamily
 if TYPE_CHECKING:
     from lagrange_cli.spec.recurrence import Recurrence
 
+BREAK = "break the cycle: give one of them a value that does not use the others"
+AS_VECTOR = (
+    "make them components of one family of vectors, as in r[i in range(1, N)]: (r[i - 1].x, r[i - 1].y)"
+)
+"""Families are computed one after the other, even if no member depends on itself."""
+
 W = TypeVar("W", bound=Written)
 
 
@@ -86,13 +92,15 @@ class Settling:
                 found.append(settled)
             cycles += circles
         for cycle in cycles:
+            several = len({*map(family_name, cycle)}) > 1
+            families = [isinstance(groups[family_name(one)], WrittenFamily) for one in cycle]
             first = groups[family_name(cycle[0])]
             if isinstance(first, WrittenFamily):
                 first = first.named(cycle[0]) or first[0]
             self.names.problems.add_once(
                 first.place,
                 f"{what.value} '{cycle[0]}' depends on itself: {chain(cycle)}",
-                "break the cycle: give one of them a value that does not use the others",
+                AS_VECTOR if several and all(families) and what is Kind.DEFINITION else BREAK,
             )
         return found
 

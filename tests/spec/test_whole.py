@@ -212,6 +212,22 @@ def test_a_section_is_a_sequence_and_a_mapping_of_its_members() -> None:
     assert list(spec.definitions)[-7:] == [f"c[{i}]" for i in range(7)]
 
 
+def test_families_that_follow_from_each_other_may_be_one_of_vectors() -> None:
+    pair = RECURSIVE.replace("x[i - 1] + l[i]", "x[i - 1] + 0*y[i - 1] + l[i]").replace(
+        "y[i - 1] - l[i]", "y[i - 1] - 0*x[i - 1] - l[i]"
+    )
+    with pytest.raises(SpecError, match=r"depends on itself: x -> y -> x.*\n.*\n.*components of one family"):
+        read_spec(pair, "a.yaml")
+    start, end = RECURSIVE.index("  x[0]"), RECURSIVE.index("masses:")
+    vectors = """\
+  r[0]: (l[0]*sin(theta[0]), -l[0]*cos(theta[0]))
+  r[i in range(1, N)]: (r[i - 1].x + l[i]*sin(theta[i]), r[i - 1].y - l[i]*cos(theta[i]))
+"""
+    text = (RECURSIVE[:start] + vectors + RECURSIVE[end:]).replace("[x[i], y[i]]", "r[i]")
+    system = family_system(read_spec(text, "a.yaml", {"N": "200"}))
+    assert system is not None and system.joints is not None
+
+
 def test_members_that_follow_from_later_ones_come_after_them() -> None:
     text = FAMILIES.replace("c[0]: k[0]", "c[N - 1]: k[0]").replace(
         "c[i in range(1, N)]", "c[i in range(N - 1)]"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
-from lagrange_cli.errors import UsageError
+from lagrange_cli.errors import TooLargeSystem, UsageError
 from lagrange_cli.families import system as systems
 from lagrange_cli.run.equations import Derived, derive
 from lagrange_cli.run.family_equations import (
@@ -128,3 +128,25 @@ def test_a_name_of_the_file_is_not_taken_for_a_momentum() -> None:
     spec = read_spec(BODIES.replace("G", "p_x"), "system.yaml")
     with pytest.raises(UsageError, match="p_x is the name of a momentum"):
         derive_printed(spec, "hamilton")
+
+
+@pytest.mark.parametrize("form", ["lagrange", "explicit", "hamilton", "matrix"])
+def test_what_is_too_long_written_out_has_indices(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(systems, "FEWEST", 10**9)
+    spec = read_spec(TEXTS["fpu_chain"], "system.yaml", {"N": "9"})
+    monkeypatch.setenv("LAGRANGE_LIMITS", "work=250000")
+    assert isinstance(derive_printed(spec, form), DerivedFamilies)
+    with pytest.raises(TooLargeSystem, match="steps of work"):
+        derive_printed(spec, form, indexed=False)
+    with pytest.raises(TooLargeSystem, match="--form reactions writes out every member"):
+        derive_printed(spec, "reactions")
+
+
+def test_what_is_certain_to_take_too_much_work_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (SYSTEMS / "chain.yaml").read_text()
+    spec = read_spec(text, "system.yaml", {"N": "400"})
+    begun: list[object] = []
+    monkeypatch.setattr("lagrange_cli.model.build.build_model", begun.append)
+    with pytest.raises(TooLargeSystem, match="with constraints every member is written out"):
+        derive_printed(spec, "lagrange")
+    assert not begun
