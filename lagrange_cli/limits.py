@@ -70,8 +70,16 @@ class Work:
         """Count ``steps`` more; raises ``TooLarge`` where the limit is passed, by ``what``."""
         self.spent += steps
         if self.spent > self.most:
-            most = f"more than {self.most:.0f} steps of work"
-            raise TooLarge(f"{what} takes {most}", "write a smaller system, " + way_out("work"))
+            self._refuse(what)
+
+    def foresee(self, steps: int, what: str = "deriving the equations") -> None:
+        """Raise ``TooLarge`` where so many steps more are certain to pass the limit."""
+        if self.spent + steps > self.most:
+            self._refuse(what)
+
+    def _refuse(self, what: str) -> None:
+        most = f"more than {self.most:.0f} steps of work"
+        raise TooLarge(f"{what} takes {most}", "write a smaller system, " + way_out("work"))
 
     def attempt(self, steps: int, function: Callable[[], T]) -> T | None:
         """The result of ``function``, or None if it would take more than so many steps."""

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lagrange_cli.api.given import Values, texts_of
+from lagrange_cli.api.indexed_equations import IndexedEquations
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
-from lagrange_cli.errors import UsageError
+from lagrange_cli.api.written import Written
 from lagrange_cli.run.derive import read_run
-from lagrange_cli.run.equations import FORMATS, FORMS, Derived, as_data, as_written, derive
+from lagrange_cli.run.equations import FORMS, Derived
+from lagrange_cli.run.family_equations import DerivedFamilies, derive_printed
 
 if TYPE_CHECKING:
     import sympy
 
 
-class Equations:
+class Equations(Written):
     """The equations of motion of a system, derived by computer algebra.
 
     Symbols have the names of the system file: ``theta``, ``theta_dot`` and ``theta_ddot`` are a coordinate,
@@ -49,11 +51,6 @@ class Equations:
     def name(self) -> str:
         """The name of the system."""
         return self._found.name
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """The values of the parameters by name."""
-        return dict(self._parameters)
 
     @property
     def L(self) -> sympy.Expr:
@@ -125,39 +122,6 @@ class Equations:
         """The expressions that the constraints keep at 0, by name."""
         return {one.name: one.expression for one in self._found.constraints}
 
-    def write(self, format: str = "text", form: str = "lagrange") -> str:
-        """The equations as the command prints them.
-
-        Parameters
-        ----------
-        format : {"text", "unicode", "latex", "json", "python"}
-        form : {"lagrange", "explicit", "hamilton", "matrix", "reactions", "vakonomic"}
-
-        Raises
-        ------
-        UsageError
-            There is no such format or form, or the system does not have this form.
-        """
-        for what, word, known in (("format", format, FORMATS), ("form", form, FORMS)):
-            if word not in known:
-                raise UsageError(f"unknown {what} {word!r:.60}; known: {', '.join(known)}")
-        with WORKING:
-            if format == "json":
-                import json
-
-                from lagrange_cli.run.attributes import finite
-
-                return json.dumps(finite(self.as_data(form)), allow_nan=False)
-            return as_written(self._derived, format, form, self._parameters)
-
-    def as_data(self, form: str = "lagrange") -> dict[str, Any]:
-        """The object that ``lagrange equations --json`` prints."""
-        with WORKING:
-            return as_data(self._derived, form, self._parameters)
-
-    def __str__(self) -> str:
-        return self.write()
-
     def __repr__(self) -> str:
         return f"<equations of motion of {self.name}: {', '.join(self._found.coordinates)}>"
 
@@ -172,9 +136,10 @@ def equations(
     system: System,
     *,
     coordinates: str = "",
+    indexed: bool | None = None,
     set: Values | None = None,
     size: Mapping[str, int | str] | None = None,
-) -> Equations:
+) -> Equations | IndexedEquations:
     """Derive the equations of motion of a system.
 
     Parameters
@@ -185,17 +150,19 @@ def equations(
         Values of parameters, and sizes, by name.
     coordinates : str, optional
         The name of a transformation of the file, in whose coordinates they are derived.
+    indexed : bool, optional
+        Whether families are kept whole. By default large families are, as the command prints them.
 
     Returns
     -------
-    Equations
+    Equations, or IndexedEquations where families are whole
 
     Raises
     ------
     SpecError
         The system is wrong, or its equations are too large to be read.
     UsageError
-        An argument is wrong.
+        An argument is wrong, or families cannot be written with indices as ``indexed`` asks.
     FileError
         The file cannot be read.
     """
@@ -207,4 +174,9 @@ def equations(
         spec, parameters = read_run(
             content, filename, sizes, lambda spec, problems: resolve_parameters(spec, overrides, problems)
         )
-        return Equations(derive(spec, overrides=overrides, coordinates=coordinates), parameters)
+        derived = derive_printed(
+            spec, FORMS[0], overrides=overrides, coordinates=coordinates, indexed=indexed
+        )
+        if isinstance(derived, DerivedFamilies):
+            return IndexedEquations(derived, parameters)
+        return Equations(derived, parameters)

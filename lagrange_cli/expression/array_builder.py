@@ -24,9 +24,10 @@ from lagrange_cli.expression.index_arrays import (
     one_if_equal,
     split,
     taken,
+    visited,
 )
 from lagrange_cli.expression.indices import Indices, Unsuited
-from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
+from lagrange_cli.expression.syntax import Call, Name, Sum, Tree, plain_names
 from lagrange_cli.expression.vocabulary import TIME
 
 
@@ -97,6 +98,18 @@ class ArrayBuilder(Builder):
         found, owners = inner(tree, members, members.count)
         for mine, value, which in self.each(tree.body, found, len(owners)):
             yield mine, value, owners[which]
+
+    def shared(self, tree: Sum, members: Members) -> tuple[dict[str, Whole], Places] | None:
+        """The indices of all terms of a sum, each once, and the values of its own index among them; None
+        where terms differ from member to member."""
+        varying = {name for name, one in members.items() if not isinstance(one, int)}
+        if any(varying & plain_names(one) for one in (tree.body, *tree.conditions)):
+            return None
+        found: dict[str, Whole] = {name: one for name, one in members.items() if isinstance(one, int)}
+        own = found[tree.index] = visited(tree, members, members.count)
+        for condition in tree.conditions:
+            own = found[tree.index] = own[np.broadcast_to(holding(condition, found), len(own))]
+        return found, own
 
     def each(
         self, body: Tree, found: Mapping[str, Whole], count: int

@@ -105,6 +105,23 @@ def rounds(loop: Sum, indices: Indices, count: int) -> tuple[Places, Places]:
     return members, np.broadcast_to(start, count)[members] + step * (np.arange(total) - before)
 
 
+def visited(loop: Sum, indices: Indices, count: int) -> Places:
+    """The values that the index of a loop takes for any of ``count`` members, each once, in ascending
+    order."""
+    bounds = [integers(bound, indices) for bound in loop.bounds]
+    if len(bounds) > 2 or all(isinstance(bound, int) for bound in bounds):
+        return np.unique(rounds(loop, indices, 1 if all(isinstance(b, int) for b in bounds) else count)[1])
+    start, stop = (np.broadcast_to(one, count) for one in (0, *bounds)[-2:])
+    runs = np.flatnonzero(start < stop)
+    if not len(runs):
+        return np.zeros(0, dtype=np.int64)
+    first = int(start[runs].min())
+    begun = np.zeros(limited(int(stop[runs].max()) - first) + 1, dtype=np.int64)
+    np.add.at(begun, start[runs] - first, 1)
+    np.add.at(begun, stop[runs] - first, -1)
+    return first + np.flatnonzero(np.cumsum(begun))
+
+
 def limited(terms: int) -> int:
     """So many terms, if they are not too many."""
     if terms > MOST:

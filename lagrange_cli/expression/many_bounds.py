@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -154,7 +154,7 @@ class BoundsBuilder(ArrayBuilder):
 
     def summed(self, tree: Sum, members: Members) -> Value:
         total: Value = None
-        for _, value, _ in self.terms(tree, members):
+        for value in self.different(tree, members):
             found: Value = tuple(map(of_sum, value)) if isinstance(value, tuple) else of_sum(value)
             if total is None:
                 total = found
@@ -167,6 +167,15 @@ class BoundsBuilder(ArrayBuilder):
         if total is None:
             raise Unsuited
         return total
+
+    def different(self, tree: Sum, members: Members) -> Iterator[Value]:
+        """The bounds of the terms of a sum, of each kind. Terms that members have in common are looked at
+        once."""
+        shared = self.shared(tree, members)
+        if shared is None:
+            yield from (value for _, value, _ in self.terms(tree, members))
+        else:
+            yield from (value for _, value, _ in self.each(tree.body, shared[0], len(shared[1])))
 
 
 def of_sum(term: Bounds) -> Bounds:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from lagrange_cli.expression.index_arrays import Differ, Places, split
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
@@ -24,7 +26,7 @@ from lagrange_cli.spec.spec import Spec, grouped
 
 def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
     """The joints of all particles. Raises ``Unsuited`` where there are others."""
-    weights = [*masses_of(builder, spec)]
+    weights = [(domain, x, mass) for domain, _, x, mass in masses_of(builder, spec)]
     chains = chains_of(builder, weights)
     parts: list[Part] = []
     for component, chain in enumerate(chains):
@@ -47,14 +49,23 @@ def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
     return Articulation(tuple(chains), rates, inertia, tuple(made.joints()))
 
 
+def centres(builder: FamilyBuilder, spec: Spec) -> list[Total]:
+    """The sum of m x over all particles, and so on along all axes."""
+    terms: list[list[Term]] = []
+    for domain, axis, x, mass in masses_of(builder, spec):
+        terms += [[] for _ in range(axis + 1 - len(terms))]
+        terms[axis].append(Term(domain, mass * x, np.zeros(domain.count, dtype=np.int64)))
+    return [builder.added(1, one) for one in terms]
+
+
 def mass_of(part: Part) -> Node:
     """The mass of a part that has one."""
     assert part.mass is not None
     return part.mass
 
 
-def masses_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, Node, Node]]:
-    """The components of all particles' places, and their masses."""
+def masses_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, int, Node, Node]]:
+    """The components of all particles' places, with their axes, and the masses."""
     for family in grouped(spec.embedding, particle_families(spec)):
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
         pending = [*alike(group, masses)]
@@ -69,8 +80,8 @@ def masses_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, Node
                 continue
             if isinstance(mass, tuple) or not constant(builder, mass):
                 raise Unsuited
-            for x in position if isinstance(position, tuple) else (position,):
-                yield domain, x, mass
+            for axis, x in enumerate(position if isinstance(position, tuple) else (position,)):
+                yield domain, axis, x, mass
 
 
 def chains_of(builder: FamilyBuilder, weights: Sequence[tuple[Domain, Node, Node]]) -> list[Chain]:

@@ -6,7 +6,7 @@ No member is written out: rates are compared with their terms at random states, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import curved
+from lagrange_cli.families.rigid import Places, Rigid, displacement, together
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
 from lagrange_cli.mechanics.conserved.displacements import TURNS
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Values = NDArray[np.float64]
-    Places = Mapping[tuple[str, int], Values]
-    """Numbers (members,) of the particles of a family, by its name and an axis."""
 
 STATES = 2
 """Random states at which rates are compared."""
@@ -47,6 +46,8 @@ class Trial:
     how: str
     of: Callable[[State], Values | None]
     boosts: bool = False
+    alike: bool = False
+    """Whether it changes all members of a family of coordinates, whatever these do to particles."""
 
 
 class State:
@@ -133,23 +134,33 @@ def constants_of(system: FamilySystem) -> Constants:
 
 def further(system: FamilySystem, states: Sequence[State], kept: NDArray[np.bool_]) -> Iterator[Conserved]:
     """What displacements conserve; not sums of momenta that are all ``kept``."""
+    known: dict[str, list[Values]] = {}
     for trial in trials(system):
         directions = [trial.of(one) for one in states]
         if any(one is None or not np.any(one) for one in directions):
             continue
         pairs = [(one, state) for one, state in zip(directions, states) if one is not None]
-        if system.joints is not None and not all(state.keeps_kinetic(one) for one, state in pairs):
-            continue
+        if trial.alike and system.joints is not None:
+            if not all(state.keeps_kinetic(one) for one, state in pairs):
+                continue
+            if trial.quantity in known or any(follows(pairs, one) for one in known.values()):
+                continue
         if not all(state.vanishes(one, applied=True) for one, state in pairs):
             continue
         constant = trial.quantity.startswith("P")
         if constant and all(np.all(kept[np.flatnonzero(one)]) for one, _ in pairs):
             continue
+        known[trial.quantity] = [one for one, _ in pairs]
         because = trial.how
         if not trial.boosts:
             idle = all(state.vanishes(one, applied=True, inside=False) for one, state in pairs)
             because = f"{trial.how} {unchanged(system, idle=idle)}"
         yield Conserved(trial.quantity, trial.text, because)
+
+
+def follows(pairs: Sequence[tuple[Values, State]], known: Sequence[Values]) -> bool:
+    """Whether a displacement is the same in all states as one that is known."""
+    return all(np.array_equal(one, other) for (one, _), other in zip(pairs, known))
 
 
 def unchanged(system: FamilySystem, *, idle: bool) -> str:
@@ -165,15 +176,16 @@ def unchanged(system: FamilySystem, *, idle: bool) -> str:
 
 def trials(system: FamilySystem) -> Iterator[Trial]:
     """Displacements of all particles; of all members of a family, where L is given, and of chains."""
-    if system.spec.lagrangian is not None or system.joints is not None:
+    if system.spec.lagrangian is not None:
         yield from shifts(system)
         return
+    rigid = None if system.joints is None else Rigid(system)
     counts = {name: len(totals) for name, totals in system.positions.items()}
     axes = range(max(counts.values()))
     for axis in axes:
         name = COMPONENTS[axis]
         how = f"moving all particles along {name}"
-        yield Trial(f"P_{name}", f"sum of m*v{name}", how, partial(shifted, axis=axis))
+        yield Trial(f"P_{name}", f"sum of m*v{name}", how, partial(moved, quantity=f"P_{name}", rigid=rigid))
     if len({*counts.values()}) == 1:
         for name, (i, j) in TURNS.items():
             if max(i, j) in axes:
@@ -181,30 +193,24 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
                 x, y, u, w = COMPONENTS[i], COMPONENTS[j], VELOCITY_COMPONENTS[i], VELOCITY_COMPONENTS[j]
                 yield Trial(
                     f"L_{name}", f"sum of {x}*m*{w} - {y}*m*{u}", f"turning all particles about {about}",
-                    partial(turned, i=i, j=j),
+                    partial(moved, quantity=f"L_{name}", rigid=rigid),
                 )  # fmt: skip
     for axis in axes if len(system.spec.embedding) > 1 else ():
         name = COMPONENTS[axis]
         how = f"the centre of mass moves uniformly along {name} (Galilean boosts)"
         text = f"t*P_{name} - sum of m*{name}"
-        yield Trial(f"K_{name}", text, how, partial(shifted, axis=axis), boosts=True)
+        yield Trial(f"K_{name}", text, how, partial(moved, quantity=f"K_{name}", rigid=rigid), boosts=True)
+    if rigid is not None:
+        moves = {f"P_{name}" for name in COMPONENTS if rigid.parts(f"P_{name}") is not None}
+        yield from (one for one in shifts(system) if one.quantity not in moves)
 
 
-def shifted(state: State, axis: int) -> Values | None:
-    """All particles move along an axis."""
-    return state.change(
-        {place: np.full(len(x), float(place[1] == axis)) for place, x in state.places.items()}
-    )
-
-
-def turned(state: State, i: int, j: int) -> Values | None:
-    """All particles turn from axis i to axis j."""
-    places = state.places
-    moved = {place: np.zeros(len(x)) for place, x in places.items()}
-    for name, axis in places:
-        if axis == i:
-            moved[name, i], moved[name, j] = -places[name, j], places[name, i]
-    return state.change(moved)
+def moved(state: State, quantity: str, rigid: Rigid | None) -> Values | None:
+    """The change of coordinates by a displacement of all particles; None where there is none."""
+    if rigid is None:
+        return state.change(displacement(quantity)(state.places))
+    parts = rigid.parts(quantity)
+    return None if parts is None else together(parts, state.q)
 
 
 def shifts(system: FamilySystem) -> Iterator[Trial]:
@@ -217,7 +223,7 @@ def shifts(system: FamilySystem) -> Iterator[Trial]:
         if len(family.members) > 1:
             how = f"changing all {family.label} alike"
             text = f"sum of p_{family.label}"
-            yield Trial(f"P_{family.name}", text, how, partial(constant, direction=direction))
+            yield Trial(f"P_{family.name}", text, how, partial(constant, direction=direction), alike=True)
 
 
 def constant(state: State, direction: Values) -> Values:

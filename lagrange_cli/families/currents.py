@@ -11,6 +11,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.families.arrays import Array, Domain, Term, Total, total_of
 from lagrange_cli.families.description import Component, FamilySystem
+from lagrange_cli.families.rigid import Rigid
 from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import grouped
@@ -19,8 +20,10 @@ from lagrange_cli.spec.spec import grouped
 def current(system: FamilySystem, quantity: str) -> Total:
     """The total of one member that is the conserved ``quantity``: P_x, L_z, K_x, or P_u of a family u."""
     kind, _, name = quantity.partition("_")
-    if system.spec.lagrangian is not None or system.joints is not None:
+    if system.spec.lagrangian is not None:
         terms = [*of_family(system, name)]
+    elif system.joints is not None:
+        terms = [*of_joints(system, quantity)]
     elif kind == "L":
         i, j = TURNS[name]
         terms = [*turning(system, i, j), *turning(system, j, i, -1.0)]
@@ -39,6 +42,26 @@ def of_family(system: FamilySystem, name: str) -> Iterator[Term]:
             momentum = system.slots.symbol(domain, system.momenta, rows)
             yield Term(domain, momentum, np.zeros(count, dtype=np.int64))
         first += count
+
+
+def of_joints(system: FamilySystem, quantity: str) -> Iterator[Term]:
+    """The same of chains and trees: the momenta of what changes."""
+    kind, _, name = quantity.partition("_")
+    found = Rigid(system).parts(quantity)
+    if found is None:
+        yield from of_family(system, name)
+        return
+    time = system.time if kind == "K" else system.slots.graph.one
+    for one in found:
+        domain, rows = Domain(len(one.family.members)), np.arange(len(one.family.members))
+        node = one.factor * time * system.slots.symbol(domain, system.momenta, rows + one.first)
+        if one.other is not None:
+            node = node * system.slots.symbol(domain, system.q, rows + one.other_first)
+        yield Term(domain, node, np.zeros(len(rows), dtype=np.int64))
+    if kind == "K":
+        centre = system.centres[COMPONENTS.index(name)]
+        where = np.zeros(1, dtype=np.int64)
+        yield Term(system.root, -system.slots.symbol(system.root, centre, where), where)
 
 
 def moving(system: FamilySystem, axis: int, *, boosted: bool) -> Iterator[Term]:

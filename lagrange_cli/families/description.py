@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -65,6 +66,10 @@ class FamilySystem:
     positions: Mapping[str, Sequence[Total]]
     observables: Mapping[str, tuple[Total, int]]
     joints: Articulation | None = None
+    speeds: Mapping[str, Sequence[Total | None]] = MappingProxyType({})
+    """The velocities of particles on chains and trees, None of what rests."""
+    centres: Sequence[Total] = ()
+    """The sums of m x, m y and so on, likewise."""
     loads: Sequence[Total] = ()
 
     @property

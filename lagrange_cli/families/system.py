@@ -20,7 +20,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
-from lagrange_cli.families.articulation import articulation
+from lagrange_cli.families.articulation import articulation, centres
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
@@ -44,6 +44,14 @@ _LATEST: list[tuple[Spec, FamilySystem | None]] = []
 def family_system(spec: Spec) -> FamilySystem | None:
     """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
     who goes through its members finds what."""
+    found = any_family_system(spec)
+    if found is not None and found.terms < FEWEST and not (found.joints and found.joints.count):
+        return None
+    return found
+
+
+def any_family_system(spec: Spec) -> FamilySystem | None:
+    """The same, however few terms it has."""
     found: FamilySystem | None
     for known, found in _LATEST:
         if known is spec:
@@ -52,8 +60,6 @@ def family_system(spec: Spec) -> FamilySystem | None:
     if spec.families.get("coordinates") and not any(getattr(spec, part) for part in UNKNOWN):
         with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
             found = made(spec)
-    if found is not None and found.terms < FEWEST and not (found.joints and found.joints.count):
-        found = None
     _LATEST[:] = [(spec, found)]
     return found
 
@@ -134,6 +140,7 @@ def articulated(spec: Spec) -> FamilySystem:
         builder, everyone=Domain(builder.q.count), masses=total_of(builder.q.count, [], graph), forces=forces,
         needed=[*needed, *beside], energies=totals, slopes=whole, applied=applied,
         potential=potential, kinetic=kinetic, momenta=momentum, components=[], joints=found, loads=pulls,
+        centres=centres(builder, spec),
     )  # fmt: skip
 
 
@@ -144,6 +151,8 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()
     }
     observables = dict(observed(builder, spec))
+    if "joints" in parts:
+        parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(
         spec=spec, slots=builder.slots, q=builder.q, v=builder.v, given=builder.given, whole=builder.whole,
         time=builder.time, parameters=builder.parameters, root=builder.root, totals=builder.totals,

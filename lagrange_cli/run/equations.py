@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 FORMATS = ("text", "unicode", "latex", "json", "python")
 MOTION, SPAN, PATIENCE = 8, 10.0, 2.0
 """States along the motion that are compared; its end if the file gives none; the seconds that it may take."""
+STEPS_A_PAIR = 150
+"""Steps of work that each entry of the mass matrix takes at least."""
 EMPTY: Mapping[str, str] = {}
 FORMS = ("lagrange", "explicit", "hamilton", "matrix", "reactions", "vakonomic")
 
@@ -42,6 +44,8 @@ class Derived:
     """How they compare with those in the coordinates of the file, where these have been changed."""
     original: Spec | None = None
     """The system in the coordinates of the file, likewise."""
+    coordinates: str = ""
+    """The name of the transformation, likewise."""
 
     @contextmanager
     def bounded(self) -> Iterator[None]:
@@ -75,9 +79,11 @@ def derive(
     from lagrange_cli.symbolic.derive import derive_equations
     from lagrange_cli.symbolic.work import counting
 
-    check_printed(spec)
-    spec = spec if spec.replaced else independent(spec, overrides)
     work = Work(most)
+    check_printed(spec)
+    with located(spec):
+        work.foresee(STEPS_A_PAIR * len(spec.coordinates) ** 2)
+    spec = spec if spec.replaced else independent(spec, overrides)
     with stage("derive"), located(spec), counting(work):
         _refuse(spec)
         equations = derive_equations(build_model(spec, SympyAlgebra()))
@@ -122,7 +128,7 @@ def derive_in(coordinates: str, spec: Spec, stage: Stage, overrides: Mapping[str
     derived = derive(in_coordinates(spec, coordinates), stage)
     with stage("compare"), derived.bounded():
         compared = covariance(spec, derived.spec, derived.equations, overrides)
-    return replace(derived, covariance=compared, original=spec)
+    return replace(derived, covariance=compared, original=spec, coordinates=coordinates)
 
 
 def further_conserved(model: Model[Node], equations: Equations) -> list[Conserved]:
@@ -178,7 +184,7 @@ def check_printed(spec: Spec) -> None:
         raise TooLargeSystem(spec.filename, [problem])
 
 
-def as_data(derived: Derived, form: str, parameters: dict[str, float]) -> dict[str, Any]:
+def as_data(derived: Derived, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:
     """The equations in terms of JSON; ``form`` is one of ``FORMS``."""
     from lagrange_cli.symbolic.data import as_data
 
@@ -195,7 +201,7 @@ def of_form(derived: Derived, form: str) -> Equations:
     return with_reactions(derived.spec, derived.equations)
 
 
-def as_written(derived: Derived, format_: str, form: str, parameters: dict[str, float]) -> str:
+def as_written(derived: Derived, format_: str, form: str, parameters: Mapping[str, float]) -> str:
     """The equations in one of the ``FORMATS`` other than JSON; ``form`` is one of ``FORMS``."""
     with derived.bounded():
         equations = of_form(derived, form)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.errors import TooLargeSystem, UsageError
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import located
-from lagrange_cli.run.equations import FORMS
+from lagrange_cli.run.equations import EMPTY, FORMS, Derived, as_data, as_written, derive, verify_system
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
@@ -20,8 +20,12 @@ if TYPE_CHECKING:
     from lagrange_cli.symbolic.families.equations import FamilyEquations
     from lagrange_cli.symbolic.verify import Verification
 
-INDEXED = FORMS[:2]
+INDEXED = FORMS[:4]
 """Forms in which families are printed with their indices."""
+DIAGONAL = "hamilton", "matrix"
+"""Those of them for which M has to be diagonal."""
+MANY = 50
+"""Coordinates from which on families are printed so, where M is diagonal and constant."""
 FEW = 4
 """Members of a family whose equations are short when they are written out."""
 
@@ -43,18 +47,80 @@ class DerivedFamilies:
             yield
 
 
-def derive_families(spec: Spec, stage: Stage = untimed, most: float = math.inf) -> DerivedFamilies | None:
-    """The equations of motion of a system that is one of families (``families.system``); None for any other.
-    It takes ``most`` steps of work.
+def derive_printed(
+    spec: Spec,
+    form: str,
+    stage: Stage = untimed,
+    overrides: Mapping[str, str] = EMPTY,
+    *,
+    coordinates: str = "",
+    indexed: bool | None = None,
+) -> Printed:
+    """The equations of motion, with indices where families are large, or too large to be written out, or as
+    ``indexed`` says.
+
+    Raises ``SpecError`` and ``UsageError`` as ``derive`` does, and ``UsageError`` where families cannot be
+    written with indices as is asked.
+    """
+    if indexed:
+        found = None if coordinates else _of_form(derive_families(spec, stage, small=True), form)
+        if found is None:
+            raise UsageError(f"no equations with indices: {why_members(spec, form, coordinates)}")
+        return found
+    indexed = indexed is None and form in INDEXED and not coordinates
+    found = _of_form(derive_families(spec, stage), form) if indexed else None
+    if found is None:
+        try:
+            with by_members(spec, form, coordinates):
+                return derive(spec, stage, overrides, coordinates=coordinates)
+        except TooLargeSystem:
+            found = _of_form(derive_families(spec, stage, small=True), form) if indexed else None
+            if found is None:
+                raise
+    return found
+
+
+def in_form(derived: Printed, form: str) -> Printed:
+    """The same equations for another form, for which they may have to be written out."""
+    if isinstance(derived, Derived) or (_of_form(derived, form) is not None and form in INDEXED):
+        return derived
+    return derive_printed(derived.system.spec, form)
+
+
+def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | None:
+    """The equations if they have a form with indices. Raises ``UsageError`` where they have it in no way."""
+    if derived is None:
+        return None
+    refuse_form(derived, form)
+    if form in DIAGONAL and derived.equations.masses is None:
+        return None
+    if form == "hamilton":
+        from lagrange_cli.expression.indices import Unsuited
+        from lagrange_cli.symbolic.families.hamilton import hamilton_form
+
+        try:
+            with derived.bounded():
+                hamilton_form(derived.equations)
+        except Unsuited:
+            return None
+    return derived
+
+
+def derive_families(
+    spec: Spec, stage: Stage = untimed, most: float = math.inf, *, small: bool = False
+) -> DerivedFamilies | None:
+    """The equations of motion of a large system that is one of families (``families.system``), or a ``small``
+    one; None for any other. It takes ``most`` steps of work.
 
     Raises ``SpecError`` where they are too large.
     """
     if not spec.families.get("coordinates"):
         return None
-    from lagrange_cli.families.system import family_system
+    from lagrange_cli.families.system import any_family_system, family_system
 
     with stage("derive"), located(spec):
-        system = family_system(spec)
+        small = small or len(spec.coordinates) >= MANY
+        system = any_family_system(spec) if small else family_system(spec)
         if system is None:
             return None
         from lagrange_cli.limits import Work
@@ -65,6 +131,9 @@ def derive_families(spec: Spec, stage: Stage = untimed, most: float = math.inf) 
         with counting(work):
             equations = family_equations(system)
         return None if equations is None else DerivedFamilies(system, equations, work)
+
+
+Printed: TypeAlias = "Derived | DerivedFamilies"
 
 
 @contextmanager
@@ -86,7 +155,7 @@ def by_members(spec: Spec, form: str, coordinates: str) -> Iterator[None]:
 
 def why_members(spec: Spec, form: str, coordinates: str) -> str:
     """Why the equations are not printed with indices."""
-    from lagrange_cli.families.system import UNKNOWN, family_system
+    from lagrange_cli.families.system import UNKNOWN, any_family_system
 
     if coordinates:
         return "in other coordinates every member is written out"
@@ -95,9 +164,12 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     parts = [part for part in UNKNOWN if getattr(spec, part)]
     if parts:
         return f"with {parts[0]} every member is written out"
-    if family_system(spec) is not None:
+    found = any_family_system(spec)
+    if found is not None and found.joints is not None and form in DIAGONAL:
+        return f"--form {form} writes out every member of chains and trees"
+    if found is not None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
-    kinds = "a constant diagonal mass matrix, or particles along chains and trees, without kinks"
+    kinds = "a constant diagonal mass matrix, or chains and trees of 20 coordinates or more, without kinks"
     return f"every member is written out, since printing with indices needs {kinds}"
 
 
@@ -118,12 +190,38 @@ def refuse_form(derived: DerivedFamilies, form: str) -> None:
         )
 
 
-def families_as_data(derived: DerivedFamilies, parameters: Mapping[str, float]) -> dict[str, Any]:
-    """The equations in terms of JSON."""
-    from lagrange_cli.symbolic.families.report import as_data
+def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:
+    """The equations in terms of JSON; ``form`` is one of ``FORMS``, with which they have been derived."""
+    if isinstance(derived, DerivedFamilies):
+        return families_as_data(derived, parameters, form)
+    with by_members(derived.spec, form, derived.coordinates):
+        return as_data(derived, form, parameters)
+
+
+def written(derived: Printed, format_: str, form: str, parameters: Mapping[str, float]) -> str:
+    """The equations in a format other than JSON, likewise."""
+    if isinstance(derived, DerivedFamilies):
+        return families_as_written(derived, format_, form, parameters)
+    with by_members(derived.spec, form, derived.coordinates):
+        return as_written(derived, format_, form, parameters)
+
+
+def verify_printed(derived: Printed, overrides: Mapping[str, str]) -> Verification:
+    """Compare the printed equations with the compiled ones."""
+    if isinstance(derived, DerivedFamilies):
+        return verify_families(derived, overrides)
+    with by_members(derived.spec, FORMS[0], derived.coordinates):
+        return verify_system(derived, overrides)
+
+
+def families_as_data(
+    derived: DerivedFamilies, parameters: Mapping[str, float], form: str = FORMS[0]
+) -> dict[str, Any]:
+    """The equations in terms of JSON; ``form`` is one of ``INDEXED``."""
+    from lagrange_cli.symbolic.families import report
 
     with derived.bounded():
-        return as_data(derived.equations, parameters)
+        return report.as_data(derived.equations, parameters, form)
 
 
 def families_as_written(
@@ -134,7 +232,7 @@ def families_as_written(
         if format_ == "python":
             from lagrange_cli.symbolic.families.source import as_python
 
-            return as_python(derived.equations, parameters)
+            return as_python(derived.equations, parameters, form)
         from lagrange_cli.symbolic.families.report import as_page
 
         return as_page(derived.equations, format_, form)

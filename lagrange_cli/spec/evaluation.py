@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.algebra import Value
@@ -15,14 +15,19 @@ from lagrange_cli.expression.vocabulary import (
     COMPONENTS,
     CONSTANTS,
     family_name,
+    member_name,
 )
 from lagrange_cli.spec.content import groups_by_name, groups_of, names_of, statements
+from lagrange_cli.spec.family import MemberNames
 from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Inertia, Spec
 from lagrange_cli.spec.whole import Part, WrittenFamily
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.together import Together
 
 MANY = 100
 """The number of members of a family from which on they are evaluated together."""
@@ -117,17 +122,26 @@ class Evaluation:
         """Evaluate all of them; an override may change what depends on what."""
         known = names_of(self.spec.parameters)
         groups, cycles = known.bases, list[list[str]]()
+        heads: dict[str, tuple[WrittenFamily[Any], Part[Any]]] = {}
+        """The first members of parts of families whose members are made of others."""
 
         def compute(name: str) -> None:
             group = groups.get(name)
             if isinstance(group, WrittenFamily):
                 for part in group.parts:
-                    found = self.together(part, part.item.value)
-                    if found is not None:
-                        self._take(dict(zip(group.names_of_part(part), found)))
+                    if group.name in _bases(part.item.value.tree):
+                        heads[member_name(group.name, next(part.places))] = group, part
+                    else:
+                        self._take(group, part, self.together(part, part.item.value))
+                on_demand([one for one in heads if one in self.unknown], compute)
                 rest = [one for one in group.names if one in self.unknown]
                 cycles.extend(on_demand(rest, compute)[1])
                 return
+            if name in heads:
+                group, part = heads[name]
+                self._take(group, part, self.in_sequence(group, part, part.item.value))
+                if name in self.values:
+                    return
             if name in self.given or name in self.overrides:
                 value = self.override(name)
             else:
@@ -145,8 +159,9 @@ class Evaluation:
             name: self.values[name] for name in names_of(self.spec.parameters) if name in self.values
         }
 
-    def _take(self, found: Mapping[str, float]) -> None:
+    def _take(self, group: WrittenFamily[Any], part: Part[Any], numbers: Sequence[float] | None) -> None:
         """Use the values of parameters that the file gives, but for those given otherwise."""
+        found = {} if numbers is None else dict(zip(group.names_of_part(part), numbers))
         replaced = {*self.given, *self.overrides}
         new = {name: value for name, value in found.items() if name not in replaced}
         self.values |= new
@@ -175,9 +190,8 @@ class Evaluation:
 
     def _constants(self, group: WrittenFamily[Expression]) -> None:
         """Evaluate a family of definitions."""
-        if group.order is not None:  # members are made of others
-            for name, definition in zip(group.names, group):
-                self._constant(name, definition)
+        if any(group.name in _bases(part.item.tree) for part in group.parts):
+            self._sequences(group)
             return
         for part in group.parts:
             found = self.together(part, part.item)
@@ -186,6 +200,21 @@ class Evaluation:
             else:
                 for name, definition in zip(group.names_of_part(part), group.of_part(part)):
                     self._constant(name, definition)
+
+    def _sequences(self, group: WrittenFamily[Expression]) -> None:
+        """Evaluate a family of definitions whose members are made of others, in its order."""
+        assert isinstance(group.family.members, MemberNames)
+        tried: set[int] = set()
+        for name, place in zip(group.names, group.order or group.family.members.places):
+            if name in self.definitions:
+                continue
+            part = group.part_at(place)
+            found = None if id(part) in tried else self.in_sequence(group, part, part.item)
+            tried.add(id(part))
+            if found is not None:
+                self.definitions.update(zip(group.names_of_part(part), found))
+            else:
+                self._constant(name, group.at(place))
 
     def _constant(self, name: str, definition: Expression) -> None:
         """Evaluate a definition."""
@@ -246,6 +275,27 @@ class Evaluation:
         self, part: Part[Any], expression: Expression, *, fades: bool = False
     ) -> Sequence[float] | None:
         """The numbers of many members at once; None where they have to be found one by one."""
+        return self._at_once(part, expression, lambda many: many.of_part(expression.tree, part), fades=fades)
+
+    def in_sequence(
+        self, group: WrittenFamily[Any], part: Part[Any], expression: Expression
+    ) -> Sequence[float] | None:
+        """The same where each member is a sum of its neighbour and others, all of which the file gives."""
+        if any(family_name(one) == group.name for one in (*self.given, *self.overrides)):
+            return None
+        return self._at_once(
+            part, expression, lambda many: many.of_sequence(expression.tree, part, group.family)
+        )
+
+    def _at_once(
+        self,
+        part: Part[Any],
+        expression: Expression,
+        numbers: Callable[[Together], Any],
+        *,
+        fades: bool = False,
+    ) -> Sequence[float] | None:
+        """The ``numbers`` of many members."""
         if type(self.algebra) is not NumberAlgebra or part.count < MANY:
             return None
         if not self.problems.trusts(expression.tree):
@@ -253,8 +303,7 @@ class Evaluation:
         from lagrange_cli.spec.together import Together
 
         try:
-            builder = Together(self._scope, self._array, self.spec.sizes, fades=fades)
-            found = builder.of_part(expression.tree, part)
+            found = numbers(Together(self._scope, self._array, self.spec.sizes, fades=fades))
         except (NoMember, Unsound):
             return None
         return None if found is None else found.tolist()

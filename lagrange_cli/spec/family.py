@@ -179,6 +179,15 @@ class Family:
         assert isinstance(self.members, MemberNames)
         return self.members.number(name)
 
+    def place(self, name: str) -> Place | None:
+        """The indices of the member of this name; None where none has it."""
+        assert isinstance(self.members, MemberNames)
+        return self.members.place(name)
+
+    def at(self, number: int) -> Place:
+        """The indices that come to this number, the last index fastest, whether or not there is a member."""
+        return Grid(tuple(map(range, self.shape)))[number]
+
     @property
     def complete(self) -> bool:
         """Whether every index from 0 on has a member."""

@@ -45,8 +45,11 @@ def bounds_of(names: Table, identifier: str, places: list[Whole], count: int) ->
         value = names.alike(name)
         if value is None:
             value = numbers_at(names.values.of_family(family), which)
-    if not component:
-        return value
+    return component_of(value, component) if component else value
+
+
+def component_of(value: Any, component: str) -> Any:
+    """The bounds of a component. Raises ``Unsuited`` where there is none of this name."""
     known = COMPONENTS + VELOCITY_COMPONENTS
     if component not in known or not isinstance(value, tuple) or known.index(component) % 3 >= len(value):
         raise Unsuited

@@ -92,15 +92,22 @@ class Names(Meanings):
     ) -> tuple[frozenset[Kind], Any] | None:
         """``check`` for all members of a family that share the expression's tree; None where each of them has
         to be checked by itself."""
+        kinds, sound = self.check_names(expression, section, where)
+        if not sound:
+            return kinds, None
+        together = self._together(expression)
+        return None if together is None else (kinds, together)
+
+    def check_names(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
+        """The kinds of the names of an expression, each of which is reported where it is unknown or
+        forbidden, and whether none is."""
         key = id(expression.tree), section
         if key not in self._found:
             self._found[key] = self._look_up_all(expression, section, where)
         kinds, sound = self._found[key]
         if not sound:
             self.problems.distrust(expression.tree)
-            return kinds, None
-        together = self._together(expression)
-        return None if together is None else (kinds, together)
+        return kinds, sound
 
     def apart(self, group: W | WrittenFamily[W]) -> Iterator[W]:
         """What has to be checked of something written: itself, or of the members of a family those that are

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.syntax import names, plain_names
@@ -11,13 +11,22 @@ from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.draft import Declared, Written
-from lagrange_cli.spec.family import Family, MemberNames
+from lagrange_cli.spec.family import Family, MemberNames, Place
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.order import chain, dependency_order, on_demand
+from lagrange_cli.spec.order import Needs, chain, dependency_order, on_demand
 from lagrange_cli.spec.spec import Expression, distinct
 from lagrange_cli.spec.whole import Part, WrittenFamily
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.recurrence import Recurrence
+
+BREAK = "break the cycle: give one of them a value that does not use the others"
+AS_VECTOR = (
+    "make them components of one family of vectors, as in r[i in range(1, N)]: (r[i - 1].x, r[i - 1].y)"
+)
+"""Families are computed one after the other, even if no member depends on itself."""
 
 W = TypeVar("W", bound=Written)
 
@@ -83,13 +92,15 @@ class Settling:
                 found.append(settled)
             cycles += circles
         for cycle in cycles:
+            several = len({*map(family_name, cycle)}) > 1
+            families = [isinstance(groups[family_name(one)], WrittenFamily) for one in cycle]
             first = groups[family_name(cycle[0])]
             if isinstance(first, WrittenFamily):
                 first = first.named(cycle[0]) or first[0]
             self.names.problems.add_once(
                 first.place,
                 f"{what.value} '{cycle[0]}' depends on itself: {chain(cycle)}",
-                "break the cycle: give one of them a value that does not use the others",
+                AS_VECTOR if several and all(families) and what is Kind.DEFINITION else BREAK,
             )
         return found
 
@@ -105,7 +116,13 @@ class Settling:
             for one in self._apart(group, what, section):
                 self._settle_one(one, what, section)
             return group, []
-        members = {one.name: one for one in group}
+        order = self._recurrent(group, what, section)
+        if len(order) == len(group):
+            return group.ordered(tuple(order)), []
+        assert isinstance(group.family.members, MemberNames)
+        known = set(order)
+        rest = [place for place in group.family.members.places if place not in known]
+        members = {one.name: one for one in map(group.at, rest)}
 
         def compute(name: str) -> None:
             self._settle_one(members[name], what, section)
@@ -115,9 +132,60 @@ class Settling:
             self.settle(name, what, frozenset(), None)
         if len(settled) < len(members):
             return None, cycles
-        assert isinstance(group.family.members, MemberNames)
-        found = (group.family.members.place(name) for name in settled)
-        return group.ordered(tuple(place for place in found if place is not None)), cycles
+        found = map(group.family.place, settled)
+        return group.ordered((*order, *(place for place in found if place is not None))), cycles
+
+    def _recurrent(self, group: WrittenFamily[W], what: Kind, section: str) -> list[Place]:
+        """Settle members of a family that follow from one another, those that are alike at once. The places
+        of those that have been settled, in the order in which they can be computed."""
+        order: list[Place] = []
+        if not any(map(self.names.has_many, group.parts)):
+            return order
+        heads = {group.at(place := next(part.places)).name: (part, place) for part in group.parts}
+        head_of = {id(part): name for name, (part, _) in heads.items()}
+        natural = True
+
+        def compute(name: str) -> None:
+            nonlocal natural
+            part, place = heads[name]
+            try:
+                if part.count == 1:
+                    natural = natural and group.name not in bases_in(part.item)
+                    self._settle_one(group.at(place), what, section)
+                    order.append(place)
+                elif self.names.has_many(part) and (found := self._sequence(group, part, what, section)):
+                    natural = natural and found.natural
+                    order.extend(found.places)
+            except Needs as needed:
+                other = group.family.place(needed.name)
+                raise needed if other is None else Needs(head_of[id(group.part_at(other))]) from needed
+
+        on_demand(heads, compute)
+        if natural and len(order) == len(group):
+            assert isinstance(group.family.members, MemberNames)
+            return [*group.family.members.places]
+        return order
+
+    def _sequence(
+        self, group: WrittenFamily[W], part: Part[W], what: Kind, section: str
+    ) -> Recurrence | None:
+        """Settle the members of a part that follow from one another; None where they have to be settled one
+        by one."""
+        from lagrange_cli.spec.recurrence import Recurrence
+
+        value = expression_of(part.item)
+        if value is None:
+            return None
+        value = value.member("", part.values(next(part.places)))
+        kinds, sound = self.names.check_names(value, section, label(part.item, what))
+        recurrence = Recurrence(self.names, self.names.sizes, group, part)
+        bounds = recurrence.settled(value.tree) if sound else None
+        if bounds is None or (isinstance(bounds, tuple) and what is Kind.PARAMETER):
+            return None
+        if what is Kind.PARAMETER:
+            kinds, bounds = frozenset({what}), scalar()
+        self.settle_part(group.family, part, what, kinds, bounds)
+        return recurrence
 
     def _apart(self, group: WrittenFamily[W], what: Kind, section: str) -> Iterator[W]:
         """Settle the members of a family that are alike, and yield the others."""
@@ -168,9 +236,15 @@ class Settling:
 
     def _uses(self, group: W | WrittenFamily[W]) -> set[str]:
         """The names that something uses, or the members of a family."""
-        written = [part.item for part in group.parts] if isinstance(group, WrittenFamily) else [group]
-        given = [value for one in written if (value := expression_of(one)) is not None]
-        return {name.base for one in distinct(given) for name in names(one.tree)}
+        return bases_in(
+            *([part.item for part in group.parts] if isinstance(group, WrittenFamily) else [group])
+        )
+
+
+def bases_in(*written: Written) -> set[str]:
+    """The names that something uses."""
+    given = [value for one in written if (value := expression_of(one)) is not None]
+    return {name.base for one in distinct(given) for name in names(one.tree)}
 
 
 def expression_of(written: Written) -> Expression | None:

@@ -14,9 +14,13 @@ from lagrange_cli.symbolic.equations import Equations
 def equalities(equations: Equations) -> dict[str, sympy.Eq]:
     """The Euler-Lagrange equation of each coordinate, by its name."""
     return {
-        name: sympy.Eq(one.left, one.right, evaluate=False)
-        for name, one in zip(equations.coordinates, equations.equations)
+        name: equality(one.left, one.right) for name, one in zip(equations.coordinates, equations.equations)
     }
+
+
+def equality(left: sympy.Expr, right: sympy.Expr) -> sympy.Eq:
+    """``left = right`` as it is written."""
+    return sympy.Eq(left, right, evaluate=False)
 
 
 def matrix(rows: Sequence[Sequence[sympy.Expr]]) -> sympy.ImmutableMatrix:

@@ -179,8 +179,13 @@ def blocks(name: str, content: Sequence[Section]) -> str:
 
 def as_display(equations: Equations, form: str) -> str:
     """The formulas as one display, as notebooks show it."""
+    return displayed(sections(equations, form, Latex()))
+
+
+def displayed(content: Sequence[Section]) -> str:
+    """Sections as one display, without those of sentences."""
     rows: list[str] = []
-    for section in sections(equations, form, Latex()):
+    for section in content:
         if not section.verbal:
             at_margin = any(width(each.left + each.remark) > WIDTH for each in section.statements)
             rows.append(rf"  &\textbf{{{section.title}}}")

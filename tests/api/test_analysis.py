@@ -70,3 +70,48 @@ def test_methods_are_compared():
         lagrange.bench(PENDULUM, error=1)
     with pytest.raises(lagrange.UsageError, match="unknown method 'euler'"):
         lagrange.bench(PENDULUM, methods=["euler"])
+
+
+CHAIN = SYSTEMS / "fpu_chain.yaml"
+
+
+@pytest.mark.parametrize("count", [4, 8, 9])
+def test_equations_with_indices_are_those_of_the_members(count):
+    whole = lagrange.equations(CHAIN, size={"N": count}, indexed=True)
+    apart = lagrange.equations(CHAIN, size={"N": count}, indexed=False)
+    u, N, i = sympy.IndexedBase("u"), sympy.Symbol("N", integer=True), sympy.Symbol("i", integer=True)
+    assert isinstance(whole.h.atoms(sympy.Sum).pop(), sympy.Sum) and u[i] in whole.force["u[i]"].free_symbols
+
+    def members(expression, **values):
+        found = expression.subs({N: count, **{sympy.Symbol(k, integer=True): x for k, x in values.items()}})
+        return found.doit().replace(
+            lambda one: isinstance(one, sympy.Indexed),
+            lambda one: sympy.Symbol(f"{one.base.label}[{','.join(map(str, one.indices))}]"),
+        )
+
+    for one, other in ((whole.L, apart.L), (whole.T, apart.T), (whole.U, apart.U), (whole.h, apart.h)):
+        assert sympy.expand(members(one) - other) == 0
+    rates = {"u[0]": ("u[0]", {}), f"u[{count - 1}]": ("u[N - 1]", {})}
+    rates |= {f"u[{k}]": ("u[i]", {"i": k}) for k in range(1, count - 1)}
+    for name, (line, values) in rates.items():
+        assert sympy.expand(members(whole.accelerations[line], **values) - apart.accelerations[name]) == 0
+        equation, expected = (one.equations[key] for one, key in ((whole, line), (apart, name)))
+        assert sympy.expand(members(equation.lhs - equation.rhs, **values) - expected.lhs + expected.rhs) == 0
+    assert whole.masses == {"u[i]": sympy.Symbol("m")} and whole.members["equations"]["u[0]"] == ""
+    assert whole.members["masses"] == {"u[i]": "for i in range(N)"}
+    assert {*whole.conserved} == {*apart.conserved} == {"h"} and whole.sizes["N"] == count
+    shown = whole._repr_latex_()
+    assert shown.startswith("$$") and r"\ddot{u}_{i}" in shown
+
+
+def test_large_families_have_indices_as_the_command_prints_them(capsys):
+    found = lagrange.equations(CHAIN, size={"N": 200})
+    for form in ("lagrange", "hamilton"):
+        assert main(["equations", str(CHAIN), "--size", "N=200", "--form", form]) == 0
+        assert capsys.readouterr().out == found.write(form=form) + "\n"
+    assert found.as_data("hamilton")["canonical_equations"]["velocities"] == {"u[i]": "p_u[i]/m"}
+    pendulum = lagrange.equations(SYSTEMS / "n_pendulum.yaml", size={"N": 30})
+    assert pendulum.accelerations is None and pendulum.masses is None
+    assert [*pendulum.momenta] == ["theta[i]"] and pendulum.momenta["theta[i]"].has(sympy.Sum)
+    with pytest.raises(lagrange.UsageError, match="no equations with indices: with constraints"):
+        lagrange.equations(SYSTEMS / "chain.yaml", indexed=True)

@@ -146,3 +146,77 @@ def test_check_refuses_series_that_are_too_large_as_solve_does(monkeypatch: pyte
     spec = read_spec((SYSTEMS / "lattice.yaml").read_text(), "lattice.yaml", {"N": "20", "M": "20"})
     with pytest.raises(SpecError, match="Taylor series of this system are"):
         classify(spec)
+
+
+CART = """
+sizes: {{N: 3}}
+parameters: {{m: 1.5, l: 1.0, M: 2.0, k: 0.7}}
+coordinates:
+  X: {{initial: 0.1}}
+  Y: {{initial: 0.2}}
+  theta[i in range(N)]: {{initial: 2.0 + 0.1*i}}
+masses: {{cart: M, "bob[i in range(N)]": "m*(i + 1)"}}
+embedding:
+  cart: [{cart}]
+  bob[i in range(N)]:
+    - {x} + sum(l*sin(theta[j]) for j in range(i + 1))
+    - {y} - sum(l*cos(theta[j]) for j in range(i + 1))
+potential: {potential}
+generalized_forces: {{Y: "{force}"}}
+solve: {{stop: 1}}
+"""
+CARTS = {
+    "free": {"potential": "0"},
+    "on a scale": {"potential": "0", "cart": "2*X, Y/2", "x": "2*X", "y": "Y/2"},
+    "mirrored": {"potential": "0", "cart": "-Y, X", "x": "-Y", "y": "X"},
+    "falling": {"potential": "M*Y + sum(m*(i + 1)*bob[i].y for i in range(N))"},
+    "round the origin": {
+        "potential": "sum(k*bob[i].x**2 + k*bob[i].y**2 for i in range(N)) + k*M*(X**2 + Y**2)"
+    },
+    "held": {"potential": "sum(k*norm(bob[i] - cart) for i in range(N))", "force": "-Y"},
+    "inside": {"potential": "sum(k*norm(bob[i] - cart)**2 for i in range(N))"},
+    # where families show more: what the members conserve is found only where combinations of few are tried
+    "bent": {"potential": "0", "cart": "X, Y + X**2", "y": "(Y + X**2)"},
+    "hung": {"potential": "0", "x": "0", "y": "0"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 8])
+@pytest.mark.parametrize("case", CARTS)
+def test_chains_conserve_what_their_members_do(
+    case: str, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if (count > 3 and case not in ("free", "inside")) or (count, case) == (1, "hung"):
+        pytest.skip("as for others, or no chain")
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+    given = {"cart": "X, Y", "x": "X", "y": "Y", "force": "0"} | CARTS[case]
+    text = CART.format(**given).replace("{N: 3}", f"{{N: {count}}}")
+    cyclic, found = of_families(text, monkeypatch)
+    expected_cyclic, expected = of_members(text)
+    assert cyclic == expected_cyclic
+    known = {name for name in expected if name[:2] in ("P_", "L_", "K_", "p_") or name == "h"}
+    more = {"bent": {"P_x", "K_x", "L_z"}, "hung": {"P_theta"}}.get(case, set())
+    assert known <= found.keys() <= known | more
+    for name in known:
+        assert found[name] == expected[name]
+
+
+@pytest.mark.parametrize("case", ["free", "mirrored", "on a scale", "inside", "bent"])
+def test_what_chains_conserve_is_written(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = {"cart": "X, Y", "x": "X", "y": "Y", "force": "0"} | CARTS[case]
+
+    def followed(fewest: int) -> Mapping[str, NDArray[np.float64]]:
+        monkeypatch.setattr(systems, "FEWEST_JOINTED", fewest)
+        spec = read_spec(CART.format(**given), "system.yaml")
+        outputs = frozenset(["conserved"])
+        ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
+        return run(ready, resolve_values(spec, {}), 0.0, 0.3, 4).data
+
+    found, expected = followed(0), followed(10**9)
+    names = {name for name in found if "conserved" in name}
+    assert len(names) > 3
+    for name in names & expected.keys():
+        size = 1 + np.max(np.abs(expected[name]))
+        assert np.max(np.abs(found[name] - expected[name])) <= 2.0**-40 * size
+    for name in names:
+        assert np.ptp(found[name]) <= 2.0**-40 * (1 + np.max(np.abs(found[name])))

@@ -88,44 +88,22 @@ def show_system(
     system: str, given: Given, format_: str, form: str, coordinates: str, *, verifying: bool
 ) -> int:
     """Print one system's equations; returns the exit status."""
-    from lagrange_cli.run.equations import as_data, as_written, derive, verify_system
-    from lagrange_cli.run.family_equations import (
-        INDEXED,
-        by_members,
-        derive_families,
-        families_as_data,
-        families_as_written,
-        refuse_form,
-        verify_families,
-    )
+    from lagrange_cli.run.family_equations import data_of, derive_printed, verify_printed, written
     from lagrange_cli.spec.values import resolve_parameters
 
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, parameters = read_system(system, given, resolve_parameters, waiting.stage)
-    families = derive_families(spec, waiting.stage) if form in INDEXED and not coordinates else None
-    verification = covariance = None
-    if families is not None:
-        refuse_form(families, form)
-        if verifying:
-            with waiting.stage("verify"):
-                verification = verify_families(families, given.overrides)
-        with waiting.stage("print"):
-            if format_ == "json":
-                data = families_as_data(families, parameters)
-            else:
-                text = families_as_written(families, format_, form, parameters)
-    else:
-        with by_members(spec, form, coordinates):
-            derived = derive(spec, waiting.stage, given.overrides, coordinates=coordinates)
-            covariance = derived.covariance
-            if verifying:
-                with waiting.stage("verify"):
-                    verification = verify_system(derived, given.overrides)
-            with waiting.stage("print"):
-                if format_ == "json":
-                    data = as_data(derived, form, parameters)
-                else:
-                    text = as_written(derived, format_, form, parameters)
+    derived = derive_printed(spec, form, waiting.stage, given.overrides, coordinates=coordinates)
+    verification = None
+    if verifying:
+        with waiting.stage("verify"):
+            verification = verify_printed(derived, given.overrides)
+    with waiting.stage("print"):
+        if format_ == "json":
+            data = data_of(derived, form, parameters)
+        else:
+            text = written(derived, format_, form, parameters)
+    covariance = getattr(derived, "covariance", None)
     if format_ == "json":
         emit_json(data | covariant(covariance) | verdict(verification))
     else:

@@ -8,6 +8,7 @@ import sympy
 
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, velocity_name
 from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.families.rigid import Rigid
 from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.symbolic.equations import Changing, Conserved
@@ -68,11 +69,11 @@ def displaced(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, symp
     """What displacements of all particles, or of all members of a family, conserve."""
     if given.spec.lagrangian is not None or given.system.joints is not None:
         for family in given.builder.coordinates:
-            own = [one for one in momenta if one.family is family]
-            yield (
-                f"P_{family.name}",
-                sympy.Add(*(Summed(one.expression, Loops(one.loops)) for one in own)),
-            )
+            yield f"P_{family.name}", of_family(momenta, family.name)
+    if given.spec.lagrangian is not None:
+        return
+    if given.system.joints is not None:
+        yield from of_joints(given, momenta)
         return
     particles = [*given.particles()]
     rate, t = given.builder.rate, sympy.Symbol(TIME)
@@ -89,3 +90,35 @@ def displaced(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, symp
     for name, (i, j) in TURNS.items():
         if max(i, j) < min(len(place) for _, place, _ in particles):
             yield f"L_{name}", total(lambda x, m, i=i, j=j: m * (x[i] * rate(x[j]) - x[j] * rate(x[i])))
+
+
+def of_family(momenta: Sequence[Line], family: str, other: str = "") -> sympy.Expr:
+    """The sum of the momenta of a family, each times the same member of another, if one is named."""
+    found = []
+    for line in momenta:
+        if line.family.name == family:
+            factor = symbol_of(line, other) if other else sympy.S.One
+            found.append(Summed(factor * line.expression, Loops(line.loops)))
+    return sympy.Add(*found)
+
+
+def of_joints(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:
+    """What displacements of all particles on chains and trees conserve: momenta of what changes."""
+    rigid = Rigid(given.system)
+    particles = [*given.particles()]
+    for k, name in enumerate(COMPONENTS):
+        for kind in "PKL":
+            parts = rigid.parts(f"{kind}_{name}")
+            if parts is None:
+                continue
+            made = sympy.Add(
+                *(
+                    sympy.nsimplify(one.factor, rational=True)
+                    * of_family(momenta, one.family.name, one.other.name if one.other else "")
+                    for one in parts
+                )
+            )
+            if kind == "K":
+                centre = (Summed(m * x[k], Loops(loops)) for loops, x, m in particles if len(x) > k)
+                made = sympy.Symbol(TIME) * made - sympy.Add(*centre)
+            yield f"{kind}_{name}", made

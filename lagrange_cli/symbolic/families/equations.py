@@ -60,6 +60,10 @@ class FamilyEquations:
     forces: tuple[Line, ...]
     equations: tuple[tuple[Line, Equation], ...]
     accelerations: tuple[Line, ...] | None
+    masses: tuple[Line, ...] | None
+    """The diagonal of M in M a = f, where M is diagonal; None of chains and trees."""
+    rates: tuple[Line, ...] | None
+    """f, the rates of the momenta, likewise."""
     conserved: tuple[Conserved, ...]
     changing: tuple[Changing, ...]
     paths: tuple[Path, ...]
@@ -103,11 +107,14 @@ class _Deriver(Given):
         kinetic, potential = self.energies()
         lagrangian = potential if kinetic is None else kinetic - potential
         inertia = lagrangian if kinetic is None else kinetic
-        momenta, forces, accelerations = [], [], []
+        momenta, forces, accelerations, masses, rates = [], [], [], [], []
         equations: list[tuple[Line, Equation]] = []
         for family in self.builder.coordinates:
-            mass = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
-            momenta += [line.of(own[MASS]) for line, own in self.lines.of(family, mass)]
+            inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
+            for line, own in self.lines.of(family, inertial):
+                momenta.append(line.of(own[MASS]))
+                if self.system.joints is None:
+                    masses.append(line.of(self.mass_of(line, own[MASS])))
             force = {FORCE: [*self.applied(family.name)]}
             if force[FORCE]:
                 lines = self.lines.of(family, force)
@@ -115,11 +122,12 @@ class _Deriver(Given):
             if self.system.joints is not None:
                 equations += self.balanced(family, potential, force)
                 continue
-            several = {**mass, **force, SLOPE: [*self.parts(lagrangian, family.name)]}
+            several = {**inertial, **force, SLOPE: [*self.parts(lagrangian, family.name)]}
             for line, own in self.lines.of(family, several):
-                equation, acceleration = self.solved(line, own)
+                equation, acceleration, rate = self.solved(line, own)
                 equations.append((line.of(equation.left), equation))
                 accelerations.append(line.of(acceleration))
+                rates.append(line.of(rate))
         left = [line for line, _ in equations]
         conserved, changing = balance(self, lagrangian, momenta, forces)
         h = self.neat(self.energy(lagrangian) if kinetic is None else self.kinetic(moving=True) + potential)
@@ -138,6 +146,8 @@ class _Deriver(Given):
             forces=tuple(forces),
             equations=tuple(equations),
             accelerations=None if self.system.joints is not None else tuple(accelerations),
+            masses=None if self.system.joints is not None else tuple(masses),
+            rates=None if self.system.joints is not None else tuple(rates),
             conserved=tuple(conserved),
             changing=tuple(changing),
             paths=tuple(self.builder.paths),
@@ -170,6 +180,7 @@ class _Deriver(Given):
                 for line, one in found.equations
             ),
             accelerations=None if found.accelerations is None else lines(found.accelerations),
+            rates=None if found.rates is None else lines(found.rates),
             conserved=tuple(replace(one, expression=shown(one.expression)) for one in found.conserved),
             changing=tuple(replace(one, rate=shown(one.rate)) for one in found.changing),
             places=tuple(replace(one, expression=shown(one.expression, one.loops)) for one in found.places),
@@ -183,13 +194,17 @@ class _Deriver(Given):
             expression = self.lines.shown(one.expression, {}, one.loops)
             yield replace(one, expression=expression)
 
-    def solved(self, line: Line, own: Mapping[str, sympy.Expr]) -> tuple[Equation, sympy.Expr]:
-        """The equation of a line, where M is diagonal and constant, and the acceleration."""
-        name, order = line.family.name, self.order
-        v, a = (symbol_of(line, one) for one in (velocity_name(name), acceleration_name(name)))
-        mass = tidy(own[MASS].diff(v) if not own[MASS].has(Summed) else self.mass(own[MASS], v), order)
-        force = own[SLOPE] + own[FORCE]
-        return textbook_form(mass * a - force, order), tidy(force / mass, order)
+    def solved(self, line: Line, own: Mapping[str, sympy.Expr]) -> tuple[Equation, sympy.Expr, sympy.Expr]:
+        """The equation of a line, where M is diagonal and constant, the acceleration, and the force."""
+        order = self.order
+        a = symbol_of(line, acceleration_name(line.family.name))
+        mass, force = self.mass_of(line, own[MASS]), own[SLOPE] + own[FORCE]
+        return textbook_form(mass * a - force, order), tidy(force / mass, order), tidy(force, order)
+
+    def mass_of(self, line: Line, momentum: sympy.Expr) -> sympy.Expr:
+        """dp/dv of a line."""
+        v = symbol_of(line, velocity_name(line.family.name))
+        return tidy(momentum.diff(v) if not momentum.has(Summed) else self.mass(momentum, v), self.order)
 
     def balanced(
         self, family: Family, potential: sympy.Expr, force: Mapping[str, Sequence[Part]]

@@ -8,12 +8,14 @@ from typing import Any
 import sympy
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
 from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.hamilton import hamilton_form
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import names_in
-from lagrange_cli.symbolic.latex import Latex, blocks
+from lagrange_cli.symbolic.latex import Latex, blocks, displayed
 from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.notations import IndexedSympy, Text, Unicode
 from lagrange_cli.symbolic.render import Notation, render
@@ -32,6 +34,11 @@ def as_page(equations: FamilyEquations, format_: str, form: str) -> str:
     return lines_of(equations.name, equations.degrees_of_freedom, content)
 
 
+def as_display(equations: FamilyEquations) -> str:
+    """The formulas as one display, as notebooks show it."""
+    return displayed(sections(equations, "lagrange", Latex()))
+
+
 def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[Section]:
     """The sections of a form."""
     writer = Writer(notation, equations.order)
@@ -44,6 +51,8 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
     )
     if form == "explicit":
         return [sizes, accelerations(equations, writer)]
+    if form in OTHER_FORMS:
+        return [sizes, *OTHER_FORMS[form](equations, writer)]
     energies = [
         (name, one)
         for name, one in (("T", equations.T), ("U", equations.U), ("L", equations.L))
@@ -61,7 +70,7 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
         *trees(equations, writer),
         *places(equations, writer),
         Section("Lagrangian", tuple(writer.statement(name, one) for name, one in energies)),
-        Section("Momenta", tuple(line_statement(one, one.name("p_"), writer) for one in equations.momenta)),
+        momenta_section(equations, writer),
         Section("Equations of motion", tuple(of_motion)),
         accelerations(equations, writer),
         Section("Energy function", (writer.statement("h", equations.h),)),
@@ -71,6 +80,46 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
         changing = tuple(changing_statement(each, writer) for each in equations.changing)
         found.append(Section("Not conserved", changing, True))
     return found
+
+
+def hamilton_sections(equations: FamilyEquations, momenta: Writer) -> list[Section]:
+    """H and the canonical equations."""
+    form = hamilton_form(equations)
+    writer = Writer(momenta.notation, form.order)
+    canonical = [
+        *(line_statement(one, one.name("", VELOCITY_SUFFIX), writer) for one in form.velocities),
+        *(line_statement(one, one.name("p_", VELOCITY_SUFFIX), writer) for one in form.rates),
+    ]
+    return [
+        Section("Hamiltonian", (writer.statement("H", form.H),)),
+        Section("Canonical equations", tuple(canonical)),
+        momenta_section(equations, momenta),
+    ]
+
+
+def matrix_sections(equations: FamilyEquations, writer: Writer) -> list[Section]:
+    """M a = f, where M is diagonal."""
+    if equations.masses is None or equations.rates is None:
+        raise Unsuited
+    masses = (line_statement(one, one.name("M_"), writer) for one in equations.masses)
+    rates = (line_statement(one, one.name("f_"), writer) for one in equations.rates)
+    return [
+        Section("Equations of motion", (Statement("M a", "f"),)),
+        Section("Mass matrix, which is diagonal", tuple(masses)),
+        Section("Force", tuple(rates)),
+    ]
+
+
+OTHER_FORMS: Mapping[str, Callable[[FamilyEquations, Writer], list[Section]]] = {
+    "hamilton": hamilton_sections,
+    "matrix": matrix_sections,
+}
+"""The sections of forms for which M has to be diagonal."""
+
+
+def momenta_section(equations: FamilyEquations, writer: Writer) -> Section:
+    """The momenta in terms of velocities."""
+    return Section("Momenta", tuple(line_statement(one, one.name("p_"), writer) for one in equations.momenta))
 
 
 def accelerations(equations: FamilyEquations, writer: Writer) -> Section:
@@ -135,28 +184,32 @@ def with_members(remark: str, loops: Sequence[Loop], writer: Writer) -> str:
     return ", ".join(filter(None, (remark, writer.notation.members(loops))))
 
 
-def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict[str, Any]:
+def as_data(
+    equations: FamilyEquations, parameters: Mapping[str, float], form: str = "lagrange"
+) -> dict[str, Any]:
     """The equations for ``--json``: as of other systems, but by line. Keys are the names of members, such as
-    ``x[i]``; ``members`` says for which indices a line holds."""
+    ``x[i]``; ``members_of`` says for which indices a line of a quantity holds, ``members`` of an equation, or
+    where there is no equation of this name of something else. ``masses`` are the diagonal of M, where that is
+    diagonal, and ``force`` is f in M a = f."""
     refuse_names(equations)
     notation = IndexedSympy()
 
     def text(expression: sympy.Expr | None) -> str | None:
         return None if expression is None else render(expression, notation, equations.order)
 
-    def by_line(lines: Sequence[Line]) -> dict[str, str | None]:
-        return {one.name(): text(one.expression) for one in lines}
+    def by_line(lines: Sequence[Line] | None) -> dict[str, str | None] | None:
+        return None if lines is None else {one.name(): text(one.expression) for one in lines}
 
     motion = {line.name(): text(one.left - one.right) for line, one in equations.equations}
     factors = {line.name(): text(one.factor) for line, one in equations.equations}
     lines = [
-        *equations.momenta, *(equations.accelerations or ()), *equations.forces,
+        *equations.momenta, *(equations.accelerations or ()), *equations.forces, *(equations.masses or ()),
         *(line for line, _ in equations.equations),
     ]  # fmt: skip
     loops = {one.name(): one.loops for one in lines} | {
         one.symbol.name: one.loops for one in equations.places
     }
-    return {
+    data: dict[str, Any] = {
         "name": equations.name,
         "coordinates": [name for family in equations.coordinates for name in family.members],
         "parameters": dict(parameters),
@@ -164,7 +217,8 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
         "families": {
             one.name: list(one.shape) for one in (*equations.coordinates, *equations.parameters) if one.shape
         },
-        "members": {name: " ".join(loop.text for loop in own) for name, own in loops.items()},
+        "members": {name: spoken(own) for name, own in loops.items()},
+        "members_of": members_of(equations),
         "T": text(equations.T),
         "U": text(equations.U),
         "L": text(equations.L),
@@ -174,7 +228,9 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
         "paths": {one.name: parents(one.table) for one in equations.paths},
         "equations": motion,
         "factors": factors,
-        "accelerations": None if equations.accelerations is None else by_line(equations.accelerations),
+        "accelerations": by_line(equations.accelerations),
+        "masses": by_line(equations.masses),
+        "force": by_line(equations.rates),
         "h": text(equations.h),
         "conserved": [
             {
@@ -189,6 +245,34 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
             for each in equations.changing
         ],
     }  # fmt: skip
+    if form == "hamilton":
+        canonical = hamilton_form(equations)
+        data["hamiltonian"] = render(canonical.H, notation, canonical.order)
+        data["canonical_equations"] = {
+            name: {one.name(): render(one.expression, notation, canonical.order) for one in lines}
+            for name, lines in (("velocities", canonical.velocities), ("momentum_rates", canonical.rates))
+        }
+    return data
+
+
+def spoken(loops: Sequence[Loop]) -> str:
+    """``for i in range(N) for j in range(M)``."""
+    return " ".join(loop.text for loop in loops)
+
+
+def members_of(equations: FamilyEquations) -> dict[str, dict[str, str]]:
+    """For which indices the lines of each quantity hold."""
+    quantities = {
+        "momenta": equations.momenta,
+        "generalized_forces": equations.forces,
+        "equations": tuple(line for line, _ in equations.equations),
+        "accelerations": equations.accelerations,
+        "masses": equations.masses,
+        "force": equations.rates,
+    }
+    return {
+        name: {one.name(): spoken(one.loops) for one in lines} for name, lines in quantities.items() if lines
+    }
 
 
 def refuse_names(equations: FamilyEquations) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import prod
 
 import sympy
@@ -10,6 +10,7 @@ import sympy
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleration_name, velocity_name
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.hamilton import hamilton_form, momentum_name
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.report import refuse_names
 from lagrange_cli.symbolic.indexed.conditions import Loop
@@ -17,7 +18,14 @@ from lagrange_cli.symbolic.notations import IndexedPython
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.source import SOLUTION
 
-SIGNATURE = "t, q, v, parameters=PARAMETERS"
+SIGNATURE = "t, {}, parameters=PARAMETERS"
+RATES: Mapping[str, Callable[[str], str]] = {
+    "q": str,
+    "v": velocity_name,
+    "a": acceleration_name,
+    "p": momentum_name,
+}
+"""The arguments of functions, and the names of their members in terms of coordinates."""
 
 TOGETHER = '''
 def accelerations(t, q, v, parameters=PARAMETERS):
@@ -42,8 +50,10 @@ def paths(parents):
 '''
 
 
-def as_python(equations: FamilyEquations, parameters: Mapping[str, float]) -> str:
-    """The module's source: T, U, L, momenta, h, forces and accelerations as functions of (t, q, v)."""
+def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form: str = "lagrange") -> str:
+    """The module's source: T, U, L, momenta, h, forces and accelerations as functions of (t, q, v). With the
+    form ``matrix`` also M and f, and with ``hamilton`` H and the canonical equations as functions of (t, q,
+    p)."""
     refuse_names(equations)
     writer = _Writer(equations)
     functions = []
@@ -61,8 +71,20 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float]) -> st
     else:
         left = [line.of(one.left - one.right) for line, one in equations.equations]
         purpose = "The equations of motion, left minus right side, with accelerations a."
-        functions.append(writer.vector("equations", purpose, left, with_accelerations=True))
+        functions.append(writer.vector("equations", purpose, left, ("q", "v", "a")))
         functions += [TOGETHER.strip(), SOLUTION.strip()]
+    if form == "matrix":
+        purpose = "The diagonal of M in M a = f."
+        functions.append(writer.vector("masses", purpose, equations.masses or ()))
+        functions.append(writer.vector("force", "f of M a = f.", equations.rates or ()))
+    if form == "hamilton":
+        canonical = hamilton_form(equations)
+        writer.order, of_p = canonical.order, ("q", "p")
+        functions += [
+            writer.scalar("hamiltonian", "H(t, q, p).", canonical.H, of_p),
+            writer.vector("velocities", "q_dot_k = dH/dp_k.", canonical.velocities, of_p),
+            writer.vector("momentum_rates", "p_dot_k = -dH/dq_k + Q_k.", canonical.rates, of_p),
+        ]
     title = " ".join(equations.name.split()).replace("\\", "/").replace('"', "'")
     used = sorted({*FUNCTIONS, *CONSTANTS} & writer.used)
     head = [f'"""{title}: the equations of motion. Coordinates are in the order of COORDINATES."""', ""]
@@ -83,16 +105,17 @@ class _Writer:
         shapes: dict[str, Sequence[str]] = {}
         for family in (*equations.coordinates, *equations.parameters):
             shapes[family.name] = [str(size) for size in family.shape]
-            for rate in (velocity_name(family.name), acceleration_name(family.name)):
-                shapes[rate] = shapes[family.name]
+            for rate in RATES.values():
+                shapes[rate(family.name)] = shapes[family.name]
         shapes |= {one.name: [str(len(one.table))] * 2 for one in equations.paths}
         shapes |= {one.base: [str(size) for size in one.shape] for one in equations.places}
         self.shapes, self.notation = shapes, IndexedPython(shapes)
         self.used: set[str] = set()
+        self.order = equations.order
 
     def text(self, expression: sympy.Expr) -> str:
         """An expression of Python."""
-        made = render(expression, self.notation, self.equations.order)
+        made = render(expression, self.notation, self.order)
         self.used |= {one.func.__name__ for one in expression.atoms(sympy.Function)}
         self.used |= {"sqrt"} if "sqrt(" in made else set()
         self.used |= {"pi"} if expression.has(sympy.pi) else set()
@@ -120,10 +143,9 @@ class _Writer:
         first = 0
         for family in self.equations.coordinates:
             stop = first + prod(family.shape)
-            names = family.name, velocity_name(family.name), acceleration_name(family.name)
-            for name, array in zip(names, rates):
+            for array in rates:
                 place = f"{array}[{first}:{stop}]" if family.shape else f"{array}[{first}]"
-                found.append((name, place))
+                found.append((RATES[array](family.name), place))
             first = stop
         shown = [(self.notation.symbol(name), value) for name, value in found]
         return [f"    {name} = {value}" for name, value in shown if self.has(text, name)] + places
@@ -135,14 +157,18 @@ class _Writer:
 
         return re.search(rf"\b{name}\b", text) is not None
 
-    def scalar(self, name: str, purpose: str, expression: sympy.Expr) -> str:
+    def scalar(
+        self, name: str, purpose: str, expression: sympy.Expr, rates: Sequence[str] = ("q", "v")
+    ) -> str:
         """A function with one value."""
         text = self.text(expression)
-        body = [*self.names(text), f"    return {text}"]
-        return "\n".join([f"def {name}({SIGNATURE}):", f'    """{purpose}"""', *body])
+        body = [*self.names(text, rates), f"    return {text}"]
+        return "\n".join(
+            [f"def {name}({SIGNATURE.format(', '.join(rates))}):", f'    """{purpose}"""', *body]
+        )
 
     def vector(
-        self, name: str, purpose: str, lines: Sequence[Line], *, with_accelerations: bool = False
+        self, name: str, purpose: str, lines: Sequence[Line], rates: Sequence[str] = ("q", "v")
     ) -> str:
         """A function with a value for each coordinate."""
         body: list[str] = []
@@ -151,10 +177,8 @@ class _Writer:
             for line in (one for one in lines if one.family is family):
                 body += self.assigned(line, first, family)
             first += prod(family.shape)
-        rates = ("q", "v", "a") if with_accelerations else ("q", "v")
-        signature = SIGNATURE.replace("v,", "v, a,") if with_accelerations else SIGNATURE
         names = self.names("\n".join(body), rates)
-        head = [f"def {name}({signature}):", f'    """{purpose}"""', *names]
+        head = [f"def {name}({SIGNATURE.format(', '.join(rates))}):", f'    """{purpose}"""', *names]
         return "\n".join([*head, f"    values = [0.0] * {first}", *body, "    return tuple(values)"])
 
     def assigned(self, line: Line, first: int, family: Family) -> list[str]:

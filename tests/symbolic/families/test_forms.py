@@ -1,0 +1,152 @@
+"""Hamilton's form and M a = f with indices, beside those of the same systems written out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+from lagrange_cli.errors import TooLargeSystem, UsageError
+from lagrange_cli.families import system as systems
+from lagrange_cli.run.equations import Derived, derive
+from lagrange_cli.run.family_equations import (
+    DerivedFamilies,
+    derive_families,
+    derive_printed,
+    families_as_data,
+    families_as_written,
+)
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.symbolic.source import as_python
+from tests.support.motion import SYSTEMS
+from tests.symbolic.families.test_equations import BODIES
+from tests.symbolic.families.test_particles import SYSTEM
+
+DAMPED = """
+sizes: {N: 4}
+parameters: {c: 0.7, "m[i in range(N)]": "1 + i/3"}
+coordinates: {"u[i in range(N)]": {initial: "sin(i)", velocity: "cos(i)"}}
+lagrangian: >-
+  sum(m[i]*u_dot[i]**2/2 - cos(u[i])*t for i in range(N)) - sum(u[i]*u[i - 1]**2 for i in range(1, N))
+dissipation: sum(c*(u_dot[i] - u_dot[i - 1])**2/2 for i in range(1, N))
+"""
+GIVEN = SYSTEM.format(
+    count=4,
+    potential="sum(near[i]**4 for i in range(N)) + mean**3/5",
+    forces='forces: {"p[i in range(N)]": ["-p[i].vx", "t*w[i]"]}',
+    place='"p[0]": ["u[0]", "w[0]"], "p[i in range(1, N)]": ["3*u[i]", "w[i] - m[i]"]',
+    mass="m[i]*(1 + i)",
+)
+TEXTS = {
+    "bodies": BODIES,
+    "damped": DAMPED,
+    "given": GIVEN,
+    "fpu_chain": (SYSTEMS / "fpu_chain.yaml").read_text(),
+    "lattice": (SYSTEMS / "lattice.yaml").read_text(),
+}
+
+
+@pytest.fixture(autouse=True)
+def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small systems are families, too."""
+    monkeypatch.setattr(systems, "FEWEST", 0)
+
+
+@pytest.mark.exhaustive(keep=5)
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("name", TEXTS)
+def test_the_forms_are_those_of_the_members(name: str, count: int) -> None:
+    if name in ("given", "lattice", "fpu_chain") and count == 1:
+        pytest.skip("the file needs two members")
+    spec = read_spec(
+        TEXTS[name], "system.yaml", {"N": str(count)} | ({"M": "2"} if name == "lattice" else {})
+    )
+    parameters = dict(resolve_values(spec, {}).parameters)
+    families, members = derive_families(spec), derive(spec)
+    assert families is not None
+    one: dict[str, Any] = {}
+    other: dict[str, Any] = {}
+    exec(families_as_written(families, "python", "hamilton", parameters), one)
+    exec(as_python(members.equations, "hamilton", parameters), other)
+    matrix: dict[str, Any] = {}
+    exec(families_as_written(families, "python", "matrix", parameters), matrix)
+    chance = np.random.default_rng(count)
+    q, p = chance.normal(size=(2, len(spec.coordinates))).tolist()
+    for function in ("hamiltonian", "velocities", "momentum_rates"):
+        assert np.allclose(one[function](0.3, q, p), other[function](0.3, q, p), rtol=1e-12, atol=1e-13)
+    found = np.diag(matrix["masses"](0.3, q, p))
+    assert np.allclose(found, other["mass_matrix"](0.3, q, p), rtol=1e-14, atol=0)
+    assert np.allclose(matrix["force"](0.3, q, p), other["force"](0.3, q, p), rtol=1e-12, atol=1e-13)
+
+
+def test_hamilton_as_in_a_textbook() -> None:
+    derived = derive_families(read_spec(BODIES, "system.yaml"))
+    assert derived is not None
+    text = " ".join(families_as_written(derived, "text", "hamilton", {}).split())
+    for formula in (
+        "H = sum(p_x[i]**2/m[i] + p_y[i]**2/m[i] for i in range(N))/2"
+        " - G*sum(m[i]*m[j]/sqrt((x[i] - x[j])**2 + (y[i] - y[j])**2) for i in range(N) for j in range(i))",
+        "x_dot[i] = p_x[i]/m[i] [for i in range(N)]",
+        "p_x_dot[i] = -G*m[i]*sum(m[j]*(x[i] - x[j])/((x[i] - x[j])**2 + (y[i] - y[j])**2)**(3/2)"
+        " for j in range(N) if j != i) [for i in range(N)]",
+        "p_x[i] = m[i]*x_dot[i] [for i in range(N)]",
+    ):
+        assert formula in text, formula
+    matrix = " ".join(families_as_written(derived, "text", "matrix", {}).split())
+    assert "M a = f" in matrix and "M_x[i] = m[i] [for i in range(N)]" in matrix
+    latex = families_as_written(derived, "latex", "hamilton", {})
+    assert r"\dot{x}_{i}" in latex and r"H" in latex
+
+
+def test_sympy_reads_the_canonical_equations_back() -> None:
+    derived = derive_families(read_spec(DAMPED, "system.yaml"))
+    assert derived is not None
+    data = families_as_data(derived, {}, "hamilton")
+    bases = {name: sympy.IndexedBase(name) for name in ("u", "m", "p_u")}
+    names = {name: sympy.Symbol(name, integer=True) for name in "ijN"}
+    rate = sympy.sympify(data["canonical_equations"]["momentum_rates"]["u[0]"], locals=bases | names)
+    u, m, p = bases["u"], bases["m"], bases["p_u"]
+    c, t = sympy.symbols("c t")
+    expected = t * sympy.sin(u[0]) - 2 * u[1] * u[0] - c * (p[0] / m[0] - p[1] / m[1])
+    assert sympy.simplify(rate - expected) == 0
+    assert data["canonical_equations"]["velocities"] == {"u[i]": "p_u[i]/m[i]"}
+    assert data["masses"] == {"u[i]": "m[i]"}
+
+
+def test_what_has_no_such_form_is_written_out() -> None:
+    spec = read_spec((SYSTEMS / "n_pendulum.yaml").read_text(), "system.yaml", {"N": "3"})
+    assert isinstance(derive_printed(spec, "hamilton"), Derived)
+    spec = read_spec(BODIES, "system.yaml")
+    assert isinstance(derive_printed(spec, "hamilton"), DerivedFamilies)
+    assert isinstance(derive_printed(spec, "reactions"), Derived)
+
+
+def test_a_name_of_the_file_is_not_taken_for_a_momentum() -> None:
+    spec = read_spec(BODIES.replace("G", "p_x"), "system.yaml")
+    with pytest.raises(UsageError, match="p_x is the name of a momentum"):
+        derive_printed(spec, "hamilton")
+
+
+@pytest.mark.parametrize("form", ["lagrange", "explicit", "hamilton", "matrix"])
+def test_what_is_too_long_written_out_has_indices(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(systems, "FEWEST", 10**9)
+    spec = read_spec(TEXTS["fpu_chain"], "system.yaml", {"N": "9"})
+    monkeypatch.setenv("LAGRANGE_LIMITS", "work=250000")
+    assert isinstance(derive_printed(spec, form), DerivedFamilies)
+    with pytest.raises(TooLargeSystem, match="steps of work"):
+        derive_printed(spec, form, indexed=False)
+    with pytest.raises(TooLargeSystem, match="--form reactions writes out every member"):
+        derive_printed(spec, "reactions")
+
+
+def test_what_is_certain_to_take_too_much_work_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (SYSTEMS / "chain.yaml").read_text()
+    spec = read_spec(text, "system.yaml", {"N": "400"})
+    begun: list[object] = []
+    monkeypatch.setattr("lagrange_cli.model.build.build_model", begun.append)
+    with pytest.raises(TooLargeSystem, match="with constraints every member is written out"):
+        derive_printed(spec, "lagrange")
+    assert not begun
