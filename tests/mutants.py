@@ -184,11 +184,11 @@ MUTATIONS = {
         ("tests/motions/test_bodies.py::test_the_energy_of_a_free_top_does_a_random_walk",),
     ),
     "a node of ias15": Mutation(
-        "native/stepping/radau_nodes.py", "0.5471536263305554", "0.5471536263305555",
+        "native/stepping/gauss_radau_nodes.py", "0.5471536263305554", "0.5471536263305555",
         ("tests/integrate/methods/test_ias15.py::test_every_node_is_the_double_nearest_to_a_zero",),
     ),
     "a coefficient of ias15": Mutation(
-        "native/stepping/radau.py", "twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])",
+        "native/stepping/gauss_radau.py", "twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])",
         "twice = total(i, [(k + 1) * (k + 2) + (k == TERMS) for k in range(TERMS + 1)])",
         ("tests/integrate/methods/test_ias15.py",),
     ),

@@ -18,9 +18,9 @@ def scheme_of(name: str) -> type[RateSteps]:
         from lagrange_cli.native.stepping.dop853 import Dop853Steps
 
         return Dop853Steps
-    from lagrange_cli.native.stepping.radau import RadauSteps
+    from lagrange_cli.native.stepping.gauss_radau import GaussRadauSteps
 
-    return RadauSteps
+    return GaussRadauSteps
 
 
 def on_rates(scheme: type[RateSteps], rates: Lengths, given: Given) -> tuple[int, str]:

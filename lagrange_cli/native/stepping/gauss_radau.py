@@ -18,7 +18,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
-from lagrange_cli.native.stepping.radau_nodes import NODES, TERMS, inverse, products
+from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
 from lagrange_cli.native.stepping.rate_steps import HEADER, LARGEST, SMALLEST, Places, RateSteps, span_of
 
 ORDER = TERMS + 2
@@ -35,7 +35,7 @@ AHEAD = 8.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
 
 
-class RadauSteps(RateSteps):
+class GaussRadauSteps(RateSteps):
     """Steps of ``ias15``."""
 
     order = ORDER
