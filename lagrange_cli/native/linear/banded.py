@@ -227,8 +227,9 @@ class _Solve(_Elimination):
             rest = [f.variable(f.zero(LANES)) for _ in range(self.parts)]
             with f.loop(k + 1, self.last_column(k), LANES) as j:
                 row, x = self.get(band.at(k, j), self.matrix, LANES), self._x(j, LANES)
-                for one, value in zip(rest, self.less(tuple(r.get() for r in rest), row, x)):
-                    one.set(value)
+                less = self.less(tuple(one.get() for one in rest), row, x)
+                for one, part in zip(rest, less):
+                    one.set(part)
             sums = tuple(f.reduce("fadd", r.get(), x) for r, x in zip(rest, self._x(k)))
             self._put(self.times(sums, self.get(k, self.inverses)), k)
         f.give()
@@ -240,5 +241,3 @@ class _Solve(_Elimination):
     def _put(self, value: Number, i: Integer) -> None:
         for one, place in zip(value, self.places):
             self.f.store_row(one, place, i)
-
-

@@ -19,7 +19,16 @@ from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
-from lagrange_cli.native.stepping.rate_steps import HEADER, LARGEST, SMALLEST, Places, RateSteps, span_of
+from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.rate_steps import (
+    HEADER,
+    LARGEST,
+    SMALLEST,
+    Places,
+    RateSteps,
+    Trial,
+    span_of,
+)
 
 ORDER = TERMS + 2
 """The degree of q's polynomials."""
@@ -31,6 +40,8 @@ CONVERGED = 1e-12
 of that, and the state by less than its rounding. (Rates that are rounded change it by as much.)"""
 ROUNDS, FEWEST = 12, 2
 """Iterations at most; and how many there are before it counts that they do not come closer any more."""
+LEAST = 0.8
+"""A step is taken again that should have been shorter by this factor."""
 AHEAD = 8.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
 
@@ -39,11 +50,11 @@ class GaussRadauSteps(RateSteps):
     """Steps of ``ias15``."""
 
     order = ORDER
-    least, most, shorter = 0.8, 2.0, 0.0625
+    most, shorter = 2.0, 0.0625
 
     @staticmethod
-    def room(layout: StateLayout) -> Places:
-        return Places(layout, ORDER, (2 * TERMS + 1) * span_of(layout))
+    def room(given: Given) -> Places:
+        return Places(given.state, ORDER, (2 * TERMS + 1) * span_of(given.state))
 
     @staticmethod
     def carried(layout: StateLayout) -> int:
@@ -69,11 +80,11 @@ class GaussRadauSteps(RateSteps):
         """The step over the size of each velocity."""
         return self.differences + TERMS * self.span
 
-    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> tuple[Real, Bit]:
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
         self._predict(f, h, ratio)
         regular = self._iterate(f, t, low, h)
         factor, finite = self._factor(f)
-        return factor, regular & finite
+        return Trial(factor, factor < LEAST, regular & finite)
 
     def _term(self, f: Function, first: int, k: int, i: Integer) -> Real:
         return f.load_row("%work", i + (first + k * self.span), self.lengths.lanes)

@@ -1,8 +1,9 @@
 """The numbers of the Radau IIA method of order 5 (E. Hairer and G. Wanner, Solving Ordinary Differential
 Equations II, 2nd ed., 1996, sec. IV.5 and IV.8), as they follow from its nodes.
 
-The increments z_i = y(t + c_i h) - y(t) are those of a polynomial p with p(0) = 0 whose rates at the nodes are
-those of the equations: z = h A f, with a_ij the integral from 0 to c_i of Lagrange's polynomial for node j.
+The increments z_i = y(t + c_i h) - y(t) are those of a polynomial p with p(0) = 0 whose rates at the nodes
+are those of the equations: z = h A f, with a_ij the integral from 0 to c_i of Lagrange's polynomial for
+node j.
 """
 
 from __future__ import annotations
@@ -65,4 +66,3 @@ ERROR = (-13 - 7 * ROOT) / 3, (-13 + 7 * ROOT) / 3, -1 / 3
 """The error's rate is f(t, y) + (these times the increments)/h, before it is filtered (eq. IV.8.19)."""
 PLACE_ERROR = tuple(sum(e * row[j] for e, row in zip(ERROR, WEIGHTS)) for j in range(STAGES))
 """The same of coordinates, from the increments of velocities."""
-
