@@ -16,7 +16,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout
-from lagrange_cli.native.stepping.implicit import BEYOND, HEAD, SLOWNESS, THETA, ImplicitSteps, areas
+from lagrange_cli.native.stepping.implicit import BEYOND, HEAD, THETA, ImplicitSteps, areas
 from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.radau_constants import (
     COMPLEX,
@@ -116,7 +116,7 @@ class CollocationSteps(ImplicitSteps):
         goal = max(10 * 2.0**-52 / tolerance, min(0.03, math.sqrt(tolerance)))
         places = [f.pointer(f"%{name}") for name in ("constants", "state", "work")]
         self._predict(f, Real(f, "%ratio"), h)
-        slowness, before = f.variable(self._slowness(f)), f.variable(f.constant(0.0))
+        slowness, before = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
         rounds, last_ratio = f.variable(f.constant(0.0)), f.variable(f.constant(0.0))
         self.note(f, f.constant(0.0), THETA, "cache")
         with f.forever() as iterations:
@@ -146,17 +146,10 @@ class CollocationSteps(ImplicitSteps):
                 iterations.leave()
             with f.when(rounds.get() >= float(ROUNDS)):
                 f.give(f.constant(DIVERGED))
-        self.note(f, slowness.get(), SLOWNESS)
         if self._count > layout.degrees:
             self._quadratures(f, places, h)
         f.give(rounds.get())
         return f
-
-    def _slowness(self, f: Function) -> Real:
-        """What convergence is expected, from that of the step before."""
-        before = self.noted(f, SLOWNESS)
-        expected = exp2_roughly(log2_roughly(f.larger(before, f.constant(2.0**-52))) * 0.8)
-        return f.select(before > 0.0, expected, f.constant(1.0))
 
     def _predict(self, f: Function, ratio: Real, h: Real) -> None:
         """Increments from the polynomials of the step before, and how they are measured."""

@@ -26,10 +26,9 @@ from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.rate_steps import HEADER, RateSteps, span_of, wide_of
 
-VERSION, WHEN, RENEW, SLOWNESS, ERROR, CHOSEN = range(6)
+VERSION, WHEN, RENEW, ERROR, CHOSEN = range(5)
 """What is carried as it is (``notes``): the version of the derivatives and the time they belong to; whether
-the next step takes new ones; how slowly Newton's method converged; the square of the last error, and the
-length of its step."""
+the next step takes new ones; the square of the last error, and the length of its step."""
 KNOWN, FACTORED, LENGTH_FACTORED, CURRENT, TRIED, THETA = range(6)
 """What describes ``%work`` (``cache``): the version of its derivatives; version and length of step of its
 matrices; whether its derivatives are those where the step begins; whether the step is tried again; by what
