@@ -1,10 +1,10 @@
 """Elimination with row interchanges of real and complex matrices that are full or banded, eight columns at a
 time.
 
-Column by column (Golub and Van Loan, Matrix Computations, 4th ed., sec. 3.4 and 4.3.5). Element (i, j) is at i
-``stride`` + j + ``first``: of a band, a row holds what is up to ``reach`` before its diagonal and twice as far
-behind it, as interchanges may fill it. A full matrix is one whose band reaches everywhere. Behind each row are
-zeros, so that vectors may end there. Of complex matrices, imaginary parts are ``doubles`` further.
+Column by column (Golub and Van Loan, Matrix Computations, 4th ed., sec. 3.4 and 4.3.5). Element (i, j) is at
+i * ``stride`` + j + ``first``: of a band, a row holds what is up to ``reach`` before its diagonal and twice
+as far behind it, as interchanges may fill it. A full matrix is one whose band reaches everywhere. Behind each
+row are zeros, so that vectors may end there. Of complex matrices, imaginary parts are ``doubles`` further.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The equations of the stages of Radau IIA steps, and Newton's method for them.
 
-E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., 1996, sec. IV.8. Iterations are in
-numbers in which the stages are not coupled: one real and one complex linear system each.
+E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., 1996, sec. IV.8. Iterations are
+in numbers in which the stages are not coupled: one real and one complex linear system each.
 
 The unknowns are increments of velocities at the stages, v(t + c_i h) - v(t) = z_i. Increments of coordinates
 follow, h (c_i v + sum_j a_ij z_j), and so do those of integrals, which the motion does not depend on.
@@ -111,7 +111,7 @@ class CollocationSteps(ImplicitSteps):
         """``@collocate(.., h, ratio)``: the increments, and how many iterations they took; ``DIVERGED`` or
         ``UNSOUND`` where there are none."""
         f = Function(f"define internal double @collocate{HEAD}, double %h, double %ratio) #0")
-        h, layout, lanes = Real(f, "%h"), self.state, self.lengths.lanes
+        h, layout = Real(f, "%h"), self.state
         tolerance = self.given.tolerance
         goal = max(10 * 2.0**-52 / tolerance, min(0.03, math.sqrt(tolerance)))
         places = [f.pointer(f"%{name}") for name in ("constants", "state", "work")]

@@ -16,6 +16,9 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from lagrange_cli.errors import TooLarge
+from lagrange_cli.limits import way_out
+from lagrange_cli.limits import whole as whole_limit
 from lagrange_cli.native.linear.banded import whole
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
@@ -33,6 +36,7 @@ KNOWN, FACTORED, LENGTH_FACTORED, CURRENT, TRIED, THETA = range(6)
 """What describes ``%work`` (``cache``): the version of its derivatives; version and length of step of its
 matrices; whether its derivatives are those where the step begins; whether the step is tried again; by what
 Newton's steps became shorter."""
+MOST_NUMBERS = whole_limit("numbers")
 DIFFERENCE, SMALL = 2.0**-52, 1e-5
 """A difference is the root of this times a coordinate, or times what it is at least (Hairer and Wanner)."""
 HEAD = "(ptr noalias %constants, ptr noalias %state, ptr noalias %work"
@@ -41,11 +45,14 @@ BEYOND = HEADER + LANES
 
 
 def areas(given: Given) -> dict[str, int]:
-    """The doubles of each area of ``%work`` that implicit steps have for themselves, in their order."""
+    """The doubles of each area of ``%work`` that implicit steps have for themselves, in their order.
+
+    Raises ``TooLarge`` where they take too much memory.
+    """
     layout, coupling = given.state, given.coupling
     assert coupling is not None
     band, wide = coupling.band, wide_of(layout)
-    return {
+    found = {
         "notes": LANES,
         "cache": LANES,
         "point": wide,
@@ -58,6 +65,13 @@ def areas(given: Given) -> dict[str, int]:
         "x": 3 * band.length,
         **{f"rows{k}": wide for k in range(3)},
     }
+    total = sum(found.values())
+    if total > MOST_NUMBERS:
+        raise TooLarge(
+            f"the matrices of implicit steps of this system are {total} numbers, more than {MOST_NUMBERS}",
+            f"choose --method taylor or DOP853, make the system smaller, {way_out('numbers')}",
+        )
+    return found
 
 
 class ImplicitSteps(RateSteps):
@@ -133,6 +147,11 @@ class ImplicitSteps(RateSteps):
 
     # derivatives
 
+    @property
+    def evaluations(self) -> float:
+        """How often rates are computed for them."""
+        return 2.0 * self.coupling.colours + 1.0
+
     def begin(self, f: Function, first: Bit) -> None:
         """The derivatives that the step begins with."""
         layout, lanes = self.state, self.lengths.lanes
@@ -147,6 +166,7 @@ class ImplicitSteps(RateSteps):
             before = f.load_row("%state", i + (layout.carried_at + BEYOND), lanes)
             self.put_row(f, f.select(now, f.load_row("%state", i, lanes), before), "point", i)
         self.note(f, f.select(now, self.now(f), self.noted(f, WHEN)), WHEN)
+        self.spend(f, renewed * self.evaluations)  # where old ones are computed once more does not count
         with f.when(~self.noted(f, KNOWN, "cache").equals(version)):
             self.called(f, "slopes")
 
@@ -163,10 +183,11 @@ class ImplicitSteps(RateSteps):
         self.note(f, self.now(f), WHEN)
         self.note(f, self.noted(f, VERSION) + 1.0, VERSION)
         self.note(f, f.constant(1.0), CURRENT, "cache")
+        self.spend(f, f.constant(self.evaluations))
         self.called(f, "slopes")
 
     def _slopes(self) -> Function:
-        """``@slopes``: A and B at the point that is noted. Where a difference is not finite, it counts as 0."""
+        """``@slopes``: A and B at the point that is noted. A difference that is not finite counts as 0."""
         f = Function(f"define internal void @slopes{HEAD}) #0")
         at, lanes, width, band = self._places, self.lengths.lanes, self.state.width, self.band
         colours, work = self.coupling.colours, f.pointer("%work")
@@ -200,7 +221,6 @@ class ImplicitSteps(RateSteps):
                         slope = (f.load(rates, k) - f.load("%work", k + self.areas["base"])) * share
                         slope = f.select(f.magnitude(slope) < math.inf, slope, f.constant(0.0))
                         f.store(slope, "%work", band.at(r, p) + self.areas[area])
-        self.spend(f, f.constant(2.0 * colours + 1.0))
         self.note(f, self.noted(f, VERSION), KNOWN, "cache")
         f.give()
         return f
