@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Chain, Source, Total
@@ -10,8 +12,10 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.stepping.coupling import Coupling, Places, coupling_of, full
 from lagrange_cli.records import dataclass
 
-MOST = 2**25
-"""Pairs of a rate and a coordinate beyond which matrices are full."""
+FLAGS = 2**27
+"""Pairs up to which each of them has a flag, and others are listed."""
+MOST = 2**22
+"""Pairs of a member and a coordinate beyond which matrices are full."""
 
 
 class TooMany(Exception):
@@ -55,15 +59,28 @@ def of_families(system: FamilySystem) -> Coupling:
 def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Pairs]) -> Pairs:
     """What the numbers of a total depend on; of those that it is made of this is ``known``."""
     count = system.q.count
-    keys = [np.empty(0, dtype=np.int64)]
+    if total.count * count > FLAGS:
+        found = [np.empty(0, dtype=np.int64)]
+        for rows, columns in dependent(system, total, known):
+            found.append(np.unique(rows * count + columns))
+        keys = np.unique(np.concatenate(found))
+    else:
+        flags = np.zeros(total.count * count, dtype=bool)
+        for rows, columns in dependent(system, total, known):
+            flags[rows * count + columns] = True
+        keys = np.flatnonzero(flags)
+    rows, columns = np.divmod(keys, count)
+    return Pairs(np.searchsorted(rows, np.arange(total.count + 1)), columns)
+
+
+def dependent(
+    system: FamilySystem, total: Total, known: dict[Array, Pairs]
+) -> Iterator[tuple[Places, Places]]:
+    """Numbers of a total, and what each of them depends on."""
     for term in total.terms:
         for _, slot in system.slots.inside(term.node):
             if slot.array.source in (Source.COORDINATES, Source.VELOCITIES):
-                members, columns = np.arange(len(slot.table)), slot.table
+                yield term.targets, slot.table
             elif slot.array in known:
                 members, columns = known[slot.array].read(slot.table)
-            else:
-                continue
-            keys.append(np.unique(term.targets[members] * count + columns))
-    rows, columns = np.divmod(np.unique(np.concatenate(keys)), count)
-    return Pairs(np.searchsorted(rows, np.arange(total.count + 1)), columns)
+                yield term.targets[members], columns

@@ -41,9 +41,12 @@ def full(count: int) -> Coupling:
 
 
 def coupling_of(count: int, rows: Places, columns: Places) -> Coupling:
-    """The coupling where the rates at ``rows`` depend on the coordinates or velocities at ``columns``."""
+    """The coupling where the rates at ``rows`` depend on the coordinates or velocities at ``columns``; no
+    pair comes twice."""
     if not len(rows):
         return Coupling(Banded(count, 0))
+    if Banded(count, int(np.bincount(rows).max()) // 2).full:
+        return full(count)
     given = Banded(count, int(np.max(np.abs(rows - columns))))
     places = near(count, rows, columns)
     at = np.empty(count, dtype=np.int64)
