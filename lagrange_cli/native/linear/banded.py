@@ -1,5 +1,5 @@
-"""Elimination with row interchanges of real and complex matrices that are full or banded, eight columns at a
-time.
+"""Elimination with row interchanges of real and complex matrices that are full or banded, several columns at
+a time.
 
 Column by column (Golub and Van Loan, Matrix Computations, 4th ed., sec. 3.4 and 4.3.5). Element (i, j) is at
 i * ``stride`` + j + ``first``: of a band, a row holds what is up to ``reach`` before its diagonal and twice
@@ -36,6 +36,12 @@ class Banded:
     def full(self) -> bool:
         """Whether nothing is saved by a band."""
         return 3 * self.reach + 1 + LANES >= self.size
+
+    @property
+    def lanes(self) -> int:
+        """Columns that are worked on at a time: not many more than there are."""
+        most = self.size if self.full else 2 * self.reach
+        return next((lanes for lanes in (2, 4) if lanes >= most), LANES)
 
     @property
     def stride(self) -> int:
@@ -100,7 +106,7 @@ class _Elimination:
     """What both functions do with numbers of 1 or 2 parts."""
 
     def __init__(self, band: Banded, parts: int, head: str) -> None:
-        self.band, self.parts = band, parts
+        self.band, self.parts, self.lanes = band, parts, band.lanes
         self.f = Function(head)
         start = parts * band.doubles
         self.columns = [start + k * band.size * band.factors for k in range(parts)]
@@ -138,7 +144,7 @@ class _Elimination:
 
     def wide(self, a: Number) -> Number:
         """A number in every lane."""
-        return tuple(self.f.splat(one, LANES) for one in a)
+        return tuple(self.f.splat(one, self.lanes) for one in a)
 
     def last_column(self, k: Integer) -> Integer:
         """The column behind the last one that row k may have something in."""
@@ -176,10 +182,10 @@ class _Factor(_Elimination):
                 factor = self.times(self.get(band.at(i, k), self.matrix), inverse)
                 self.put(factor, k * (band.factors - 1) + (i - 1), self.columns)
                 wide = self.wide(factor)
-                with f.loop(k + 1, end, LANES) as j:
+                with f.loop(k + 1, end, self.lanes) as j:
                     place = band.at(i, j)
-                    above = self.get(band.at(k, j), self.matrix, LANES)
-                    here_too = self.get(place, self.matrix, LANES)
+                    above = self.get(band.at(k, j), self.matrix, self.lanes)
+                    here_too = self.get(place, self.matrix, self.lanes)
                     self.put(self.less(here_too, wide, above), place, self.matrix)
         f.give()
         return f
@@ -189,9 +195,9 @@ class _Factor(_Elimination):
         return sizes[0] if self.parts == 1 else sizes[0] + sizes[1]
 
     def _exchange(self, k: Integer, other: Integer, end: Integer) -> None:
-        with self.f.loop(k, end, LANES, tested=False) as j:
+        with self.f.loop(k, end, self.lanes, tested=False) as j:
             places = self.band.at(k, j), self.band.at(other, j)
-            rows = [self.get(place, self.matrix, LANES) for place in places]
+            rows = [self.get(place, self.matrix, self.lanes) for place in places]
             for place, row in zip(places, reversed(rows)):
                 self.put(row, place, self.matrix)
 
@@ -219,14 +225,14 @@ class _Solve(_Elimination):
             self._put(value, other)
             self._put(known, k)
             wide = self.wide(known)
-            with f.loop(k + 1, self.last_row(k), LANES) as i:
-                column = self.get(k * (band.factors - 1) + (i - 1), self.columns, LANES)
-                self._put(self.less(self._x(i, LANES), wide, column), i)
+            with f.loop(k + 1, self.last_row(k), self.lanes) as i:
+                column = self.get(k * (band.factors - 1) + (i - 1), self.columns, self.lanes)
+                self._put(self.less(self._x(i, self.lanes), wide, column), i)
         with f.loop(0, band.size, tested=False) as done:
             k = f.count(band.size - 1) - done
-            rest = [f.variable(f.zero(LANES)) for _ in range(self.parts)]
-            with f.loop(k + 1, self.last_column(k), LANES) as j:
-                row, x = self.get(band.at(k, j), self.matrix, LANES), self._x(j, LANES)
+            rest = [f.variable(f.zero(self.lanes)) for _ in range(self.parts)]
+            with f.loop(k + 1, self.last_column(k), self.lanes) as j:
+                row, x = self.get(band.at(k, j), self.matrix, self.lanes), self._x(j, self.lanes)
                 less = self.less(tuple(one.get() for one in rest), row, x)
                 for one, part in zip(rest, less):
                     one.set(part)

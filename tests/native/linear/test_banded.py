@@ -13,7 +13,7 @@ from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import QUICK, load
 from lagrange_cli.native.linear.banded import Banded
 
-SHAPES = [(1, 0), (2, 1), (7, 6), (8, 7), (9, 8), (33, 32), (40, 0), (40, 1), (41, 3), (64, 9), (130, 11)]
+SHAPES = [(1, 0), (2, 1), (3, 2), (7, 6), (9, 8), (33, 32), (40, 0), (40, 1), (41, 2), (43, 4), (64, 9)]
 
 
 def solver(band: Banded, parts: int) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
