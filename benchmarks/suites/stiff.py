@@ -34,7 +34,7 @@ FASTER = {SCIPY: 3.0, CVODE: 1.0}
 
 @dataclass(frozen=True)
 class Figures:
-    """Processor seconds of a motion; its steps, or evaluations where these are not known; and q at the end."""
+    """Processor seconds of a motion; its steps, or evaluations where these are not known; q at the end."""
 
     run: float
     steps: float
