@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from lagrange_cli.errors import TooLarge
+from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.limits import way_out
 from lagrange_cli.limits import whole as whole_limit
 from lagrange_cli.native.linear.banded import whole
@@ -47,7 +47,7 @@ BEYOND = HEADER + LANES
 def areas(given: Given) -> dict[str, int]:
     """The doubles of each area of ``%work`` that implicit steps have for themselves, in their order.
 
-    Raises ``TooLarge`` where they take too much memory.
+    Raises ``TooManyNumbers`` where they take too much memory.
     """
     layout, coupling = given.state, given.coupling
     assert coupling is not None
@@ -67,7 +67,7 @@ def areas(given: Given) -> dict[str, int]:
     }
     total = sum(found.values())
     if total > MOST_NUMBERS:
-        raise TooLarge(
+        raise TooManyNumbers(
             f"the matrices of implicit steps of this system are {total} numbers, more than {MOST_NUMBERS}",
             f"choose --method taylor or DOP853, make the system smaller, {way_out('numbers')}",
         )
