@@ -33,7 +33,7 @@ Tell = Callable[[int, int, object], None]
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 MOST_WITH_JACOBIAN = 32
-"""Coordinates up to which scipy's implicit methods run unasked: larger dense Jacobians take long to compile."""
+"""Coordinates up to which scipy's implicit methods run unasked: larger Jacobians take long to compile."""
 
 BETTER = 100
 """The reference must be more accurate than the wanted error by this factor."""
