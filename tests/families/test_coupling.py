@@ -21,8 +21,8 @@ coordinates:
   y[i in range(N)]: {initial: sin(2*pi*i/N)*(1 + 0.05*cos(5*i))}
 masses: {bead[i in range(N)]: 1}
 embedding: {bead[i in range(N)]: [x[i], y[i]]}
-potential: sum(500*(norm(bead[(i + 1) % N] - bead[i]) - 0.3)**2 for i in range(N))
-dissipation: sum((x_dot[i]**2 + y_dot[i]**2)/2 for i in range(N))
+potential: sum(5e4*(norm(bead[(i + 1) % N] - bead[i]) - 0.3)**2 for i in range(N))
+dissipation: sum(50*(x_dot[i]**2 + y_dot[i]**2) for i in range(N))
 """
 DRIVEN = """
 sizes: {N: 30}
@@ -60,6 +60,8 @@ def test_families_move_as_their_members_do(text: str, monkeypatch: pytest.Monkey
         asked = Compilation(method, tolerance, frozenset({"q", "v"}))
         ready = prepare_system(spec, derive_system, None, asked)
         motion = run(ready, resolve_values(spec, {}), 0.0, 0.5, 3)
+        if method == "Radau":  # derivatives that belong elsewhere would be taken again and again
+            assert motion.outcome.evaluations < 8 * motion.outcome.steps + 100
         ends.append(np.concatenate([motion.data[path][-1] for path in sorted(motion.data) if path != "t"]))
     assert np.max(np.abs(ends[0] - ends[1])) < 1e-9
     assert np.max(np.abs(ends[0] - ends[2])) < 1e-5
