@@ -200,6 +200,10 @@ class TooLarge(LagrangeError):
         super().__init__(f"{message}; {hint}")
 
 
+class TooManyNumbers(TooLarge):
+    """What steps work on takes more memory than a limit allows, whatever the longest expression is."""
+
+
 class NotReal(LagrangeError):
     """The equations of a system contain numbers that are not real; ``hint`` is the way out."""
 

@@ -27,7 +27,7 @@ DEFAULTS = {
     "nodes": 750_000,  # of the equations: 20 s and 1.2 GB to derive
     "work": 20_000_000,  # steps of a derivation: some 20 s
     "convolutions": 60_000,  # an order of a Taylor series: 120 bodies that all attract each other
-    "numbers": 100_000_000,  # of the Taylor series of families: 800 MB
+    "numbers": 100_000_000,  # of the Taylor series of families, or the matrices of implicit steps: 800 MB
     "instructions": 800_000,  # of compiled code: 20 s and 1.3 GB
     "printed": 100_000,  # terms and factors of an expression that 'equations' prints
     "exponent": 64,  # (1 + x)**64 written out still fits a page

@@ -184,11 +184,24 @@ MUTATIONS = {
         ("tests/motions/test_bodies.py::test_the_energy_of_a_free_top_does_a_random_walk",),
     ),
     "a node of ias15": Mutation(
-        "native/stepping/radau_nodes.py", "0.5471536263305554", "0.5471536263305555",
+        "native/stepping/gauss_radau_nodes.py", "0.5471536263305554", "0.5471536263305555",
         ("tests/integrate/methods/test_ias15.py::test_every_node_is_the_double_nearest_to_a_zero",),
     ),
+    "an error weight of Radau": Mutation(
+        "native/stepping/radau_constants.py", "(-13 - 7 * ROOT) / 3", "(-13 - 6 * ROOT) / 3",
+        ("tests/integrate/methods/test_radau.py::test_the_numbers_are_those_of_a_method_of_order_5",),
+    ),
+    "the order of coordinates in bands": Mutation(
+        "native/stepping/implicit.py", 'f.load_integer("@coupled", p) if self.coupling.places else p', "p",
+        ("tests/families/test_coupling.py",),
+    ),
+    "where derivatives belong is carried": Mutation(
+        "native/stepping/implicit.py", 'f.store_row(self.row(f, "point", i), "%state", i',
+        'f.store_row(f.load_row("%state", i, lanes), "%state", i',
+        ("tests/cli/test_resume.py::test_an_implicit_run_goes_on_to_the_same_bytes",),
+    ),
     "a coefficient of ias15": Mutation(
-        "native/stepping/radau.py", "twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])",
+        "native/stepping/gauss_radau.py", "twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])",
         "twice = total(i, [(k + 1) * (k + 2) + (k == TERMS) for k in range(TERMS + 1)])",
         ("tests/integrate/methods/test_ias15.py",),
     ),

@@ -14,6 +14,7 @@ import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would i
 from benchmarks.harness.turns import timed, timed_by_both
 from benchmarks.motions.lattices import Lattice
 from benchmarks.motions.motion import Motion, shipped
+from benchmarks.motions.stiff import Stiff
 from benchmarks.peers import Array, Course, Crossings, Cutter, Engine
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
@@ -166,3 +167,20 @@ def large(lattice: Lattice, *, tolerance: float = FULL_PRECISION) -> Engine:
         return Course(end.state[:, None], end.steps)
 
     return Engine(seconds, follow, 8 * doubles / (lattice.count * program.order))
+
+
+def stiff(motion: Stiff, *, method: str, tolerance: float) -> Engine:
+    """``lagrange solve --method`` of a stiff system, without samples between and without a file."""
+    compilation = Compilation(method, tolerance, frozenset())
+    _, seconds, made = timed_by_both(
+        lambda: prepare_system(read_spec(motion.text, motion.name), derive_system, None, compilation)
+    )
+
+    def follow(initial: Array) -> Course:
+        times = Times(0.0, motion.stop, 2, motion.stop)
+        end = made.follower.follow(np.empty(0), initial, times, lambda t, x: None, lambda t: False)
+        if end.ending.status != "complete":
+            raise RuntimeError(end.ending.name)
+        return Course(end.state[:, None], end.steps)
+
+    return Engine(seconds, follow)

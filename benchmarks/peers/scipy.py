@@ -11,12 +11,15 @@ from scipy import integrate
 from benchmarks.harness.turns import timed
 from benchmarks.motions.motion import Motion
 from benchmarks.motions.printed import Printed
+from benchmarks.motions.stiff import Stiff
 from benchmarks.peers import Array, Course, Engine
 from benchmarks.peers.sympy import Rates, printed_rates, rates
 
 FINEST = 1e-12
 """The tolerance of DOP853: what is tighter costs more than it gains."""
 MOST_STEPS = 10**6
+SPARSE = 50
+"""Coordinates from which on sparse matrices are faster than full ones."""
 
 
 def engine(motion: Motion, *, method: str = "DOP853", tolerance: float = FINEST) -> Engine:
@@ -73,3 +76,25 @@ def solve(*arguments: Any, **options: Any) -> Any:
     """``solve_ivp``, whose types leave no room for a method by name."""
     function: Any = integrate.solve_ivp
     return function(*arguments, **options)
+
+
+def stiff(motion: Stiff, *, tolerance: float) -> Engine:
+    """Radau on rates by hand, in numba; of many coordinates the matrices are sparse ones."""
+    import numba
+
+    rates, y = numba.njit(motion.rates), motion.pairs
+    seconds, _ = timed(lambda: rates(0.0, y, np.empty_like(y)))
+    near = abs(np.subtract.outer(np.arange(len(y)), np.arange(len(y)))) <= motion.reach
+    sparse = {"jac_sparsity": near} if motion.count >= SPARSE else {}
+
+    def function(t: float, state: Array) -> Array:
+        rates(t, state, found := np.empty_like(state))
+        return found
+
+    def follow(initial: Array) -> Course:
+        solution = solve(
+            function, (0.0, motion.stop), initial, method="Radau", rtol=tolerance, atol=tolerance, **sparse
+        )
+        return Course(solution.y[:, -1:], len(solution.t) - 1)
+
+    return Engine(seconds, follow)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Node
@@ -171,9 +172,11 @@ def with_steps(
 
     made = []
     if equations.scheme:
+        from lagrange_cli.native.stepping.coupling import of_residual
         from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
 
-        work, steps = on_rates(scheme_of(equations.scheme), lengths, given_of(equations, work))
+        scheme, given = scheme_of(equations.scheme), given_of(equations, work)
+        work, steps = on_rates(scheme, lengths, given, partial(of_residual, equations.residual))
         made.append(steps)
     elif equations.steps:
         made.append(advance(kind(lengths, given_of(equations, work, project))))

@@ -33,7 +33,7 @@ Tell = Callable[[int, int, object], None]
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 MOST_WITH_JACOBIAN = 32
-"""Coordinates up to which implicit methods run unasked: a larger dense Jacobian takes long to compile."""
+"""Coordinates up to which scipy's implicit methods run unasked: larger Jacobians take long to compile."""
 
 BETTER = 100
 """The reference must be more accurate than the wanted error by this factor."""
@@ -71,7 +71,7 @@ def entries_of(
     """The tolerances to be tried, by method.
 
     Without ``methods`` all are, except those that cannot keep a ``constrained`` system to its constraints,
-    and the implicit ones for a system of many ``degrees`` of freedom.
+    and scipy's implicit ones for a system of many ``degrees`` of freedom.
     """
     names = [name for name, row in METHODS.items() if row.constrains or not constrained]
     names = names if methods is None else list(methods)

@@ -19,6 +19,7 @@ from lagrange_cli.errors import (
     Spinning,
     TooLarge,
     TooLargeSystem,
+    TooManyNumbers,
     Undetermined,
     UsageError,
 )
@@ -194,7 +195,7 @@ def located(spec: Spec) -> Iterator[None]:
         from lagrange_cli.spec.source import Source
 
         message, hint = error.message, error.hint
-        found = largest_expression(spec)
+        found = None if isinstance(error, TooManyNumbers) else largest_expression(spec)
         if found is None:
             raise TooLargeSystem(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
         message += f"; this expression has {found.size} terms and factors with its definitions expanded"

@@ -136,7 +136,7 @@ def test_it_goes_on_on_another_machine(options, code, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--method", "LSODA"), "--portable needs method taylor, ias15 or DOP853, not LSODA"),
+        (("--method", "LSODA"), "--portable needs method taylor, ias15, DOP853 or Radau, not LSODA"),
         (("--certify",), "--certify and --portable cannot be combined"),
     ],
 )

@@ -137,7 +137,12 @@ def test_what_ctrl_c_has_ended_goes_on_to_the_same_bytes(folder, interrupted_aft
 @pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "method",
-    [("--stop", "-800"), ("--stop", "-200", "--method", "ias15"), ("--stop", "-200", "--method", "DOP853")],
+    [
+        ("--stop", "-800"),
+        ("--stop", "-200", "--method", "ias15"),
+        ("--stop", "-200", "--method", "DOP853"),
+        ("--stop", "-200", "--method", "Radau", "--tolerance", "1e-6"),
+    ],
 )
 def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_after, method):
     run = (DOUBLE, *method, "--step", "0.01", "-o", "out.h5", *CONTINUED)
@@ -149,6 +154,23 @@ def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_af
     assert (folder / "out.h5").read_bytes() == expected
     with h5py.File("out.h5") as file:
         assert file["t"][-1] == float(method[1]) and np.all(np.diff(file["t"][:]) < 0)
+
+
+@pytest.mark.parametrize("number", [2, 3])
+def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, number):
+    """Its matrices are made once more, from the state that their derivatives were taken at."""
+    (folder / "stiff.yaml").write_text(
+        "coordinates: {x: {initial: 2}, y: {initial: 1}}\nlagrangian: (x_dot**2 + y_dot**2 - x**2 - y**2)/2\n"
+        "generalized_forces: {x: 100*(1 - x**2)*x_dot + y, y: 10*(1 - y**2)*y_dot}\n"
+    )
+    run = ("stiff.yaml", "--method", "Radau", "--tolerance", "1e-6", "--stop", "2000", "--step", "0.01")
+    run = (*run, "-o", "out.h5", "--outputs", "q,v,h,ledger,action")
+    expected = whole(folder, *run)
+    interrupted_after(number)
+    assert solve(*run) == 130
+    interrupted_after(0)
+    assert solve(*run, "--resume") == 0
+    assert (folder / "out.h5").read_bytes() == expected
 
 
 @pytest.mark.exhaustive(keep=1)

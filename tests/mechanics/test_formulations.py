@@ -118,7 +118,7 @@ def test_accelerations_and_jacobian_are_those_without_the_reduction(system: str,
         made = compiled_values(forms[name])([1.3], b, y[:n], y[n:])
         found.append(made[0])
         machine = prepare(
-            forms[name], Compilation(method="Radau", tolerance=1e-8, outputs=frozenset(("q", "v")))
+            forms[name], Compilation(method="BDF", tolerance=1e-8, outputs=frozenset(("q", "v")))
         ).machine
         jacobians.append(Equations.of(machine, np.array([1.3])).jacobian(b, y))
     assert np.max(np.abs(found[0] - found[1])) <= 1e-12 * max(1.0, np.max(np.abs(found[0])))

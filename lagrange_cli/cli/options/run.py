@@ -46,7 +46,7 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
     "tolerance": click.option(
         "--tolerance",
         type=float,
-        help="The relative error per step [full double precision; DOP853 and scipy: 1e-10].",
+        help="The relative error per step [full double precision; DOP853, Radau, scipy: 1e-10].",
     ),
     "method": click.option(
         "--method",

@@ -1,4 +1,4 @@
-"""scipy's implicit methods (Hairer and Wanner's Radau; BDF; LSODA) on the compiled equations."""
+"""scipy's BDF and LSODA on the compiled equations, whose Jacobian is compiled, too."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ METHODS = {
             parallel=True,
         ),
         MethodRow("DOP853", "taylor", Needs.STEPS, OF_SCIPY, portable=True, parallel=True),
-        MethodRow("Radau", "scipy", Needs.JACOBIAN, OF_SCIPY),
+        MethodRow("Radau", "taylor", Needs.STEPS, OF_SCIPY, portable=True, parallel=True),
         MethodRow("BDF", "scipy", Needs.JACOBIAN, OF_SCIPY),
         MethodRow("LSODA", "scipy", Needs.JACOBIAN, OF_SCIPY),
     )

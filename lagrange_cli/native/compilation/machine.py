@@ -94,7 +94,6 @@ def load_machine(code: bytes, program: Interface) -> Machine:
         found = ctypes.CFUNCTYPE(result, *arguments)(address)
         return with_stack(found, STACK_PER_BYTE * len(code)) if len(code) > SMALL else found
 
-    stepping = program.order >= STEPPING
     return Machine(
         program=program,
         loaded=loaded,
@@ -107,7 +106,7 @@ def load_machine(code: bytes, program: Interface) -> Machine:
         advance=function(
             "advance", integer, pointer, pointer, pointer, pointer, real, pointer, integer, pointer,
             integer, integer, integer, pointer,
-        ) if stepping else None,
+        ),
         accelerate=function("accelerate", integer, pointer, real, pointer, pointer, pointer),
         follow=function(
             "follow", None, pointer, pointer, pointer, pointer, real, real, pointer, integer, pointer,

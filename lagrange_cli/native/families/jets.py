@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from lagrange_cli.errors import TooLarge
+from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.limits import way_out, whole
@@ -144,9 +144,9 @@ class SeriesJet:
         return [one for one in self.loops if not isinstance(one, Chain)]
 
     def bounded(self) -> None:
-        """Raise ``TooLarge`` where the series take too much memory."""
+        """Raise ``TooManyNumbers`` where the series take too much memory."""
         if self.work > MOST_NUMBERS:
-            raise TooLarge(
+            raise TooManyNumbers(
                 f"the Taylor series of this system are {self.work} numbers, more than {MOST_NUMBERS}",
                 f"choose --method ias15, which has no series, make the system smaller, {way_out('numbers')}",
             )

@@ -8,6 +8,7 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular, velocity_planes
@@ -147,7 +149,7 @@ class _Writer:
             floors=floors,
         )  # fmt: skip
         if self.scheme:
-            work, steps = on_rates(scheme, lengths, given)
+            work, steps = on_rates(scheme, lengths, given, partial(of_families, self.system))
             parts.append(steps)
         elif self.order > RATES:
             kind = VelocitySteps if lengths.followers else FamilySteps

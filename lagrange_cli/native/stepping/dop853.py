@@ -13,9 +13,18 @@ from __future__ import annotations
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.dop853_stages import FIFTH, INSIDE, NODES, STAGE, STAGES, THIRD, Weights
-from lagrange_cli.native.stepping.rate_steps import LARGEST, LENGTH, SMALLEST, Places, RateSteps, wide_of
+from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.rate_steps import (
+    LARGEST,
+    LENGTH,
+    SMALLEST,
+    Places,
+    RateSteps,
+    Trial,
+    wide_of,
+)
 from lagrange_cli.native.stepping.steps import Now
 
 DEGREE = 7
@@ -38,11 +47,11 @@ class Dop853Steps(RateSteps):
     """Steps of ``DOP853``."""
 
     order = DEGREE + 1  # velocities are polynomials of this degree, too: q's have one more, which is 0
-    least, most, shorter = SAFETY, 10.0, 0.2
+    most, shorter = 10.0, 0.2
 
     @staticmethod
-    def room(layout: StateLayout) -> Places:
-        return Places(layout, DEGREE + 1, ALL * wide_of(layout))
+    def room(given: Given) -> Places:
+        return Places(given.state, DEGREE + 1, ALL * wide_of(given.state))
 
     def helpers(self) -> list[Function]:
         return [self._inside(), self._ends()]
@@ -61,7 +70,7 @@ class Dop853Steps(RateSteps):
         assert first is not None
         return first if second is None else first + second
 
-    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> tuple[Real, Bit]:
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
         layout, at, lanes = self.state, self._places, self.lengths.lanes
         with f.loop(0, layout.degrees, lanes, tested=False) as i:
             f.store_row(f.load_row("%state", i + layout.degrees, lanes), "%work", i + at.own)
@@ -72,7 +81,7 @@ class Dop853Steps(RateSteps):
             regular.set(regular.get() & self.stage(f, k, t, low, h))
         self.spend(f, f.constant(float(STAGES)))
         factor, finite = self._factor(f, h)
-        return factor, regular.get() & finite
+        return Trial(factor, factor < SAFETY, regular.get() & finite)
 
     def stage(self, f: Function, k: int, t: Real, low: Real, h: Real) -> Bit:
         """The state at a stage and its rates, and whether these are regular."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from lagrange_cli.native.interface import HALTED, records_at
 from lagrange_cli.native.llvm.function import Function
@@ -23,6 +24,9 @@ from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
 from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.coupling import Coupling
 
 AT_REST = 2.0**-900
 """Where steps are proven, velocities below this do not limit them."""
@@ -49,6 +53,8 @@ class Given:
     floors: str = ""
     """The text of ``@floors(constants, state, floors)``, if velocities are not all measured by themselves
     alone; it computes what is then at ``Lengths.floor``."""
+    coupling: Coupling | None = None
+    """Which rates depend on which coordinates, for implicit steps."""
 
 
 class Steps(ABC):

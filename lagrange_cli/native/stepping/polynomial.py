@@ -51,5 +51,7 @@ def careful_sum(f: Function, c: Sequence[Real], h: Real, chains: int = 1) -> tup
         if m:
             total, error = two_sum(c[m - 1], product)
             rest = rest + error
+    if len(c) == CAREFUL:
+        return total, rest
     square = h * h
     return total, f.fused(polynomial(f, c[CAREFUL:], h, chains), square * square * h, rest)

@@ -1,12 +1,10 @@
-"""Steps of order 15 by Gauss-Radau quadrature (``ias15``).
+"""Steps of order 5 by the implicit Radau IIA method of three stages (``Radau``).
 
-E. Everhart, in: Dynamics of Comets: Their Origin and Evolution, 1985; H. Rein and D. S. Spiegel, MNRAS 446,
-2015. Rates within a step are a polynomial of degree 7, which passes through those at the step's beginning and
-at seven nodes. It is found by iteration: from the polynomial follow the states at the nodes, from these the
-rates, from these the polynomial. The polynomial of the step before is where it begins.
+E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., 1996, sec. IV.8: Newton's method
+(``collocation``), a filtered error estimate, and K. Gustafsson's control of the length of steps. Errors are
+measured as by ``DOP853``.
 
-The polynomials in time are of degree 9 for q and 8 for v and integrals. Behind the lengths, the polynomials
-of the rates are carried, in units of the step.
+The velocities of a step are the polynomial of degree 3 through their increments, coordinates its integral.
 """
 
 from __future__ import annotations
@@ -17,228 +15,220 @@ from math import comb
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.state import StateLayout
-from lagrange_cli.native.stepping.radau_nodes import NODES, TERMS, inverse, products
-from lagrange_cli.native.stepping.rate_steps import HEADER, LARGEST, SMALLEST, Places, RateSteps, span_of
+from lagrange_cli.native.stepping.collocation import DIVERGED, ROUNDS, UNSOUND, CollocationSteps, weighed
+from lagrange_cli.native.stepping.implicit import CHOSEN, CURRENT, ERROR, HEAD, RENEW, THETA, TRIED
+from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.radau_constants import ERROR as ERROR_WEIGHTS
+from lagrange_cli.native.stepping.radau_constants import PLACE_ERROR, POLYNOMIAL, REAL, STAGES
+from lagrange_cli.native.stepping.rate_steps import HEADER, Places, Trial
+from lagrange_cli.native.stepping.steps import Now
 
-ORDER = TERMS + 2
+ORDER = STAGES + 1
 """The degree of q's polynomials."""
-LAST_TERM = 1e-9
-"""What the last term of the rates may add to a velocity, relative to it, at full double precision: the error
-at the end of a step is of twice the order (Rein and Spiegel, sec. 2.3)."""
-CONVERGED = 1e-12
-"""The iteration ends where it changes this term by so little: another one would change it by some hundredth
-of that, and the state by less than its rounding. (Rates that are rounded change it by as much.)"""
-ROUNDS, FEWEST = 12, 2
-"""Iterations at most; and how many there are before it counts that they do not come closer any more."""
-AHEAD = 8.0
-"""A step that is longer than the one before by more than this factor begins without its polynomials."""
+SAFETY, FAILED = 0.9, 0.5
+"""By what factor lengths stay below those expected, and are less where Newton's method fails."""
+KEPT = 1.2
+"""A step that should be longer by less than this factor is as long as the one before: with its matrices."""
+SLOW = 1e-3
+"""If Newton's steps become shorter by no more than this factor, the next step takes new derivatives."""
+SMALL_ERROR = 0.01
+"""Smaller ones count as this one for the control of lengths."""
 
 
-class RadauSteps(RateSteps):
-    """Steps of ``ias15``."""
+class RadauSteps(CollocationSteps):
+    """Steps of ``Radau``."""
 
     order = ORDER
-    least, most, shorter = 0.8, 2.0, 0.0625
+    most, shorter = 10.0, 0.2
 
-    @staticmethod
-    def room(layout: StateLayout) -> Places:
-        return Places(layout, ORDER, (2 * TERMS + 1) * span_of(layout))
+    @classmethod
+    def room(cls, given: Given) -> Places:
+        return Places(given.state, ORDER, sum(cls.own_areas(given).values()))
 
-    @staticmethod
-    def carried(layout: StateLayout) -> int:
-        return HEADER + TERMS * span_of(layout)
+    def helpers(self) -> list[Function]:
+        return [*super().helpers(), self._filter(), self._estimate()]
 
-    @property
-    def span(self) -> int:
-        """Doubles of a number for each rate."""
-        return span_of(self.state)
-
-    @property
-    def terms(self) -> int:
-        """Where b[0], b[1], .. are."""
-        return self._places.own
-
-    @property
-    def differences(self) -> int:
-        """And g[0], g[1], .."""
-        return self.terms + TERMS * self.span
-
-    @property
-    def scale(self) -> int:
-        """The step over the size of each velocity."""
-        return self.differences + TERMS * self.span
-
-    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> tuple[Real, Bit]:
-        self._predict(f, h, ratio)
-        regular = self._iterate(f, t, low, h)
-        factor, finite = self._factor(f)
-        return factor, regular & finite
-
-    def _term(self, f: Function, first: int, k: int, i: Integer) -> Real:
-        return f.load_row("%work", i + (first + k * self.span), self.lengths.lanes)
-
-    def _put(self, f: Function, value: Real, first: int, k: int, i: Integer) -> None:
-        f.store_row(value, "%work", i + (first + k * self.span))
-
-    def _predict(self, f: Function, h: Real, ratio: Real) -> None:
-        """b from the step before, g from b, and the scales."""
-        layout, at, lanes = self.state, self._places, self.lengths.lanes
-        ratio = f.select(ratio < AHEAD, ratio, f.constant(0.0))
-        powers = [ratio]
-        for _ in range(1, TERMS):
-            powers.append(powers[-1] * ratio)
-        wide, rows = [f.splat(one, lanes) for one in powers], inverse(products())
-        length, zero = f.splat(h, lanes), f.zero(lanes)
+    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
+        """Whether the rates at the end of a step are finite: its error has been estimated."""
+        total = f.variable(f.zero(self.lengths.lanes))
         with self._each(f, self._count) as i:
-            before = layout.carried_at + HEADER
-            b = [f.load_row("%state", i + (before + k * self.span), lanes) * wide[k] for k in range(TERMS)]
-            for k, one in enumerate(b):
-                self._put(f, one, self.terms, k, i)
-            for n in range(TERMS):
-                total = b[n]
-                for k in range(n + 1, TERMS):
-                    total = f.fused(b[k], float(rows[n][k]), total)
-                self._put(f, total, self.differences, n, i)
-            v = f.magnitude(f.load_row("%state", i + layout.degrees, lanes))
-            a = f.larger(f.magnitude(self._term(f, at.begin, 0, i)), f.magnitude(b[0]))
-            if self.lengths.floor:
-                v = f.larger(v, f.load_row("%work", i + (self.lengths.floor + layout.degrees), lanes))
-            size = f.larger(v, a * length)
-            there = self._among(f, i, self._count) & (size > SMALLEST)
-            one = length / f.select(there, size, f.splat(f.constant(1.0), lanes))
-            f.store_row(f.select(there, one, zero), "%work", i + self.scale)
+            rate = f.magnitude(f.load_row("%work", i + self._places.begin, self.lengths.lanes))
+            inside = self._among(f, i, self._count)
+            total.set(total.get() + f.select(inside, rate, f.zero(self.lengths.lanes)))
+        return f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
 
-    def _iterate(self, f: Function, t: Real, low: Real, h: Real) -> Bit:
-        """Compute rates at the nodes until they do not change any more; whether all of them were regular."""
-        before, rounds = f.variable(f.constant(math.inf)), f.variable(f.count(0))
-        regular = f.variable(Bit(f, "true"))
-        with f.forever() as iterations:
-            for n in range(TERMS):
-                error, good = self._node(f, n, t, low, h)
-                regular.set(regular.get() & good)
-            rounds.set(rounds.get() + 1)
-            stalls = (rounds.get() > FEWEST) & (error >= before.get())
-            near = error <= max(CONVERGED, 0.001 * self.given.tolerance)
-            done = near | stalls | (rounds.get() >= ROUNDS) | ~regular.get()
-            with f.when(done):
-                iterations.leave()
-            before.set(error)
-        self.spend(f, rounds.get().to_real() * float(TERMS))
-        return regular.get()
+    # a step
 
-    def _node(self, f: Function, n: int, t: Real, low: Real, h: Real) -> tuple[Real, Bit]:
-        """The state at a node, its rates, and the polynomial through them; by how much its last term has
-        changed, and whether the rates are regular."""
-        layout, at, lanes = self.state, self._places, self.lengths.lanes
-        degrees, width, s = layout.degrees, layout.width, NODES[n]
-        hs = h * s
-        wide = f.splat(hs, lanes)
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
+        places = [f.pointer(f"%{name}") for name in ("constants", "state", "work")]
+        iterations = f.variable(f.constant(DIVERGED))
+        with f.forever() as again:
+            self.factored(f, h)
+            iterations.set(f.call(Real, "collocate", *places, h, ratio))
+            failed = iterations.get().equals(DIVERGED)
+            with f.when(~failed | (self.noted(f, CURRENT, "cache") > 0.0)):
+                again.leave()
+            self.renew(f)
+        converged, square = iterations.get() > DIVERGED, f.variable(f.constant(1.0))
+        with f.when(converged):
+            square.set(f.call(Real, "estimate", *places, h))
+        sound = (iterations.get() > UNSOUND) & (square.get() < math.inf)
+        self.note(f, f.constant(1.0), TRIED, "cache")
+        factor = self._factor(f, h, square.get(), iterations.get())
+        again_too = ~converged | (square.get() > 1.0)
+        return Trial(f.select(converged, factor, f.constant(FAILED)), again_too, sound)
 
-        def total(i: Integer, divisors: list[int]) -> Real:
-            """a(0) and b, each times a power of s, over a divisor."""
-            begin = self._term(f, at.begin, 0, i)
-            sums = [begin * (1.0 / divisors[0]), None]
-            for k in range(TERMS):
-                factor = s ** (k + 1) / divisors[k + 1]
-                b = self._term(f, self.terms, k, i)
-                other = sums[(k + 1) % 2]
-                sums[(k + 1) % 2] = b * factor if other is None else f.fused(b, factor, other)
-            assert sums[0] is not None and sums[1] is not None
-            return sums[0] + sums[1]
+    def _factor(self, f: Function, h: Real, square: Real, iterations: Real) -> Real:
+        """By what the step should be longer, with that square of its error after so many iterations; and what
+        the next step is told."""
+        zero, one = f.constant(0.0), f.constant(1.0)
+        carried = self.state.carried_at + HEADER
+        before, last = (f.load("%state", carried + number) for number in (ERROR, CHOSEN))
+        square = f.larger(square, f.constant(1e-20))
+        measured = before > 0.0
+        safe = f.constant(SAFETY * (2 * ROUNDS + 1)) / (iterations + 2.0 * ROUNDS)
+        usual = exp2_roughly(log2_roughly(square) * (-1.0 / 8))
+        trend = exp2_roughly(
+            (log2_roughly(f.select(measured, before, square)) - log2_roughly(square)) * 0.125
+        )
+        expected = f.select(measured, h / f.select(measured, last, one) * trend, one)
+        factor = f.larger(safe * usual * f.smaller(expected, one), f.constant(self.shorter))
+        accepted = square <= 1.0
+        keeps = accepted & (factor >= 1.0) & (factor < KEPT)
+        slow = (iterations > 2.0) & (self.noted(f, THETA, "cache") > SLOW)
+        self.note(f, f.larger(square, f.constant(SMALL_ERROR**2)), ERROR)
+        self.note(f, h, CHOSEN)
+        self.note(f, f.select(slow, one, zero), RENEW)
+        return f.select(keeps, one, factor)
 
-        with self._each(f, degrees) as i:
-            twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])
-            v, v_low = (f.load_row("%state", i + (degrees + part * width), lanes) for part in (0, 1))
-            change = f.fused(wide, f.fused(wide, twice, v_low), wide * v)
-            self.put_state(f, i, change, f.load_row("%state", i + width, lanes))
-        with self._each(f, self._count) as i:
-            change = wide * total(i, [k + 1 for k in range(TERMS + 1)])
-            rest = f.load_row("%state", i + (degrees + width), lanes)
-            self.put_state(f, i + degrees, change, rest)
-        rates, good = self.node(f, t + (low + hs))
-        parts, largest = products()[n], f.variable(f.zero(lanes))
-        with self._each(f, self._count) as i:
-            x = (f.load_row(rates, i, lanes) - self._term(f, at.begin, 0, i)) * (1.0 / s)
-            for j in range(n):
-                x = (x - self._term(f, self.differences, j, i)) * (1.0 / (s - NODES[j]))
-            change = x - self._term(f, self.differences, n, i)
-            self._put(f, x, self.differences, n, i)
-            for k in range(n + 1):
-                b = self._term(f, self.terms, k, i)
-                self._put(f, f.fused(change, float(parts[k]), b), self.terms, k, i)
-            if n == TERMS - 1:
-                error = f.magnitude(change) * f.load_row("%work", i + self.scale, lanes)
-                largest.set(f.larger(error, largest.get()))
-        return f.reduce("fmax", largest.get()), good
+    def _filter(self) -> Function:
+        """``@filter(.., rates, h, moved)``: the error of coordinates and velocities, from the ``rates`` where
+        the step begins, or those where this error, ``moved`` once, has been added; the sum of its squares."""
+        f = Function(f"define internal double @filter{HEAD}, ptr %rates, double %h, double %moved) #0")
+        h, lanes, n, band = Real(f, "%h"), self.lengths.lanes, self.size, self.band
+        inverse, scale = f.splat(f.constant(1.0) / h, lanes), f.splat(h * (1.0 / REAL), lanes)
+        moved, x = f.splat(Real(f, "%moved"), lanes), self.areas["x"]
+        with f.loop(0, n, lanes, tested=False) as i:
+            z, inside, zero = self.rows(f, "z", i), self._among(f, i, n), f.zero(lanes)
+            place = f.fused(moved, self.row(f, "rows1", i), weighed(f, z, PLACE_ERROR))
+            speed = f.fused(weighed(f, z, ERROR_WEIGHTS), inverse, f.load_row("%rates", i, lanes))
+            self.put_row(f, f.select(inside, place * scale, zero), "rows0", i)
+            self.put_row(f, f.select(inside, speed, zero), "rows2", i)
+        with self.in_band(f) as (p, row):
+            f.store(f.load("%work", row + self.areas["rows0"]), "%work", p + (x + band.length))
+        with self.in_band(f) as (p, row):
+            total = f.variable(f.load("%work", row + self.areas["rows2"]))
+            first, last = band.within(f, p)
+            with f.loop(first, last, tested=False) as j:
+                slope = f.load("%work", band.at(p, j) + self.areas["by_q"])
+                total.set(f.fused(slope, f.load("%work", j + (x + band.length)), total.get()))
+            f.store(total.get(), "%work", p + x)
+        self.solve(f, "real", 1, 0)
+        with self.in_band(f) as (p, row):
+            f.store(f.load("%work", p + x), "%work", row + self.areas["rows1"])
+        squares = f.variable(f.zero(lanes))
+        with f.loop(0, n, lanes, tested=False) as i:
+            speed, inside = self.row(f, "rows1", i), self._among(f, i, n)
+            place = f.fused(speed, scale, self.row(f, "rows0", i))
+            self.put_row(f, place, "rows0", i)
+            for shift, value in ((0, place), (n, speed)):
+                error = f.select(inside, value * self.row(f, "shares", i + shift), f.zero(lanes))
+                squares.set(f.fused(error, error, squares.get()))
+        f.give(f.reduce("fadd", squares.get(), f.constant(0.0)))
+        return f
 
-    def _factor(self, f: Function) -> tuple[Real, Bit]:
-        """By what the step should be longer, by its last two terms, and whether all rates are finite."""
-        lanes = self.lengths.lanes
-        most = [f.variable(f.zero(lanes)) for _ in range(2)]
-        total = f.variable(f.zero(lanes))
-        with self._each(f, self._count) as i:
-            scale = f.load_row("%work", i + self.scale, lanes)
-            for one, k in zip(most, (TERMS - 2, TERMS - 1)):
-                b = f.magnitude(self._term(f, self.terms, k, i))
-                one.set(f.larger(b * scale, one.get()))
-            moving = self._among(f, i, self.lengths.degrees)
-            total.set(total.get() + f.select(moving, b, f.zero(lanes)))
-        goal = math.log2(self._last_term)
-        exponents = []
-        for one, order in zip(most, (TERMS - 1, TERMS)):
-            largest = f.smaller(f.reduce("fmax", one.get()), f.constant(LARGEST))
-            exponents.append((log2_roughly(largest) * -1.0) * (1.0 / order) + goal / TERMS)
-        factor = exp2_roughly(f.smaller(*exponents))
-        return factor, f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
+    def _estimate(self) -> Function:
+        """``@estimate(.., h)``: the mean square of the error in units of what is allowed.
 
-    @property
-    def _last_term(self) -> float:
-        looser: float = max(1.0, self.given.tolerance * 2.0**52) ** (TERMS / (2 * TERMS + 1))
-        return LAST_TERM * looser
+        The error is filtered by the derivatives. Where that is not enough, as in the first step, it is
+        computed again from the rates at the state that it leads to, and so is that of integrals always.
+        """
+        f = Function(f"define internal double @estimate{HEAD}, double %h) #0")
+        h, layout, lanes, at = Real(f, "%h"), self.state, self.lengths.lanes, self._places
+        n, count = self.size, self._count
+        places = [f.pointer(f"%{name}") for name in ("constants", "state", "work")]
+        part = f.splat(f.constant(1.0 / self.given.tolerance), lanes)
+        with f.loop(0, layout.width, lanes, tested=False) as i:
+            size = f.larger(*(f.magnitude(f.load_row(*one, lanes)) for one in (
+                ("%state", i), ("%work", i + at.state)
+            )))  # fmt: skip
+            self.put_row(f, part / (size + 1.0), "shares", i)
+
+        def filtered(rates: int, moved: float) -> Real:
+            begin = f.place("%work", rates, "double")
+            return f.call(Real, "filter", *places, begin, h, f.constant(moved))
+
+        total = f.variable(filtered(at.begin, 0.0))
+        large = (total.get() > float(layout.rows)) & (self.noted(f, TRIED, "cache") > 0.0)
+        with f.when(large if count == n else Bit(f, "true")):
+            with f.loop(0, n, lanes, tested=False) as i:
+                low = f.load_row("%state", i + layout.width, lanes)
+                self.put_state(f, i, self.row(f, "rows0", i), low)
+            with f.loop(0, n, lanes, tested=False) as i:
+                low = f.load_row("%state", i + (layout.width + n), lanes)
+                self.put_state(f, i + n, self.row(f, "rows1", i), low)
+            self.put_integrals(f)
+            rates, _ = self.node(f, self.now(f))
+            with self._each(f, count) as i:
+                self.put_row(f, f.load_row(rates, i, lanes), "f0", i)
+            self.spend(f, f.constant(1.0))
+            with f.when(large):
+                total.set(filtered(self.areas["f0"], 1.0))
+            if count > n:
+                total.set(total.get() + self._of_integrals(f, h))
+        f.give(total.get() * (1.0 / layout.rows))
+        return f
+
+    def _of_integrals(self, f: Function, h: Real) -> Real:
+        """The squares of the errors of integrals."""
+        n, count, lanes = self.size, self._count, self.lengths.lanes
+        inverse, scale = f.splat(f.constant(1.0) / h, lanes), f.splat(h * (1.0 / REAL), lanes)
+        squares = f.variable(f.zero(lanes))
+        with f.loop(n, count, lanes, tested=False) as i:
+            rate = f.fused(weighed(f, self.rows(f, "z", i), ERROR_WEIGHTS), inverse, self.row(f, "f0", i))
+            error = rate * scale * self.row(f, "shares", i + n)
+            error = f.select(self._among(f, i, count), error, f.zero(lanes))
+            squares.set(f.fused(error, error, squares.get()))
+        return f.reduce("fadd", squares.get(), f.constant(0.0))
+
+    # polynomials
 
     def finish(self, f: Function, h: Real) -> None:
-        """The coefficients of the polynomials, in time, where ``advance`` reads them."""
-        at, lanes, width = self._places, self.lengths.lanes, self.lengths.width
-        degrees = self.lengths.degrees
-        powers = [h]
-        for _ in range(1, TERMS):
-            powers.append(powers[-1] * h)
+        lanes, width, degrees = self.lengths.lanes, self.lengths.width, self.lengths.degrees
+        inverse = f.splat(f.constant(1.0) / h, lanes)
+        powers = [inverse]
+        for _ in range(1, STAGES):
+            powers.append(powers[-1] * inverse)
 
         def put(value: Real, m: int, i: Integer) -> None:
             f.store_row(value, "%work", i + m * width)
 
-        def coefficient(k: int, i: Integer, divisor: int) -> Real:
-            return self._term(f, self.terms, k, i) / f.splat(powers[k] * float(divisor), lanes)
-
         # what is written behind the last coordinate is overwritten by the velocities, and behind the last
         # row by the next coefficient
         for m in range(1, ORDER + 1):
-            with self._each(f, degrees) as i:
+            with f.loop(0, degrees, lanes, tested=False) as i:
                 if m == 1:
                     put(f.load_row("%state", i + degrees, lanes), m, i)
-                elif m == 2:
-                    put(self._term(f, at.begin, 0, i) * 0.5, m, i)
                 else:
-                    put(coefficient(m - 3, i, m * (m - 1)), m, i)
+                    term = weighed(f, self.rows(f, "z", i), POLYNOMIAL[m - 2])
+                    put(term * powers[m - 2] * (1.0 / m), m, i)
             with self._each(f, self._count) as i:
-                if m == 1:
-                    put(self._term(f, at.begin, 0, i), m, i + degrees)
-                elif m == ORDER:
+                if m > STAGES:
                     put(f.zero(lanes), m, i + degrees)
                 else:
-                    put(coefficient(m - 2, i, m), m, i + degrees)
+                    term = weighed(f, self.rows(f, "z", i), POLYNOMIAL[m - 1])
+                    put(term * powers[m - 1], m, i + degrees)
 
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
-        lanes, ratio = self.lengths.lanes, length / h
-        powers = [f.splat(f.constant(1.0), lanes), f.splat(ratio, lanes)]
-        for _ in range(1, TERMS):
-            powers.append(powers[-1] * powers[1])
-        with self._each(f, self._count) as i:
-            b = [self._term(f, self.terms, k, i) * powers[k + 1] for k in range(TERMS)]
-            for k in range(TERMS):
-                total = b[k]
-                for j in range(k + 1, TERMS):
-                    total = f.fused(b[j], float(comb(j + 1, k + 1)), total)
-                place = i + (self.state.carried_at + HEADER + k * self.span)
-                f.store_row(total, "%state", place)
+        super().hand_over(f, h, length)
+        lanes, width, degrees = self.lengths.lanes, self.lengths.width, self.lengths.degrees
+        powers = [f.splat(length, lanes)]
+        for _ in range(1, STAGES):
+            powers.append(powers[-1] * powers[0])
+        with f.loop(0, degrees, lanes, tested=False) as i:
+            terms = [
+                f.load_row("%work", i + ((k + 1) * width + degrees), lanes) * powers[k] for k in range(STAGES)
+            ]
+            for k, place in enumerate(self.terms(self.state)):
+                weights = tuple(float(comb(j + 1, k + 1)) for j in range(k, STAGES))
+                f.store_row(weighed(f, terms[k:], weights), "%state", i + place)

@@ -47,6 +47,16 @@ def wide_of(layout: StateLayout) -> int:
 
 
 @dataclass(frozen=True)
+class Trial:
+    """What became of a step: by what ``factor`` it should be longer, whether it must be taken ``again`` with
+    that length, and whether all rates were ``sound``: regular and finite."""
+
+    factor: Real
+    again: Bit
+    sound: Bit
+
+
+@dataclass(frozen=True)
 class Places:
     """Where things are in ``%work``: the series that ``advance`` reads first, then ``doubles`` of the
     method's own; the jet's last."""
@@ -103,15 +113,15 @@ class RateSteps(DoubleSteps):
 
     order: int
     """The degree of q's polynomials."""
-    least: float
-    """A step is taken again that should have been shorter by this factor."""
+    implicit = False
+    """Whether it needs ``Given.coupling``."""
     most: float
     """How much the next one is longer at most."""
     shorter: float
     """And one that is taken again, shorter."""
 
     def __init__(self, rates: Lengths, given: Given) -> None:
-        layout, order, places = given.state, self.order, self.room(given.state)
+        layout, order, places = given.state, self.order, self.room(given)
         lanes = min(layout.width, LANES)
         floor = places.floor if given.floors else 0
         lengths = Lengths(
@@ -131,7 +141,7 @@ class RateSteps(DoubleSteps):
 
     @staticmethod
     @abstractmethod
-    def room(layout: StateLayout) -> Places:
+    def room(given: Given) -> Places:
         """Where things are in ``%work``."""
 
     @staticmethod
@@ -143,10 +153,12 @@ class RateSteps(DoubleSteps):
         """Functions of its own."""
         return []
 
+    def begin(self, f: Function, first: Bit) -> None:
+        """Prepare for the trials of a step, perhaps the ``first`` one of a motion."""
+
     @abstractmethod
-    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> tuple[Real, Bit]:
-        """Try a step of ``h``, ``ratio`` times as long as the one before (0 at first): by what factor it
-        should be longer, and whether all rates are regular and finite."""
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
+        """Try a step of ``h``, ``ratio`` times as long as the one before (0 at first)."""
 
     @abstractmethod
     def finish(self, f: Function, h: Real) -> None:
@@ -254,15 +266,17 @@ class RateSteps(DoubleSteps):
             h.set(f.smaller(h.get(), gap * 0.5))
         trials, one = f.variable(f.count(0)), f.constant(1.0)
         f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
+        self.begin(f, first)
         with f.forever() as attempts:
             ratio = f.select(first, f.constant(0.0), h.get() / f.select(first, one, last))
-            factor, good = self.attempt(f, t, low, h.get(), ratio)
-            with f.when(~good):
+            trial = self.attempt(f, t, low, h.get(), ratio)
+            factor = trial.factor
+            with f.when(~trial.sound):
                 h.set(h.get() * APART)
                 with f.when(h.get() < SMALLEST):
                     f.give(f.constant(0.0))
                 attempts.go_on()
-            with f.when(factor < self.least):
+            with f.when(trial.again):
                 h.set(h.get() * f.larger(factor, f.constant(self.shorter)))
                 attempts.go_on()
             early = first & (factor > self.most) & (trials.get() < TRIALS) & gap.equals(0.0)

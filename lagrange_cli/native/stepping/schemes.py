@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.coupling import Coupling
     from lagrange_cli.native.stepping.lengths import Lengths
     from lagrange_cli.native.stepping.motion import Given
     from lagrange_cli.native.stepping.rate_steps import RateSteps
@@ -18,15 +20,23 @@ def scheme_of(name: str) -> type[RateSteps]:
         from lagrange_cli.native.stepping.dop853 import Dop853Steps
 
         return Dop853Steps
-    from lagrange_cli.native.stepping.radau import RadauSteps
+    if name == "Radau":
+        from lagrange_cli.native.stepping.radau import RadauSteps
 
-    return RadauSteps
+        return RadauSteps
+    from lagrange_cli.native.stepping.gauss_radau import GaussRadauSteps
+
+    return GaussRadauSteps
 
 
-def on_rates(scheme: type[RateSteps], rates: Lengths, given: Given) -> tuple[int, str]:
+def on_rates(
+    scheme: type[RateSteps], rates: Lengths, given: Given, coupling: Callable[[], Coupling]
+) -> tuple[int, str]:
     """The doubles of ``%work``, and IR of ``@advance`` and its helpers, on a ``@jet`` that has ``given.work``
     for itself and leaves the rates at the places of ``rates``."""
     from lagrange_cli.native.stepping.advance import advance
 
-    work = scheme.room(given.state).jet + given.work
+    if scheme.implicit:
+        given = replace(given, coupling=coupling())
+    work = scheme.room(given).jet + given.work
     return work, advance(scheme(rates, replace(given, work=work)))

@@ -1,0 +1,115 @@
+"""Which rates depend on which coordinates and velocities: the form of the matrices of implicit steps.
+
+Coordinates are put in an order in which those that depend on each other are near (E. Cuthill and J. McKee,
+Proc. 24th Nat. Conf. ACM, 1969): then the matrices are banded in chains, rings and lattices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.native.linear.banded import Banded
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.residual import Residual
+
+Places = np.ndarray[Any, np.dtype[np.int64]]
+FEW = 16
+"""Up to so many coordinates, matrices are full."""
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """The ``band`` of a matrix in whose row p is coordinate ``places[p]``, or p if none are given."""
+
+    band: Banded
+    places: tuple[int, ...] = ()
+
+    @property
+    def colours(self) -> int:
+        """Columns that are so far apart have no row in common."""
+        return min(self.band.size, 2 * self.band.reach + 1)
+
+
+def full(count: int) -> Coupling:
+    """That of ``count`` coordinates each of which may depend on all."""
+    return Coupling(Banded(count, count - 1))
+
+
+def coupling_of(count: int, rows: Places, columns: Places) -> Coupling:
+    """The coupling where the rates at ``rows`` depend on the coordinates or velocities at ``columns``; no
+    pair comes twice."""
+    if not len(rows):
+        return Coupling(Banded(count, 0))
+    if Banded(count, int(np.bincount(rows).max()) // 2).full:
+        return full(count)
+    given = Banded(count, int(np.max(np.abs(rows - columns))))
+    places = near(count, rows, columns)
+    at = np.empty(count, dtype=np.int64)
+    at[places] = np.arange(count)
+    found = Banded(count, int(np.max(np.abs(at[rows] - at[columns]))))
+    best = found if found.reach < given.reach else given
+    if best.full:
+        return full(count)
+    return Coupling(best, tuple(places.tolist()) if best is found else ())
+
+
+def near(count: int, rows: Places, columns: Places) -> Places:
+    """The coordinates in an order in which neighbours are near: each one is followed by those of its
+    neighbours that have not come yet, those with few neighbours first."""
+    keys = np.unique(np.concatenate([rows * count + columns, columns * count + rows]))
+    first, second = np.divmod(keys, count)
+    bounds, others = np.searchsorted(first, np.arange(count + 1)).tolist(), second.tolist()
+    degrees = np.diff(bounds).tolist()
+    neighbours = [sorted(others[bounds[k] : bounds[k + 1]], key=degrees.__getitem__) for k in range(count)]
+
+    def spread(start: int, done: Sequence[bool]) -> list[int]:
+        seen, listed = {start}, [start]
+        for one in listed:
+            for other in neighbours[one]:
+                if other not in seen and not done[other]:
+                    seen.add(other)
+                    listed.append(other)
+        return listed
+
+    done, order = [False] * count, list[int]()
+    for one in sorted(range(count), key=degrees.__getitem__):
+        if not done[one]:
+            end = spread(one, done)[-1]  # as far as possible from the other ones
+            found = spread(end, done)
+            order += found
+            for each in found:
+                done[each] = True
+    return np.array(order, dtype=np.int64)
+
+
+def of_residual(residual: Residual) -> Coupling:
+    """The coupling of equations of motion that are written singly."""
+    count = len(residual.residual)
+    special = residual.multipliers or residual.dependent or residual.cyclic_momenta or residual.contacts
+    if count <= FEW or special:
+        return full(len(residual.state_q))
+    from lagrange_cli.expression.node import bits
+    from lagrange_cli.mechanics.matrices import connected
+
+    index = {
+        symbol.symbols.bit_length() - 1: k
+        for symbols in (residual.model.q, residual.model.v)
+        for k, symbol in enumerate(symbols)
+    }
+    rows, columns = list[int](), list[int]()
+    for block in connected(residual.mass_matrix):  # accelerations in it depend on the same
+        together = 0
+        for k in block:
+            together |= residual.residual[k].symbols
+            for entry in residual.mass_matrix[k]:
+                together |= entry.symbols
+        found = {index[bit] for bit in bits(together) if bit in index}
+        for k in block:
+            rows += [k] * len(found)
+            columns += found
+    return coupling_of(count, np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64))

@@ -1,0 +1,68 @@
+"""Which coordinates accelerations depend on: by the tables of families, and by expressions written singly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.native.families.coupling import of_families
+from lagrange_cli.native.stepping.coupling import of_residual
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.values import resolve_values
+from tests.support.motion import residual_of, run, spec_of
+
+RING = """
+sizes: {N: 40}
+coordinates:
+  x[i in range(N)]: {initial: cos(2*pi*i/N)*(1 + 0.05*cos(3*i))}
+  y[i in range(N)]: {initial: sin(2*pi*i/N)*(1 + 0.05*cos(5*i))}
+masses: {bead[i in range(N)]: 1}
+embedding: {bead[i in range(N)]: [x[i], y[i]]}
+potential: sum(5e4*(norm(bead[(i + 1) % N] - bead[i]) - 0.3)**2 for i in range(N))
+dissipation: sum(50*(x_dot[i]**2 + y_dot[i]**2) for i in range(N))
+"""
+DRIVEN = """
+sizes: {N: 30}
+coordinates: {u[i in range(N)]: {initial: sin(i)}}
+masses: {bead[i in range(N)]: 1 + i}
+embedding: {bead[i in range(N)]: u[i]}
+potential: sum((u[i + 2] - u[i])**2 for i in range(N - 2)) + u[0]**2 + u[1]**2*cos(t)
+dissipation: sum((u_dot[i + 1] - u_dot[i])**2 for i in range(N - 1))
+"""
+ALL = (
+    RING.replace("N: 40", "N: 12")
+    .replace("(i + 1) % N] - bead[i]", "i] - bead[j]")
+    .replace("range(N))\ndiss", "range(N) for j in range(i))\ndiss")
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "reach"), [(RING, 6), (DRIVEN, 2), (ALL, 23)], ids=["ring", "driven", "all"]
+)
+def test_tables_and_expressions_say_the_same(text: str, reach: int) -> None:
+    one, other = of_families(systems.made(spec_of(text))), of_residual(residual_of(text))
+    assert one.band == other.band
+    assert one.band.reach == reach
+    assert sorted(one.places or range(one.band.size)) == list(range(one.band.size))
+
+
+@pytest.mark.parametrize("text", [RING, DRIVEN], ids=["ring", "driven"])
+def test_families_move_as_their_members_do(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where coordinates are in another order than the rows of the matrices, too."""
+    ends = []
+    for fewest, method, tolerance in ((0, "Radau", 1e-8), (10**6, "Radau", 1e-8), (0, "taylor", 2.0**-52)):
+        monkeypatch.setattr(systems, "FEWEST", fewest)
+        systems._LATEST.clear()
+        spec = spec_of(text)
+        asked = Compilation(method, tolerance, frozenset({"q", "v"}))
+        ready = prepare_system(spec, derive_system, None, asked)
+        motion = run(ready, resolve_values(spec, {}), 0.0, 0.5, 3)
+        if method == "Radau":  # derivatives that belong elsewhere would be taken again and again
+            assert motion.outcome.evaluations < 8 * motion.outcome.steps + 100
+        ends.append(np.concatenate([motion.data[path][-1] for path in sorted(motion.data) if path != "t"]))
+    assert np.max(np.abs(ends[0] - ends[1])) < 1e-9
+    assert np.max(np.abs(ends[0] - ends[2])) < 1e-5
+    assert np.any(ends[0] != ends[2])
