@@ -8,7 +8,7 @@ that it would get alone.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
     Mask = NDArray[np.bool_]
+
+T = TypeVar("T")
 
 
 class Column:
@@ -153,6 +155,13 @@ class ColumnAlgebra(NumberAlgebra):
             return super().positive(value)
         self.failed |= ~(value.values > 0)
         return True
+
+    def fault(self, check: Callable[[Sequence[float]], T | None], values: Sequence[Any]) -> T | None:
+        if not any(isinstance(one, Column) for one in values):
+            return super().fault(check, values)
+        rows = np.broadcast_arrays(self.failed, *map(numbers, values))[1:]
+        self.failed |= np.array([check(member) is not None for member in zip(*(x.tolist() for x in rows))])
+        return None
 
 
 def numbers(operand: Column | float) -> Array | float:

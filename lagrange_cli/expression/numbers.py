@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from operator import add
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from lagrange_cli.expression.algebra import Decided
 from lagrange_cli.expression.build import Scope, build
 from lagrange_cli.expression.syntax import ExpressionError, Tree
 from lagrange_cli.expression.vocabulary import FUNCTIONS
+
+T = TypeVar("T")
 
 
 def sign(x: Any) -> float:
@@ -67,6 +69,10 @@ class NumberAlgebra(Decided):
     def positive(self, value: Any) -> bool:
         """Whether a number is greater than 0."""
         return bool(value > 0)
+
+    def fault(self, check: Callable[[Sequence[float]], T | None], values: Sequence[Any]) -> T | None:
+        """What is wrong with several numbers by a ``check``."""
+        return check([float(one) for one in values])
 
 
 def evaluate(tree: Tree, scope: Scope | None = None) -> float:

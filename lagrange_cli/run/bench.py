@@ -155,7 +155,7 @@ def rank_methods(
 
     for result in measure_all(entries, prepare_next, values, reference, rules, interrupted):
         results.append(result)
-    return Ranking(spec.name, len(spec.coordinates), wanted, reference, tuple(results))
+    return Ranking(spec.name, spec.degrees_of_freedom, wanted, reference, tuple(results))
 
 
 def preparing(spec: Spec, backward: bool) -> Callable[[str, float], Prepared]:

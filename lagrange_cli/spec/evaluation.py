@@ -257,8 +257,7 @@ class Evaluation:
         given = [self.value(one, where) for one in inertia.entries]
         if any(one is None for one in given):
             return
-        values = [float(one) for one in given]
-        found = size_flaw(values) if inertia.solid else flaw(values)
+        found = self.algebra.fault(size_flaw if inertia.solid else flaw, given)
         if found is not None:
             place, message, hint = found
             entry = inertia.entries[place]

@@ -23,6 +23,8 @@ from lagrange_cli.symbolic.render import render
 
 MOST, SETTLED = 300, 1e-30
 """Iterations for multipliers in forces that are not linear in them: at most so many, and the last change."""
+ROUNDED = 2.0**-52
+"""An unknown that is a smaller part of its scale is 0 but for rounding, and is measured by this part."""
 
 Named = list[tuple[str, Measured]]
 """Quantities by name."""
@@ -149,7 +151,7 @@ def evaluate(equations: Equations, printed: Printed, known: Mapping[str, Measure
     unknowns[: len(rows)] = by_norm(rows, right[: len(rows)], columns, unknowns)
     symbols = [*map(str, equations.a), *(str(each.multiplier) for each in equations.constraints)]
     n = len(equations.a)
-    sizes = [abs(each.value) for each in unknowns]
+    sizes = [max(abs(each.value), ROUNDED * each.scale) for each in unknowns]
     whole = [each.scale for each in unknowns]
     left = [
         sum(entry.value * each.value for entry, each in zip(row, unknowns, strict=True)) for row in matrix
@@ -171,7 +173,7 @@ def evaluate(equations: Equations, printed: Printed, known: Mapping[str, Measure
         ("h", value(printed.h)),
         *zip((f"constraint {name}" for name in names), map(value, printed.constraints), strict=True),
     ]
-    everything = {**known, **{name: Measured(one.value, abs(one.value)) for name, one in named}}
+    everything = {**known, **{name: Measured(one.value, size) for (name, one), size in zip(named, sizes)}}
     return Evaluated(
         accelerations=named[:n],
         multipliers=named[n:],

@@ -211,3 +211,36 @@ def test_members_that_conserve_something_else_are_refused():
     swept = lagrange.sweep(text, over={"a": [2, 1]}, stop=1, outputs=["p"])
     assert swept.statuses.tolist() == ["complete", "failed"]
     assert "depend on each other differently" in swept.message
+
+
+TOP = """
+parameters: {I: 2.0, s: 0.4}
+coordinates: {w: {initial: 1}, x: {initial: 0}, y: {initial: 0, velocity: 0.5}, z: {initial: 0}}
+bodies:
+  top: {mass: 1, inertia: [I, 2, 2.5], position: [0, 0, 0], orientation: {quaternion: [w, x, y, z]}}
+  box: {mass: 1, solid: {box: [s, 0.3, 0.2]}, position: [0, 0, 0], orientation: {euler: [x, 1, z]}}
+solve: {stop: 1, samples: 3}
+"""
+
+
+def test_moments_of_inertia_and_sizes_of_solids_may_differ_between_members():
+    swept = lagrange.sweep(TOP, over={"I": [1, 2, 4], "s": [0.4, 0.7]}, outputs=["q"])
+    for i, moment in enumerate((1, 2, 4)):
+        for k, size in enumerate((0.4, 0.7)):
+            alone = lagrange.solve(TOP, set={"I": moment, "s": size}, outputs=["q"])
+            assert swept.q["y"][i, k] == pytest.approx(alone.q["y"], rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        (
+            {"I": [1, 5, 6]},
+            r"member 1 \(and 1 more\) cannot be run: --set I=5.0: the value 5 exceeds 2 \+ 2.5",
+        ),
+        ({"s": [1, -1]}, "member 1 cannot be run: --set s=-1.0: the value -1 is not positive in box of body"),
+    ],
+)
+def test_a_member_with_impossible_moments_of_inertia_is_named(over, message):
+    with pytest.raises(lagrange.UsageError, match=message):
+        lagrange.sweep(TOP, over=over)

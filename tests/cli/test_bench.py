@@ -83,6 +83,17 @@ def test_the_object_says_all_of_it_and_what_is_recommended_reaches_the_error(cap
     assert best["seconds"] == min(each["seconds"] for each in reaching)
 
 
+def test_constraints_take_degrees_of_freedom(capsys, tmp_path):
+    system = tmp_path / "rod.yaml"
+    system.write_text(
+        "coordinates: {x: {initial: 1}, y: {initial: 0}, z: {initial: 0, velocity: 1}}\nmasses: {a: 1}\n"
+        "positions: {a: [x, y, z]}\nconstraints: {rod: norm(a) - 1}\n"
+    )
+    few = ["--methods", "taylor", "--tolerances", "1e-6", "--runs", "1", "--stop", "1"]
+    _, out, _ = run(capsys, *few, system=str(system))
+    assert out.startswith("rod: 2 degrees of freedom")
+
+
 def test_a_chaotic_motion_is_compared_as_far_as_it_is_known(capsys):
     arguments = ["--methods", "taylor", "--tolerances", "1e-6", "--runs", "1"]
     system = str(SYSTEMS / "double_pendulum.yaml")

@@ -199,6 +199,17 @@ def test_redundant_constraints_are_told_apart_from_a_singular_configuration():
     assert (flat.redundant, flat.singular) == ((), ("bar",))
 
 
+def test_a_start_at_a_singular_configuration_may_be_the_only_state_at_its_time():
+    """A point of a circle that is driven along x begins where the circle is vertical."""
+    found = start("""
+        coordinates: {x: {initial: 1}, y: {initial: 0, velocity: 1}}
+        masses: {b: 1}
+        positions: {b: [x, y]}
+        constraints: {circle: x**2 + y**2 - 1, driven: x - cos(t)}
+        """)
+    assert (found.singular, found.redundant) == (("driven",), ())
+
+
 def test_a_constraint_that_follows_from_another_one_may_be_flat():
     both = PENDULUM + "  again: (x**2 + y**2 - l**2)**2\n"
     assert start(both).redundant == ("again",)

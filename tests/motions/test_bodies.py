@@ -76,6 +76,28 @@ def test_axes_need_not_be_principal_ones():
     assert along == pytest.approx(one["observables/w1"], abs=1e-13)
 
 
+SHARED = """
+parameters: {spin: 1.2}
+coordinates:
+  w: {initial: 1}
+  x: {initial: 0, velocity: 0.15}
+  y: {initial: 0, velocity: 0}
+  z: {initial: 0, velocity: spin/2}
+bodies:
+  one: {mass: 1, inertia: [1, 2, 2.5], position: [0, 0, 0], orientation: {quaternion: [w, x, y, z]}}
+  two: {mass: 1, inertia: [3, 1, 2.2], position: [0, 0, 0], orientation: {quaternion: [w, x, y, z]}}
+"""
+
+
+def test_bodies_that_turn_together_share_the_norm_of_their_quaternion():
+    """They are one body with the sum of the moments."""
+    assert list(spec_of(SHARED).all_constraints) == ["one.norm"]
+    sum_of_both = "\n".join(SHARED.splitlines()[:-1]).replace("[1, 2, 2.5]", "[4, 3, 4.7]")
+    both, one = (follow(text, 5.0, 21, outputs=("q",)) for text in (SHARED, sum_of_both))
+    for name in "wxyz":
+        assert np.abs(both[f"q/{name}"] - one[f"q/{name}"]).max() < 1e-14
+
+
 HEAVY = """
 parameters: {{A: 1, B: 2, C: 2.5, m: 1.5, g: 9.81}}
 coordinates: {coordinates}

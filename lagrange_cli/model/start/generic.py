@@ -43,16 +43,17 @@ def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Gene
     """Which constraints are independent at consistent states nearby, where most of them are."""
     if search.known is not None:
         return search.known
-    rows = search.rates(q, search.given.v).rows
-    typical = search.typical(scale)
+    rows, typical = search.rates(q, search.given.v).rows, search.typical(scale)
     best = independent(rows, scale, typical)
     if len(best) == len(search.names):
         return Generic(tuple(best), tuple(typical))
     seen, places = [best], [rows]
-    for number in range(TRIES):
-        near = nearby(search, q, scale, [*range(search.count)], number)
+    later = NEARBY * depend_on_time(search, q)  # the start may stand alone at its time
+    for number in range(TRIES if not later else 2 * TRIES):
+        t = search.given.t + later * max(0, number - TRIES + 1)
+        near = nearby(search, q, scale, [*range(search.count)], number, t)
         if near is not None:
-            there = search.rates(near, search.given.v).rows
+            there = search.rates(near, search.given.v, t).rows
             seen.append(independent(there, scale, typical, sine=APART))
             places.append(there)
     if len(seen) == 1:  # a place that stands alone: nothing is known beyond it
@@ -60,6 +61,12 @@ def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Gene
     best = max(seen, key=len)
     refuse_restricting(search, q, scale, best)
     return Generic(tuple(best), tuple(typical), coupled(places[seen.index(best)], best, scale))
+
+
+def depend_on_time(search: Search, q: Sequence[Any]) -> bool:
+    """Whether constraints change with time at a place."""
+    times = search.given.t, search.given.t + NEARBY
+    return any(float(one) for t in times for one in search.rates(q, search.given.v, t).drifts)
 
 
 def faint(search: Search, q: Sequence[Any], scale: Sequence[float]) -> tuple[str, ...]:
@@ -98,8 +105,7 @@ def nearby(
 def refuse_restricting(search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int]) -> None:
     """Refuse constraints that depend on others and contradict them nearby or later."""
     rest = [i for i in range(len(search.names)) if i not in best]
-    times = search.given.t, search.given.t + NEARBY
-    moving = any(float(one) for t in times for one in search.rates(q, search.given.v, t).drifts)
+    moving = depend_on_time(search, q)
     bound = [i for i in best if i < search.count]
     for number in range(TRIES if rest else 0):
         for later in (0.0, NEARBY * (number + 1))[: 1 + moving]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from lagrange_cli.expression.syntax import Binary, Number, Span, Tree
 from lagrange_cli.records import replace
@@ -12,8 +13,14 @@ NORM = ".norm"
 
 
 def norms(bodies: Mapping[str, Body]) -> dict[str, Expression]:
-    """The constraint |q|^2 - 1 of each quaternion, called ``BODY.norm``."""
-    return {norm_name(name): norm(one.orientation) for name, one in bodies.items() if is_bound(one)}
+    """The constraint |q|^2 - 1 of each quaternion, called ``BODY.norm`` by the first body that has it: bodies
+    that turn together may share one."""
+    found: dict[tuple[Any, ...], str] = {}
+    for name, one in bodies.items():
+        if is_bound(one):
+            entries = one.orientation.entries
+            found.setdefault(tuple((each.text.strip(), *each.indices.items()) for each in entries), name)
+    return {norm_name(name): norm(bodies[name].orientation) for name in found.values()}
 
 
 def is_bound(body: Body) -> bool:
@@ -52,10 +59,11 @@ def with_families(
     own = families.get("bodies", {})
     if not own:
         return families
+    kept = norms(bodies).keys()
     bound = {
         name + NORM: one.renamed(name + NORM)
         for name, one in own.items()
-        if all(member in bodies and is_bound(bodies[member]) for member in one.members)
+        if kept >= set(map(norm_name, one.members))
     }
     embedding = {**families.get("embedding", {}), **own}
     return {**families, "embedding": embedding, "constraints": {**families.get("constraints", {}), **bound}}
