@@ -9,6 +9,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.flat import flat_space
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
+from tests.support.command import lagrange
 from tests.support.motion import follow, residual_of
 
 POLAR = "m/2*(r_dot**2 + r**2*phi_dot**2)"
@@ -132,3 +133,10 @@ def test_the_reason_says_where_the_particle_is():
     assert found["A_y"].conserved.because.endswith(
         "the system moves like one particle of mass 4*m at (r*cos(0.5*th), r*sin(0.5*th))"
     )
+
+
+def test_components_are_printed_as_in_textbooks(tmp_path):
+    """Orthogonal coordinates leave no determinants behind."""
+    (tmp_path / "kepler.yaml").write_text(text_of("r th phi", f"{SPHERICAL} + k/r"))
+    said = lagrange("equations", "kepler.yaml", cwd=tmp_path).stdout
+    assert "L_x = -m*r**2*sin(phi)*th_dot - m*r**2*sin(th)*cos(th)*cos(phi)*phi_dot\n" in said
