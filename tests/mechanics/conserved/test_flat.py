@@ -31,6 +31,7 @@ CASES = {
         "m/2*(u**2 + w**2)*(u_dot**2 + w_dot**2) + 2*k/(u**2 + w**2)",
         {"L_z", *LAPLACE},
     ),
+    "the logarithm of r": ("s phi", "m/2*exp(2*s)*(s_dot**2 + phi_dot**2) + k*exp(-s)", LAPLACE),
     "another origin": ("r phi", "m/2*(r_dot**2 + (r - m)**2*phi_dot**2) + k/(r - m)", LAPLACE),
     "Stark 1914": ("r phi z", f"{CYLINDER} + k/sqrt(r**2 + z**2) + g*z", {"A_z"}),
     "Fradkin 1965": ("r phi", f"{POLAR} - k*r**2/2", FRADKIN),
