@@ -104,11 +104,11 @@ class Embedding:
         rows = [[self.slopes[one].get(k, graph.zero) for k in coordinates] for one in components]
         if not coordinates:
             return {}
-        if len(rows) == len(coordinates):
-            matrix, right = rows, [*asked]
+        pairs = range(len(coordinates))
+        matrix = [[graph.sum([(row[j] * row[k], 1.0) for row in rows]) for k in pairs] for j in pairs]
+        if len(rows) == len(coordinates) and not all(matrix[j][k].is_zero for j in pairs for k in range(j)):
+            matrix, right = rows, [*asked]  # not orthogonal
         else:
-            pairs = range(len(coordinates))
-            matrix = [[graph.sum([(row[j] * row[k], 1.0) for row in rows]) for k in pairs] for j in pairs]
             right = [graph.sum([(row[j] * g, 1.0) for row, g in zip(rows, asked)]) for j in pairs]
         solved = solution(graph, matrix, right)
         return None if solved is None else dict(zip(coordinates, solved))

@@ -20,7 +20,7 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.written import as_written
-from lagrange_cli.expression.zero import is_zero, zeros
+from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.conserved.ansatz import Term, Variables
 from lagrange_cli.mechanics.conserved.columns import conserved_sums, independent
 from lagrange_cli.mechanics.conserved.noether import Noether
@@ -100,13 +100,16 @@ def factors_in(node: Node, q: Node, others: int) -> Iterator[Node]:
     for one, exponent in factors:
         if not one.symbols & q.symbols:
             continue
-        if not one.symbols & others:
-            half = exponent // 2 if exponent % 2 == 0 else exponent / 2
+        own = one.kind is Kind.FUNCTION and (one.data in PAIRS or one.data == "exp")
+        if not one.symbols & others and not (own and exponent % 2):
+            half = abs(exponent) // 2 if exponent % 2 == 0 else abs(exponent) / 2
             yield graph.product([(one, half)])
         if one is q:
             yield from (q, q * q)
-        elif one.kind is Kind.FUNCTION:
-            yield from (graph.function(name, one.arguments) for name in PAIRS.get(one.data, ()))
+        elif own and one.data == "exp":
+            yield graph.function("exp", (0.5 * one.arguments[0],))
+        elif own:
+            yield from (graph.function(name, one.arguments) for name in PAIRS[one.data])
         elif one.kind is Kind.SUM:
             for term in one.arguments:
                 yield from factors_in(term, q, others)
@@ -181,10 +184,15 @@ def as_particle(
         return None
     mass = graph.one / inverse[0]
     place = [x * graph.product([(mass * one, -0.5)]) for x, one in zip(place, inverse)]
-    velocity = tuple(noether.rate(x) for x in place)
-    kinetic = graph.sum([(mass * u * u, 0.5) for u in velocity])
-    if not is_zero(kinetic - kinetic_energy(model, matrix)):
+    slopes = [[graph.diff(x, q) for q in model.q] for x in place]
+    left = [
+        graph.sum([(m, -1.0), *((mass * row[k] * row[j], 1.0) for row in slopes)])
+        for k, entries in enumerate(matrix)
+        for j, m in enumerate(entries[: k + 1])
+    ]
+    if zeros(left) < {*left}:
         return None
+    velocity = tuple(noether.rate(x) for x in place)
     still = tuple(graph.zero for _ in place)
     return replace(
         model, lagrangian=None, potential=potential, dissipation=graph.zero,

@@ -9,6 +9,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.flat import flat_space
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
+from tests.support.command import lagrange
 from tests.support.motion import follow, residual_of
 
 POLAR = "m/2*(r_dot**2 + r**2*phi_dot**2)"
@@ -30,6 +31,7 @@ CASES = {
         "m/2*(u**2 + w**2)*(u_dot**2 + w_dot**2) + 2*k/(u**2 + w**2)",
         {"L_z", *LAPLACE},
     ),
+    "the logarithm of r": ("s phi", "m/2*exp(2*s)*(s_dot**2 + phi_dot**2) + k*exp(-s)", LAPLACE),
     "another origin": ("r phi", "m/2*(r_dot**2 + (r - m)**2*phi_dot**2) + k/(r - m)", LAPLACE),
     "Stark 1914": ("r phi z", f"{CYLINDER} + k/sqrt(r**2 + z**2) + g*z", {"A_z"}),
     "Fradkin 1965": ("r phi", f"{POLAR} - k*r**2/2", FRADKIN),
@@ -132,3 +134,10 @@ def test_the_reason_says_where_the_particle_is():
     assert found["A_y"].conserved.because.endswith(
         "the system moves like one particle of mass 4*m at (r*cos(0.5*th), r*sin(0.5*th))"
     )
+
+
+def test_components_are_printed_as_in_textbooks(tmp_path):
+    """Orthogonal coordinates leave no determinants behind."""
+    (tmp_path / "kepler.yaml").write_text(text_of("r th phi", f"{SPHERICAL} + k/r"))
+    said = lagrange("equations", "kepler.yaml", cwd=tmp_path).stdout
+    assert "L_x = -m*r**2*sin(phi)*th_dot - m*r**2*sin(th)*cos(th)*cos(phi)*phi_dot\n" in said
