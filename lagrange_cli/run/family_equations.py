@@ -89,7 +89,7 @@ def in_form(derived: Printed, form: str) -> Printed:
 
 def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | None:
     """The equations if they have a form with indices. Raises ``UsageError`` where they have it in no way."""
-    if derived is None:
+    if derived is None or (derived.equations.constraints and form != FORMS[0]):
         return None
     refuse_form(derived, form)
     if form in DIAGONAL and derived.equations.masses is None:
@@ -116,11 +116,14 @@ def derive_families(
     """
     if not spec.families.get("coordinates"):
         return None
-    from lagrange_cli.families.system import any_family_system, family_system
+    from lagrange_cli.families.system import any_family_system, family_system, without_constraints
 
     with stage("derive"), located(spec):
         small = small or len(spec.coordinates) >= MANY
-        system = any_family_system(spec) if small else family_system(spec)
+        if spec.constraints and small:
+            system = without_constraints(spec)
+        else:
+            system = any_family_system(spec) if small else family_system(spec)
         if system is None:
             return None
         from lagrange_cli.limits import Work
@@ -129,7 +132,7 @@ def derive_families(
 
         work = Work(most)
         with counting(work):
-            equations = family_equations(system)
+            equations = family_equations(system, spec)
         return None if equations is None else DerivedFamilies(system, equations, work)
 
 
