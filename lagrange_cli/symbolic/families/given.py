@@ -99,6 +99,8 @@ class Given:
         """The expressions that constraints keep at 0."""
         spec = self.spec
         for family in grouped(spec.constraints, spec.families.get("constraints", {})):
+            if not family.complete:
+                raise Unsuited
             for kind in self.kinds(family, spec.constraints):
                 for loops, ((one,),) in self.values(kind, self.written(kind)):
                     if self.builder.rate(one).has(sympy.Symbol(TIME)) or one.has(sympy.Symbol(TIME)):
