@@ -176,6 +176,11 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     if form not in INDEXED:
         return f"--form {form} writes out every member"
     parts = [part for part in UNKNOWN if getattr(spec, part)]
+    if parts == ["constraints"] and form != FORMS[0]:
+        return f"with constraints, --form {form} writes out every member"
+    if parts == ["constraints"]:
+        needs = "a constant diagonal mass matrix and constraints without t"
+        return f"every member is written out, since printing constraints with indices needs {needs}"
     if parts:
         return f"with {parts[-1]} every member is written out"
     found = any_family_system(spec)
