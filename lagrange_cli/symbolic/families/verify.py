@@ -66,7 +66,9 @@ def verify(
     where, most = "near the start", comparison.most
     if most < len(comparison.names):
         where += f", {most} member{'s' * (most > 1)} of each line at a time"
-    return Verification(worst[0], worst[1], STATES, worst[2], {where: STATES}, False)
+    return Verification(
+        worst[0], worst[1], STATES, worst[2], {where: STATES}, False, not equations.constraints
+    )
 
 
 class Comparison:
