@@ -53,7 +53,7 @@ WRITTEN = "the equations of motion and their solution, both as printed"
 class Verification:
     """The difference of several routes to the equations: ``difference`` is the largest relative difference
     over ``states`` states, found in ``quantity`` between two ``routes``. ``counted`` says where the states
-    were, ``directly`` whether L was differentiated directly, too, and ``compiled`` whether there were compiled
+    were, ``directly`` whether L was differentiated directly, too, ``compiled`` whether there were compiled
     equations."""
 
     difference: float
