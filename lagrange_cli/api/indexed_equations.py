@@ -34,10 +34,12 @@ class IndexedEquations(Written):
     momenta : dict of str to sympy.Expr
         p_k = dL/dq_dot_k.
     accelerations, masses, force : dict of str to sympy.Expr, or None
-        The explicit solution, and the diagonal of M and f in M a = f; None along chains and trees, where M is
-        not diagonal.
+        The explicit solution, and the diagonal of M and f in M a = f; None along chains and trees, and
+        with constraints.
     positions : dict of str to sympy.Expr
         What the names of places stand for that the equations contain.
+    constraints : dict of str to sympy.Expr
+        The expressions that the constraints keep at 0; the multiplier of ``rod[i]`` is ``lambda_rod[i]``.
     conserved : dict of str to sympy.Expr
         The conserved quantities.
     members : dict of str to dict
@@ -138,6 +140,11 @@ class IndexedEquations(Written):
         from lagrange_cli.symbolic.families.report import members_of
 
         return members_of(self._found)
+
+    @property
+    def constraints(self) -> dict[str, sympy.Expr]:
+        """The expressions that the constraints keep at 0, by line."""
+        return self._lines(self._found.constraints)
 
     def __repr__(self) -> str:
         families = ", ".join(one.name for one in self._found.coordinates)

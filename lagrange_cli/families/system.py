@@ -28,6 +28,7 @@ from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import particles, separated
 from lagrange_cli.families.slopes import slopes
+from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
 
 FEWEST = 1000
@@ -62,6 +63,15 @@ def any_family_system(spec: Spec) -> FamilySystem | None:
             found = made(spec)
     _LATEST[:] = [(spec, found)]
     return found
+
+
+def without_constraints(spec: Spec) -> FamilySystem | None:
+    """The system that a file with constraints describes without them, if it is of this kind and its
+    coordinates are places of particles."""
+    if any(getattr(spec, part) for part in UNKNOWN if part != "constraints"):
+        return None
+    found = any_family_system(replace(spec, constraints={}))
+    return None if found is None or found.joints is not None else found
 
 
 def made(spec: Spec) -> FamilySystem:

@@ -37,13 +37,20 @@ class DerivedFamilies:
     system: FamilySystem
     equations: FamilyEquations
     work: Work
+    constrained: Spec | None = None
+    """The file, where it has constraints besides."""
+
+    @property
+    def spec(self) -> Spec:
+        """The file."""
+        return self.constrained or self.system.spec
 
     @contextmanager
     def bounded(self) -> Iterator[None]:
         """A context for work on them; raises ``SpecError`` where it is too much."""
         from lagrange_cli.symbolic.work import counting
 
-        with located(self.system.spec), counting(self.work):
+        with located(self.spec), counting(self.work):
             yield
 
 
@@ -84,12 +91,12 @@ def in_form(derived: Printed, form: str) -> Printed:
     """The same equations for another form, for which they may have to be written out."""
     if isinstance(derived, Derived) or (_of_form(derived, form) is not None and form in INDEXED):
         return derived
-    return derive_printed(derived.system.spec, form)
+    return derive_printed(derived.spec, form)
 
 
 def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | None:
     """The equations if they have a form with indices. Raises ``UsageError`` where they have it in no way."""
-    if derived is None:
+    if derived is None or (derived.equations.constraints and form != FORMS[0]):
         return None
     refuse_form(derived, form)
     if form in DIAGONAL and derived.equations.masses is None:
@@ -116,11 +123,14 @@ def derive_families(
     """
     if not spec.families.get("coordinates"):
         return None
-    from lagrange_cli.families.system import any_family_system, family_system
+    from lagrange_cli.families.system import any_family_system, family_system, without_constraints
 
     with stage("derive"), located(spec):
         small = small or len(spec.coordinates) >= MANY
-        system = any_family_system(spec) if small else family_system(spec)
+        if spec.constraints and small:
+            system = without_constraints(spec)
+        else:
+            system = any_family_system(spec) if small else family_system(spec)
         if system is None:
             return None
         from lagrange_cli.limits import Work
@@ -129,8 +139,12 @@ def derive_families(
 
         work = Work(most)
         with counting(work):
-            equations = family_equations(system)
-        return None if equations is None else DerivedFamilies(system, equations, work)
+            equations = family_equations(system, spec)
+        return (
+            None
+            if equations is None
+            else DerivedFamilies(system, equations, work, spec if spec.constraints else None)
+        )
 
 
 Printed: TypeAlias = "Derived | DerivedFamilies"
@@ -162,8 +176,13 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     if form not in INDEXED:
         return f"--form {form} writes out every member"
     parts = [part for part in UNKNOWN if getattr(spec, part)]
+    if parts == ["constraints"] and form != FORMS[0]:
+        return f"with constraints, --form {form} writes out every member"
+    if parts == ["constraints"]:
+        needs = "a constant diagonal mass matrix and constraints without t"
+        return f"every member is written out, since printing constraints with indices needs {needs}"
     if parts:
-        return f"with {parts[0]} every member is written out"
+        return f"with {parts[-1]} every member is written out"
     found = any_family_system(spec)
     if found is not None and found.joints is not None and form in DIAGONAL:
         return f"--form {form} writes out every member of chains and trees"
@@ -244,5 +263,6 @@ def verify_families(derived: DerivedFamilies, overrides: Mapping[str, str]) -> V
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.symbolic.families.verify import verify
 
-    start = resolve_values(derived.system.spec, overrides)
-    return verify(derived.system, derived.equations, compiled_accelerations(derived.system), start)
+    system, start = derived.system, resolve_values(derived.system.spec, overrides)
+    compiled = None if derived.constrained else compiled_accelerations(system)
+    return verify(system, derived.equations, compiled, start, derived.spec)

@@ -46,7 +46,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     definitions = checker.definitions()
     coordinates = checker.coordinates()
     check_formulation(draft, problems)
-    masses = checker.expressions("masses")
+    masses, constraints = checker.expressions("masses"), checker.expressions("constraints")
     embedding = checker.embedding()
     bodies, norms, families = checker.bodies()
     if draft.bodies:
@@ -73,7 +73,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         families=families,
         time_unit=time_unit(draft, problems),
         events=checker.events(),
-        constraints={**checker.expressions("constraints"), **norms},
+        constraints={**constraints, **norms} if norms else constraints,
         nonholonomic=checker.velocity_constraints(),
         bodies=bodies,
         draw=checker.draw(),

@@ -9,11 +9,9 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.numbers import NumberAlgebra
-from lagrange_cli.expression.parse import parse
-from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
+from lagrange_cli.expression.syntax import ExpressionError, Span, Tree, names
 from lagrange_cli.expression.vocabulary import (
     COMPONENTS,
-    CONSTANTS,
     family_name,
     member_name,
 )
@@ -65,11 +63,12 @@ class Evaluation:
         self.given = given
         self.problems = problems or Problems(Source(spec.filename, spec.text))
         self.texts: dict[str, str] = {}
+        self.overrides: dict[str, Tree] = {}
         if overrides:
-            from lagrange_cli.spec.settable import settable
+            from lagrange_cli.spec.settable import parsed, settable
 
             self.texts = {settable(spec, x, f"--set {x}={text}"): text for x, text in overrides.items()}
-        self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
+            self.overrides = {name: parsed(spec, name, text) for name, text in self.texts.items()}
         self.trees: dict[str, list[Tree]] = {}
         """The trees of parameters and definitions, those of all members of a family together."""
         for base, one in groups_by_name(spec.definitions).items():
@@ -91,32 +90,6 @@ class Evaluation:
         """For initial values, where exp(-1000) is as good as 0: the tail of a bump over many members."""
         self.arrays: dict[str, Any] = {}
         """The values of families as arrays, where they have been asked for."""
-
-    def _parsed(self, name: str, text: str) -> Tree:
-        try:
-            tree = parse(text)
-            for one in names(tree):
-                self._check_name(one)
-        except ExpressionError as error:
-            from lagrange_cli.spec.settable import wrong_usage
-
-            raise wrong_usage(f"--set {name}={text}", error) from error
-        return tree
-
-    def _check_name(self, one: Name) -> None:
-        """Raise ExpressionError unless the name stands for a parameter, or may once its index is known."""
-        parameters = names_of(self.spec.parameters)
-        if one.identifier in (parameters.bases if one.indices else (*self.spec.sizes, *CONSTANTS)):
-            return
-        if not one.indices and one.identifier in parameters:
-            return
-        if one.identifier.lower() in ("nan", "inf", "infinity"):
-            raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
-        from lagrange_cli.spec.settable import settable_hint
-
-        raise ExpressionError(
-            one.span, f"unknown name '{one.identifier}'", settable_hint(one.identifier, [*parameters])
-        )
 
     def parameters(self) -> None:
         """Evaluate all of them; an override may change what depends on what."""

@@ -7,8 +7,14 @@ from lagrange_cli.expression.confusions import rate_of
 from lagrange_cli.expression.indices import integer
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.parse import parse
-from lagrange_cli.expression.syntax import ExpressionError, Name
-from lagrange_cli.expression.vocabulary import VELOCITY_SUFFIX, family_name, member_name, velocity_name
+from lagrange_cli.expression.syntax import ExpressionError, Name, Tree, names
+from lagrange_cli.expression.vocabulary import (
+    CONSTANTS,
+    VELOCITY_SUFFIX,
+    family_name,
+    member_name,
+    velocity_name,
+)
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
 
@@ -31,6 +37,32 @@ def settable(spec: Spec, name: str, asked: str) -> str:
         known = [*parameters, *coordinates, *map(velocity_name, coordinates)]
         raise UsageError(f"{asked}: unknown name '{found}'; {settable_hint(found, known)}")
     return found
+
+
+def parsed(spec: Spec, name: str, text: str) -> Tree:
+    """The expression that ``name`` is set to. Raises ``UsageError`` where it is none, or contains more than
+    parameters and sizes."""
+    try:
+        tree = parse(text)
+        for one in names(tree):
+            _check_name(spec, one)
+    except ExpressionError as error:
+        raise wrong_usage(f"--set {name}={text}", error) from error
+    return tree
+
+
+def _check_name(spec: Spec, one: Name) -> None:
+    """Raise ExpressionError unless the name stands for a parameter, or may once its index is known."""
+    parameters = names_of(spec.parameters)
+    if one.identifier in (parameters.bases if one.indices else (*spec.sizes, *CONSTANTS)):
+        return
+    if not one.indices and one.identifier in parameters:
+        return
+    if one.identifier.lower() in ("nan", "inf", "infinity"):
+        raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
+    raise ExpressionError(
+        one.span, f"unknown name '{one.identifier}'", settable_hint(one.identifier, [*parameters])
+    )
 
 
 def moved_by(velocity: str) -> str:

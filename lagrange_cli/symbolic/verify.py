@@ -53,7 +53,8 @@ WRITTEN = "the equations of motion and their solution, both as printed"
 class Verification:
     """The difference of several routes to the equations: ``difference`` is the largest relative difference
     over ``states`` states, found in ``quantity`` between two ``routes``. ``counted`` says where the states
-    were, and ``directly`` whether L was differentiated directly, too."""
+    were, ``directly`` whether L was differentiated directly, too, ``compiled`` whether there were compiled
+    equations."""
 
     difference: float
     quantity: str
@@ -61,6 +62,7 @@ class Verification:
     routes: str = COMPILED
     counted: Mapping[str, int] = field(default_factory=dict)
     directly: bool = False
+    compiled: bool = True
 
     @property
     def agrees(self) -> bool:
@@ -70,6 +72,7 @@ class Verification:
     def __str__(self) -> str:
         verdict = "agree" if self.agrees else "DIFFER"
         compared = "printed, compiled and directly differentiated" if self.directly else COMPILED
+        compared = compared if self.compiled else DIRECT
         of = f"of {self.quantity}, {self.routes}" if self.directly else f"in {self.quantity}"
         where = ", ".join(f"{count} {where}" for where, count in self.counted.items())
         return (

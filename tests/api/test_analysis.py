@@ -113,5 +113,7 @@ def test_large_families_have_indices_as_the_command_prints_them(capsys):
     pendulum = lagrange.equations(SYSTEMS / "n_pendulum.yaml", size={"N": 30})
     assert pendulum.accelerations is None and pendulum.masses is None
     assert [*pendulum.momenta] == ["theta[i]"] and pendulum.momenta["theta[i]"].has(sympy.Sum)
-    with pytest.raises(lagrange.UsageError, match="no equations with indices: with constraints"):
-        lagrange.equations(SYSTEMS / "chain.yaml", indexed=True)
+    rods = lagrange.equations(SYSTEMS / "chain.yaml", indexed=True)
+    assert [*rods.constraints] == ["rod[0]", "rod[i]"] and rods.masses is None
+    with pytest.raises(lagrange.UsageError, match="no equations with indices: with events"):
+        lagrange.equations(SYSTEMS / "bouncing_ball.yaml", indexed=True)

@@ -23,11 +23,13 @@ def balance(
 ) -> tuple[list[Conserved], list[Changing]]:
     """The conserved quantities with reasons, and those that are not conserved."""
     constants = constants_of(given.system)
-    names = {each.quantity for each in constants.conserved}
+    bound = bool(given.spec.constraints)
+    kept = [each for each in constants.conserved if each.quantity == "h" or not bound]
+    names = {each.quantity for each in kept}
     conserved = [*cyclic(given, names, momenta)]
     changing = []
     if "h" in names:
-        because = "`L` does not contain `t` explicitly" + without_work(given.system.driven, False)
+        because = "`L` does not contain `t` explicitly" + without_work(given.system.driven, bound)
         plain = "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
         because += plain if given.spec.lagrangian is None else ""
         conserved.append(Conserved("h", sympy.S.Zero, because))
@@ -44,7 +46,7 @@ def balance(
         rate = tidy(power - given.explicit_rate(lagrangian), given.order)
         changing.append(Changing("h", rate, " and ".join(reasons)))
     texts = dict(displaced(given, momenta))
-    for each in constants.conserved:
+    for each in kept:
         if each.quantity in texts:
             expression = texts[each.quantity]
             conserved.append(Conserved(each.quantity, given.neat(expression), each.because))

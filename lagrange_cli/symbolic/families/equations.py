@@ -16,27 +16,27 @@ from lagrange_cli.expression.vocabulary import (
 )
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.spec import Family, grouped
+from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.balance import balance
 from lagrange_cli.symbolic.families.builder import LETTERS
 from lagrange_cli.symbolic.families.chains import Path
-from lagrange_cli.symbolic.families.derivatives import Part
+from lagrange_cli.symbolic.families.derivatives import Part, spans_within
 from lagrange_cli.symbolic.families.frames import Split
-from lagrange_cli.symbolic.families.given import Given
+from lagrange_cli.symbolic.families.given import Given, multiplier_name
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.places import NamedPlace
 from lagrange_cli.symbolic.families.sums import finished
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, opened
+from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Summed, opened
 from lagrange_cli.symbolic.order import Order, Role, is_negative
 from lagrange_cli.symbolic.textbook import textbook_form
 from lagrange_cli.symbolic.work import attempt, size_of
 
 AS_SUMS = 5_000_000
 """Steps of work for the equations in which places are sums: there are others."""
-MASS, SLOPE, FORCE, INERTIA = "p", "dL/dq", "Q", "m a dr/dq"
+MASS, SLOPE, FORCE, INERTIA, PULL = "p", "dL/dq", "Q", "m a dr/dq", "lambda df/dq"
 
 
 @dataclass(frozen=True)
@@ -67,28 +67,31 @@ class FamilyEquations:
     conserved: tuple[Conserved, ...]
     changing: tuple[Changing, ...]
     paths: tuple[Path, ...]
+    constraints: tuple[Line, ...]
+    """Expressions that are 0, each with a multiplier."""
     places: tuple[NamedPlace, ...]
     """Where particles are, for places that are written by name, and their velocities and accelerations."""
 
 
-def family_equations(system: FamilySystem) -> FamilyEquations | None:
-    """The equations, None where the conditions of a family are too irregular to be written with indices.
+def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEquations | None:
+    """The equations, with the constraints of ``spec`` if it is given; None where the conditions of a family
+    are too irregular to be written with indices.
 
     Places along chains are written as the sums that they are, or by name, whatever is shorter.
     """
     with suppress(Unsuited, Split, ExpressionError, ArithmeticError):
         if system.joints is None:
-            return equations_of(system, naming=False)
+            return equations_of(system, spec, naming=False)
         by_name = equations_of(system, naming=True)
         closed = attempt(AS_SUMS, partial(equations_of, system, naming=False))
         return by_name if closed is None else min(closed, by_name, key=length)
     return None
 
 
-def equations_of(system: FamilySystem, *, naming: bool) -> FamilyEquations:
+def equations_of(system: FamilySystem, spec: Spec | None = None, *, naming: bool) -> FamilyEquations:
     """The equations; if ``naming``, with names of places along chains. Raises ``Unsuited``, ``Split``,
     ``ExpressionError`` or ``ArithmeticError`` where they cannot be written with indices."""
-    return _Deriver(system, naming=naming).equations()
+    return _Deriver(system, spec, naming=naming).equations()
 
 
 def length(equations: FamilyEquations) -> int:
@@ -109,11 +112,17 @@ class _Deriver(Given):
         inertia = lagrangian if kinetic is None else kinetic
         momenta, forces, accelerations, masses, rates = [], [], [], [], []
         equations: list[tuple[Line, Equation]] = []
+        constraints = [*self.constraints()]
+        pull = sympy.Add(
+            *(Summed(symbol_of(one, multiplier_name(one.family.name)) * one.expression, Loops(one.loops))
+              for one in constraints)
+        )  # fmt: skip
+        free = self.system.joints is None and not constraints
         for family in self.builder.coordinates:
             inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
             for line, own in self.lines.of(family, inertial):
                 momenta.append(line.of(own[MASS]))
-                if self.system.joints is None:
+                if free:
                     masses.append(line.of(self.mass_of(line, own[MASS])))
             force = {FORCE: [*self.applied(family.name)]}
             if force[FORCE]:
@@ -123,6 +132,7 @@ class _Deriver(Given):
                 equations += self.balanced(family, potential, force)
                 continue
             several = {**inertial, **force, SLOPE: [*self.parts(lagrangian, family.name)]}
+            several[PULL] = [*self.parts(pull, family.name)]
             for line, own in self.lines.of(family, several):
                 equation, acceleration, rate = self.solved(line, own)
                 equations.append((line.of(equation.left), equation))
@@ -145,12 +155,16 @@ class _Deriver(Given):
             momenta=tuple(momenta),
             forces=tuple(forces),
             equations=tuple(equations),
-            accelerations=None if self.system.joints is not None else tuple(accelerations),
-            masses=None if self.system.joints is not None else tuple(masses),
-            rates=None if self.system.joints is not None else tuple(rates),
+            accelerations=tuple(accelerations) if free else None,
+            masses=tuple(masses) if free else None,
+            rates=tuple(rates) if free else None,
             conserved=tuple(conserved),
             changing=tuple(changing),
             paths=tuple(self.builder.paths),
+            constraints=tuple(
+                one.of(self.neat(one.expression, spans_within(one.loops, self.lines.sizes)))
+                for one in constraints
+            ),
             places=tuple(self.places(lagrangian, h, *(one.expression for one in (*momenta, *forces, *left)))),
         )
         return self.finished(found)
@@ -181,6 +195,7 @@ class _Deriver(Given):
             ),
             accelerations=None if found.accelerations is None else lines(found.accelerations),
             rates=None if found.rates is None else lines(found.rates),
+            constraints=lines(found.constraints),
             conserved=tuple(replace(one, expression=shown(one.expression)) for one in found.conserved),
             changing=tuple(replace(one, rate=shown(one.rate)) for one in found.changing),
             places=tuple(replace(one, expression=shown(one.expression, one.loops)) for one in found.places),
@@ -198,7 +213,7 @@ class _Deriver(Given):
         """The equation of a line, where M is diagonal and constant, the acceleration, and the force."""
         order = self.order
         a = symbol_of(line, acceleration_name(line.family.name))
-        mass, force = self.mass_of(line, own[MASS]), own[SLOPE] + own[FORCE]
+        mass, force = self.mass_of(line, own[MASS]), own[SLOPE] + own[FORCE] + own[PULL]
         return textbook_form(mass * a - force, order), tidy(force / mass, order), tidy(force, order)
 
     def mass_of(self, line: Line, momentum: sympy.Expr) -> sympy.Expr:

@@ -7,13 +7,14 @@ from typing import Any
 
 import sympy
 
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import TIME, acceleration_name, velocity_name
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.families.derivatives import Part, parts, spans_within
 from lagrange_cli.symbolic.families.frames import Frame, Kind
-from lagrange_cli.symbolic.families.lines import Lines
+from lagrange_cli.symbolic.families.lines import Line, Lines
 from lagrange_cli.symbolic.families.places import RATES, WrittenPlaces
 from lagrange_cli.symbolic.families.sums import exchanged
 from lagrange_cli.symbolic.grouping import neat
@@ -24,10 +25,11 @@ from lagrange_cli.symbolic.order import Order, Role
 
 
 class Given:
-    """The file of a system; places along chains have names if ``naming``."""
+    """The file of a system, or another ``spec`` that has constraints besides; places along chains have names
+    if ``naming``."""
 
-    def __init__(self, system: FamilySystem, *, naming: bool = False) -> None:
-        self.system, self.spec = system, system.spec
+    def __init__(self, system: FamilySystem, spec: Spec | None = None, *, naming: bool = False) -> None:
+        self.system, self.spec = system, spec or system.spec
         self.builder = WrittenPlaces(self.spec, naming=naming)
         self.order = Order(Ranks(roles(self.spec)), self.spec.decimals)
         self.lines = Lines(self.builder, self.order)
@@ -93,6 +95,18 @@ class Given:
                 made += plain.diff(symbol) * self.explicit_rate(meaning)
         return made.xreplace(sums)
 
+    def constraints(self) -> Iterator[Line]:
+        """The expressions that constraints keep at 0."""
+        spec = self.spec
+        for family in grouped(spec.constraints, spec.families.get("constraints", {})):
+            if not family.complete:
+                raise Unsuited
+            for kind in self.kinds(family, spec.constraints):
+                for loops, ((one,),) in self.values(kind, self.written(kind)):
+                    if self.builder.rate(one).has(sympy.Symbol(TIME)) or one.has(sympy.Symbol(TIME)):
+                        raise Unsuited
+                    yield Line(family, kind.indices, loops, one)
+
     def energies(self) -> tuple[sympy.Expr | None, sympy.Expr]:
         """T and U; None and L."""
         spec = self.spec
@@ -153,6 +167,11 @@ class Given:
         return neat(expression, self.order, Role.COORDINATE)
 
 
+def multiplier_name(constraint: str) -> str:
+    """``lambda_rod`` for ``rod``."""
+    return f"lambda_{constraint}"
+
+
 def roles(spec: Spec) -> dict[str, tuple[Role, int]]:
     """The role and rank of each family."""
     found: dict[str, tuple[Role, int]] = {TIME: (Role.TIME, 0)}
@@ -162,6 +181,11 @@ def roles(spec: Spec) -> dict[str, tuple[Role, int]]:
         found[name] = Role.COORDINATE, rank
         found[velocity_name(name)] = Role.VELOCITY, rank
         found[acceleration_name(name)] = Role.ACCELERATION, rank
+    for rank, bound in enumerate(grouped(spec.constraints, spec.families.get("constraints", {}))):
+        name = multiplier_name(bound.name)
+        if name in found:
+            raise Unsuited
+        found[name] = Role.MULTIPLIER, rank
     first = len(spec.coordinates)
     for family in particle_families(spec):
         for components, role in zip(RATES, (Role.COORDINATE, Role.VELOCITY, Role.ACCELERATION)):

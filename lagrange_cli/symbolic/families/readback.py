@@ -20,8 +20,10 @@ from lagrange_cli.families.arrays import NONE, Array, Chain, Source, Total
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.values import FamilyValues, along
+from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import holds
 from lagrange_cli.symbolic.notations import Text
@@ -44,8 +46,9 @@ class Reader(ChainBuilder):
 
     most = 2 * MOST
 
-    def __init__(self, system: FamilySystem, paths: Sequence[Path]) -> None:
+    def __init__(self, system: FamilySystem, paths: Sequence[Path], bound: Sequence[Family] = ()) -> None:
         super().__init__(system.spec)
+        self.multipliers = Array(Source.PARAMETERS, sum(len(one.members) for one in bound))
         self.a = Array(Source.VELOCITIES, len(system.spec.coordinates))
         self.faster[self.v] = self.a
         self.further = {
@@ -54,6 +57,10 @@ class Reader(ChainBuilder):
             if one.array is self.q
         }
         self.paths = {Array(Source.PARAMETERS, len(one.table) ** 2): one for one in paths}
+        first = 0
+        for family in bound:
+            self.further[multiplier_name(family.name)] = self.multipliers, first, family.shape
+            first += len(family.members)
         self.further |= {one.name: (array, 0, (len(one.table),) * 2) for array, one in self.paths.items()}
 
     def named(self, identifier: str, places: list[Whole], members: Members) -> Any:
@@ -72,11 +79,11 @@ class Reader(ChainBuilder):
         self._running.pop(id(tree), None)
         return super().summed(tree, members)
 
-    def at(self, state: State) -> FamilyValues:
-        """The values at a state."""
+    def at(self, state: State, multipliers: Numbers) -> FamilyValues:
+        """The values at a state, with these multipliers of constraints."""
         t, q, v, a, parameters = state
         others = {array: matrix(one).ravel() for array, one in self.paths.items()}
-        return FamilyValues(self, t, q, v, parameters, {self.a: a, **others})
+        return FamilyValues(self, t, q, v, parameters, {self.a: a, self.multipliers: multipliers, **others})
 
 
 def matrix(path: Path) -> Numbers:
@@ -105,6 +112,9 @@ class ReadBack:
             self.first[family.name] = first
             first += len(family.members)
         self.count = first
+        self.bound = [*{one.family.name: one.family for one in equations.constraints}.values()]
+        self.multipliers = self.chance.uniform(-1, 1, sum(len(one.members) for one in self.bound))
+        """Any, as equations are linear in them."""
 
     def values(self, lines: Sequence[Line], state: State, most: int) -> tuple[Numbers, Numbers]:
         """Their values for coordinates, and bounds on the sizes of what has been added up: (n,) both. They
@@ -138,8 +148,8 @@ class ReadBack:
     ) -> tuple[Any, Any]:
         """The values of an expression, whose text is read back, for all values of indices, and their sizes.
         Raises ``Unsuited`` where its sums have too many terms."""
-        reader = Reader(self.system, self.paths)
-        values = reader.at(state)
+        reader = Reader(self.system, self.paths, self.bound)
+        values = reader.at(state, self.multipliers)
         found = np.zeros((2, count))
         known = {**self.sizes, **indices}
         try:

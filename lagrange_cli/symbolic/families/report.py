@@ -11,8 +11,9 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
 from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form
-from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import names_in
 from lagrange_cli.symbolic.latex import Latex, blocks, displayed
@@ -65,11 +66,14 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
     ]
     nothing = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
     conserved = tuple(conserved_statement(each, writer) for each in equations.conserved) or (nothing,)
+    if equations.constraints:
+        conserved = (*(one for one in conserved if one is not nothing), Statement("", "", NOT_LOOKED_FOR))
     found = [
         sizes,
         *trees(equations, writer),
         *places(equations, writer),
         Section("Lagrangian", tuple(writer.statement(name, one) for name, one in energies)),
+        *constraints(equations, writer),
         momenta_section(equations, writer),
         Section("Equations of motion", tuple(of_motion)),
         accelerations(equations, writer),
@@ -125,6 +129,8 @@ def momenta_section(equations: FamilyEquations, writer: Writer) -> Section:
 def accelerations(equations: FamilyEquations, writer: Writer) -> Section:
     """The accelerations, or what they follow from."""
     if equations.accelerations is None:
+        if equations.constraints:
+            return Section("Accelerations and multipliers", (Statement("", "", BOUND),), True)
         return Section("Accelerations", (Statement("", "", TOGETHER),), True)
     listed = (
         line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
@@ -132,7 +138,24 @@ def accelerations(equations: FamilyEquations, writer: Writer) -> Section:
     return Section("Accelerations", tuple(listed))
 
 
+NOT_LOOKED_FOR = "with constraints, momenta are examined only where all members are written out"
 TOGETHER = "the solution of all equations of motion together, which are linear in them"
+
+
+BOUND = "the solution of all equations of motion and the second derivatives of the constraints together"
+
+
+def constraints(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
+    """The constraints, if there are any."""
+    if equations.constraints:
+        said = (
+            Statement(
+                writer.text(one.expression), "0",
+                with_members(writer.notation.words(one.name()), one.loops, writer),
+            )
+            for one in equations.constraints
+        )  # fmt: skip
+        yield Section("Constraints", tuple(said))
 
 
 def trees(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
@@ -168,7 +191,7 @@ def places(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
 def names_used(equations: FamilyEquations) -> set[str]:
     """The names of indices and sizes in the equations."""
     found = names_in(equations.L)
-    for line in (*equations.momenta, *(equations.accelerations or ())):
+    for line in (*equations.momenta, *(equations.accelerations or ()), *equations.constraints):
         found |= names_in(line.expression)
         found.update(*(one.names for one in line.loops), *(one.names for one in line.indices))
     return found
@@ -222,6 +245,7 @@ def as_data(
         "T": text(equations.T),
         "U": text(equations.U),
         "L": text(equations.L),
+        **({"constraints": constraint_data(equations, text)} if equations.constraints else {}),
         "momenta": by_line(equations.momenta),
         "generalized_forces": by_line(equations.forces),
         "positions": {one.symbol.name: text(one.expression) for one in equations.places},
@@ -253,6 +277,22 @@ def as_data(
             for name, lines in (("velocities", canonical.velocities), ("momentum_rates", canonical.rates))
         }
     return data
+
+
+def constraint_data(
+    equations: FamilyEquations, text: Callable[[sympy.Expr], str | None]
+) -> list[dict[str, str | None]]:
+    """The constraints with their multipliers."""
+    return [
+        {
+            "name": one.name(),
+            "kind": "holonomic",
+            "expression": text(one.expression),
+            "multiplier": text(symbol_of(one, multiplier_name(one.family.name))),
+            "members": spoken(one.loops),
+        }
+        for one in equations.constraints
+    ]
 
 
 def spoken(loops: Sequence[Loop]) -> str:

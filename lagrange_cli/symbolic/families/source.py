@@ -7,6 +7,7 @@ from math import prod
 
 import sympy
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleration_name, velocity_name
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.equations import FamilyEquations
@@ -54,6 +55,11 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     """The module's source: T, U, L, momenta, h, forces and accelerations as functions of (t, q, v). With the
     form ``matrix`` also M and f, and with ``hamilton`` H and the canonical equations as functions of (t, q,
     p)."""
+    if equations.constraints:
+        raise UsageError(
+            "no --format python: with constraints the module is written for all members, which are too many; "
+            "choose fewer with --size"
+        )
     refuse_names(equations)
     writer = _Writer(equations)
     functions = []

@@ -12,6 +12,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values
 from lagrange_cli.symbolic.direct import directly
 from lagrange_cli.symbolic.families.equations import FamilyEquations
@@ -39,15 +40,25 @@ TOO_MANY = (
 
 
 def verify(
-    system: FamilySystem, equations: FamilyEquations, compiled: Compiled | None, start: Values
+    system: FamilySystem,
+    equations: FamilyEquations,
+    compiled: Compiled | None,
+    start: Values,
+    spec: Spec | None = None,
 ) -> Verification:
     """Compare printed equations, momenta and h with those of the system, and with the compiled equations (if
-    any), at random states near the start. A difference is divided by the sizes of what is added up.
+    any), at random states near the start. A difference is divided by the sizes of what is added up. Equations
+    with the constraints of ``spec`` are compared with the file, at any multipliers.
 
-    Raises ``UsageError`` where sums have too many terms.
+    Raises ``UsageError`` where sums have too many terms, or equations with constraints too many coordinates.
     """
+    if equations.constraints and system.q.count > SMALL:
+        raise UsageError(
+            f"--verify compares equations with constraints for at most {SMALL} coordinates: choose fewer "
+            "with --size; their lines are the same"
+        )
     worst = 0.0, "h", COMPILED
-    comparison = Comparison(system, equations, compiled, start)
+    comparison = Comparison(system, equations, compiled, start, spec or system.spec)
     with np.errstate(all="ignore"):
         for quantity, routes, difference in comparison.differences():
             if not difference <= worst[0]:
@@ -55,16 +66,24 @@ def verify(
     where, most = "near the start", comparison.most
     if most < len(comparison.names):
         where += f", {most} member{'s' * (most > 1)} of each line at a time"
-    return Verification(worst[0], worst[1], STATES, worst[2], {where: STATES}, False)
+    return Verification(
+        worst[0], worst[1], STATES, worst[2], {where: STATES}, False, not equations.constraints
+    )
 
 
 class Comparison:
     """What is compared."""
 
     def __init__(
-        self, system: FamilySystem, equations: FamilyEquations, compiled: Compiled | None, start: Values
+        self,
+        system: FamilySystem,
+        equations: FamilyEquations,
+        compiled: Compiled | None,
+        start: Values,
+        spec: Spec,
     ) -> None:
         self.system, self.equations, self.compiled, self.start = system, equations, compiled, start
+        self.spec = spec
         self.read = ReadBack(system, equations)
         self.names = [one.name for one in system.spec.coordinates]
         self.most = len(self.names)
@@ -93,7 +112,7 @@ class Comparison:
     def of_motion(self, at: Any) -> Quantities:
         """Those of the equations of motion."""
         t, q, v, a, parameters = at
-        if self.system.joints is None:
+        if self.system.joints is None and not self.equations.constraints:
             own = FamilyValues(self.system, t, q, v, parameters)
             derived = own.of(self.system.forces) / own.of(self.system.masses)
             assert self.equations.accelerations is not None
@@ -108,7 +127,10 @@ class Comparison:
             yield self.worst("the equation of {}", COMPILED, self.values(left, solution), np.zeros(len(q)))
         if len(q) <= SMALL:
             factors = [line.of(one.factor) for line, one in self.equations.equations]
-            direct = directly(self.system.spec, self.start.parameters, t, q.tolist(), v.tolist(), a.tolist())
+            bound = self.read.multipliers.tolist()
+            direct = directly(
+                self.spec, self.start.parameters, t, q.tolist(), v.tolist(), a.tolist(), multipliers=bound
+            )
             residual = np.array(direct.residual, dtype=float) / self.values(factors, at)[0]
             yield self.worst("the equation of {}", DIRECT, self.values(left, at), residual)
             momenta = np.array(direct.momenta, dtype=float)

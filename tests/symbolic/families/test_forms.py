@@ -10,6 +10,7 @@ import sympy
 
 from lagrange_cli.errors import TooLargeSystem, UsageError
 from lagrange_cli.families import system as systems
+from lagrange_cli.limits import Work
 from lagrange_cli.run.equations import Derived, derive
 from lagrange_cli.run.family_equations import (
     DerivedFamilies,
@@ -17,6 +18,7 @@ from lagrange_cli.run.family_equations import (
     derive_printed,
     families_as_data,
     families_as_written,
+    verify_families,
 )
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
@@ -144,9 +146,71 @@ def test_what_is_too_long_written_out_has_indices(form: str, monkeypatch: pytest
 
 def test_what_is_certain_to_take_too_much_work_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
     text = (SYSTEMS / "chain.yaml").read_text()
-    spec = read_spec(text, "system.yaml", {"N": "400"})
+    spec = read_spec(text + "events: {e: {when: 'x[0]', action: stop}}\n", "system.yaml", {"N": "400"})
     begun: list[object] = []
     monkeypatch.setattr("lagrange_cli.model.build.build_model", begun.append)
-    with pytest.raises(TooLargeSystem, match="with constraints every member is written out"):
+    with pytest.raises(TooLargeSystem, match="with events every member is written out"):
         derive_printed(spec, "lagrange")
     assert not begun
+
+
+ROPES = {
+    "chain": (SYSTEMS / "chain.yaml").read_text(),
+    "net": """
+sizes: {N: 3, M: 2}
+parameters: {k: 0.5, "l[i in range(N)]": 1 + i/10}
+coordinates:
+  u[i in range(N), j in range(M)]: {initial: i + j/3}
+  w: {initial: 0.1}
+masses: {"p[i in range(N), j in range(M)]": 1 + j, cart: 2}
+embedding: {"p[i in range(N), j in range(M)]": "u[i, j]", cart: w}
+potential: sum(k*(u[i, j] - w)**2 for i in range(N) for j in range(M))
+forces: {"p[i in range(N), j in range(M)]": "-u_dot[i, j]"}
+constraints:
+  rod[i in range(N)]: sum(u[i, j]**2 for j in range(M)) - l[i]**2
+  bar: sum(u[i, 0]*u[(i + 1) % N, M - 1] for i in range(N)) - w**2*l[0]
+""",
+}
+
+
+@pytest.mark.parametrize("count", [2, 3, 8, 9])
+@pytest.mark.parametrize("name", ROPES)
+def test_constraints_with_indices_are_those_of_the_file(name: str, count: int) -> None:
+    spec = read_spec(ROPES[name], "system.yaml", {"N": str(count)})
+    derived = derive_families(spec, small=True)
+    assert derived is not None and derived.equations.constraints
+    found = verify_families(derived, {})
+    assert found.difference <= 1e-12
+    data = families_as_data(derived, {})
+    assert data["accelerations"] is data["masses"] is None
+    assert {"lambda_rod[i]", "lambda_rod[1]"} & {one["multiplier"] for one in data["constraints"]}
+    for format_ in ("text", "unicode", "latex"):
+        assert families_as_written(derived, format_, "lagrange", {})
+    with pytest.raises(UsageError, match="no --format python"):
+        families_as_written(derived, "python", "lagrange", {})
+    old, new = ("w**2*l[0]", "2*w**2*l[0]") if name == "net" else ("- y[i - 1]", "- 2*y[i - 1]")
+    other = derive_families(
+        read_spec(ROPES[name].replace(old, new), "system.yaml", {"N": str(count)}), small=True
+    )
+    assert other is not None
+    wrong = DerivedFamilies(derived.system, other.equations, Work(), spec)
+    assert verify_families(wrong, {}).difference > 1e-6
+
+
+def test_a_long_chain_of_rods_has_two_constraints() -> None:
+    spec = read_spec(ROPES["chain"], "system.yaml", {"N": "1000"})
+    derived = derive_printed(spec, "lagrange")
+    assert isinstance(derived, DerivedFamilies)
+    text = " ".join(families_as_written(derived, "text", "lagrange", {}).split())
+    for formula in (
+        "chain: 1000 degrees of freedom",
+        "x[0]**2 + y[0]**2 - l**2 = 0 [rod[0]]",
+        "(x[i] - x[i - 1])**2 + (y[i] - y[i - 1])**2 - l**2 = 0 [rod[i], for i in range(1, N)]",
+        "m*x_ddot[i] = -2*lambda_rod[i + 1]*(x[i + 1] - x[i]) - 2*lambda_rod[i]*(x[i - 1] - x[i])",
+        "h: L does not contain t explicitly, and the forces of constraint do no work",
+    ):
+        assert formula in text, formula
+    with pytest.raises(UsageError, match="at most 60 coordinates"):
+        verify_families(derived, {})
+    with pytest.raises(TooLargeSystem, match="with constraints, --form matrix writes out every member"):
+        derive_printed(spec, "matrix")
