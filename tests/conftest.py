@@ -6,7 +6,6 @@ import random
 import shutil
 import signal
 import tempfile
-from pathlib import Path
 
 from hypothesis import HealthCheck, settings
 
@@ -42,7 +41,7 @@ def pytest_configure(config):
 def pytest_sessionstart(session):
     if not thorough(session.config):
         compiling.begin_quickly()
-        compiling.compile_once(Path(os.environ["LAGRANGE_CACHE_DIR"]).with_name("object code"))
+        compiling.compile_once()
 
 
 def pytest_unconfigure(config):

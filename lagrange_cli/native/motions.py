@@ -89,12 +89,6 @@ def motion_of(equations: Equations, parts: int) -> Motion:
     return batched(equations) or double(equations)
 
 
-def proving_of(equations: Equations) -> tuple[Residual, Defect, Constants] | None:
-    """The proof of steps, if they are proven."""
-    residual = equations.residual
-    return (residual, defect(residual), equations.constants) if equations.proven else None
-
-
 def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Defect, Constants] | None:
     """The proof of integrals of ``nodes``, if there are any."""
     residual = equations.residual
@@ -105,9 +99,11 @@ def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Def
 
 
 def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Constants] | None]:
-    """The proofs of the equations, of integrands, and of the arguments of guards."""
-    integrands, arguments = equations.integrands, equations.arguments
-    return proving_of(equations), proof_of(equations, integrands), proof_of(equations, arguments)
+    """The proofs of the equations, of integrands, and of the arguments of guards; None for what is not
+    proven."""
+    residual = equations.residual
+    own = (residual, defect(residual), equations.constants) if equations.proven else None
+    return own, proof_of(equations, equations.integrands), proof_of(equations, equations.arguments)
 
 
 def given_of(equations: Equations, work: int, project: str = "") -> Given:

@@ -12,16 +12,11 @@ from lagrange_cli.native.recurrences.batches.values import Values
 
 
 def batched_values(
-    name: str,
-    time: Node,
-    symbols: Sequence[Node],
-    nodes: Sequence[Node],
-    tables: Tables,
+    time: Node, symbols: Sequence[Node], nodes: Sequence[Node], tables: Tables
 ) -> tuple[str, int]:
-    """``observation.write_values`` in batches: a function that computes ``nodes`` at each of ``%count``
-    samples, and its number of operations."""
+    """``@observe``, as ``observation.write_values`` writes it, in batches; and its number of operations."""
     head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
-    f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
+    f = Function(f"define void @observe({head}, i64 %stride, i64 %count) #0")
     stride, leaves = Integer(f, "%stride"), [time, *symbols]
     values = Values(f, leaves, nodes, tables)
     with f.loop(0, Integer(f, "%count")) as i:

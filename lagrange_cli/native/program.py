@@ -145,7 +145,7 @@ def write_program(
     if batches is not None and unknowns is None:
         from lagrange_cli.native.observation_batches import batched_values
 
-        observe, operations = batched_values("observe", model.time, symbols, quantities, batches)
+        observe, operations = batched_values(model.time, symbols, quantities, batches)
     else:
         observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
     texts = [*made.parts, observe]

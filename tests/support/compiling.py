@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from hashlib import sha256
-from pathlib import Path
-from threading import get_ident
 
 from lagrange_cli.native.compilation import llvm, machine
 
@@ -20,26 +17,15 @@ def begin_quickly() -> None:
     machine.first_level = lambda program: machine.QUICK
 
 
-def compile_once(folder: Path) -> None:
-    """A text is compiled for a processor and a level once; ``folder`` has what it was compiled to.
-
-    The folder may be shared by processes: what two of them write at the same time are the same bytes.
-    """
-    compile_text = llvm.compile_text
+def compile_once() -> None:
+    """A text is compiled once for a processor and a level."""
+    compile_text, known = llvm.compile_text, dict[bytes, bytes]()
 
     def remembered(text: str, optimize: int) -> bytes:
-        made_for = f"{llvm.processor_name()} {llvm.features()} {optimize} {compiled_from(text)}"
-        path = folder / sha256(made_for.encode()).hexdigest()
-        if path.exists():
-            return path.read_bytes()
-        code = compile_text(text, optimize)
-        folder.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_suffix(f".{os.getpid()}.{get_ident()}")
-        unfinished.write_bytes(code)
-        unfinished.replace(path)
-        return code
-
-    def compiled_from(text: str) -> str:
-        return sha256(llvm.suited(text).encode()).hexdigest()
+        made_for = f"{llvm.processor_name()} {llvm.features()} {optimize} {llvm.suited(text)}"
+        key = sha256(made_for.encode()).digest()
+        if key not in known:
+            known[key] = compile_text(text, optimize)
+        return known[key]
 
     llvm.compile_text = remembered

@@ -11,6 +11,7 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.joints import Joints
+from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.native.families.node_arrays import NodeArrays, array
 from lagrange_cli.records import dataclass
 
@@ -161,23 +162,15 @@ class Kind:
                 made = self.balance.total(count, [Term(self.domain, self.bent(b, d), self.every)])
                 self.first.append(made)
                 entries[b, d] = entries[d, b] = self.own(made)
-        determinant = self.balance.total(
-            count,
-            [
-                Term(
-                    self.domain,
-                    determinant_of([[entries[b, d] for d in self.bends] for b in self.bends], self.graph.one),
-                    self.every,
-                )
-            ],
-        )
-        self.first.append(determinant)
-        self.determinant = determinant
+        matrix = [[entries[b, d] for b in self.bends] for d in self.bends]
+        whole = Term(self.domain, determinant(self.graph, matrix), self.every)
+        self.determinant = self.balance.total(count, [whole])
+        self.first.append(self.determinant)
         for b in self.bends:
             for d in self.bends[b:]:
                 rows = [[entries[i, j] for j in range(size) if j != b] for i in range(size) if i != d]
                 sign = -1.0 if (b + d) % 2 else 1.0
-                node = sign * determinant_of(rows, self.graph.one) / self.own(determinant)
+                node = sign * determinant(self.graph, [*zip(*rows)]) / self.own(self.determinant)
                 made = self.balance.total(count, [Term(self.domain, node, self.every)])
                 self.first.append(made)
                 self._inverse[b, d] = self.own(made)
@@ -334,16 +327,3 @@ class Kind:
         for one in self.joints.coordinates:
             found |= one.symbols
         return found
-
-
-def determinant_of(rows: Sequence[Sequence[Node]], one: Node) -> Node:
-    """A determinant, by its first row."""
-    if not rows:
-        return one
-    total: Node | None = None
-    for j, entry in enumerate(rows[0]):
-        minor = determinant_of([[*row[:j], *row[j + 1 :]] for row in rows[1:]], one)
-        term = entry * minor if j % 2 == 0 else -(entry * minor)
-        total = term if total is None else total + term
-    assert total is not None
-    return total

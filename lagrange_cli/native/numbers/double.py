@@ -32,8 +32,7 @@ class Emitter:
     COST = 1
     """The relative time that its instructions take to compile."""
 
-    def __init__(self, prefix: str = "%v") -> None:
-        self._prefix = prefix
+    def __init__(self) -> None:
         self.lines: list[str] = []
         self.operations = 0
         """Floating-point operations, each as often as it is executed."""
@@ -51,7 +50,7 @@ class Emitter:
         """A new name. Raises ``TooLarge`` where a function has more of them than can be compiled."""
         self._count += 1
         self.allow(self._count)
-        return f"{self._prefix}{self._count}"
+        return f"%v{self._count}"
 
     def allow(self, instructions: int) -> None:
         """Raises ``TooLarge`` where so many cannot be compiled."""

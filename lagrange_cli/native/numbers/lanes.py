@@ -24,8 +24,8 @@ class LaneEmitter(Emitter):
     REAL, BIT, TAG, ALIGN = VECTOR, BITS, suffix(LANES), 8 * LANES
     one, zero, true = splat("double", ONE), splat("double", ZERO), splat("i1", "true")
 
-    def __init__(self, prefix: str = "%v") -> None:
-        super().__init__(prefix)
+    def __init__(self) -> None:
+        super().__init__()
         self._angles: dict[Operand, list[Operand]] = {}
 
     def number(self, value: Number) -> Value:
