@@ -221,6 +221,14 @@ class Stepper:
 
         return asked_by(self.space.info)
 
+    def helped(self, threads: int) -> AbstractContextManager[None]:
+        """A context in which so many threads share the work, if there is enough of it."""
+        if threads < 2 or not self.space.machine.program.strips:
+            return nullcontext()
+        from lagrange_cli.integrate.methods.helping import helped
+
+        return helped(self.space.machine, self.space.constants, threads)
+
     def _halted(self, interrupt: Interrupt) -> bool:
         """Whether a signal that a step was left for ends the run. In another thread than the main one, this
         is known a little later."""
