@@ -114,25 +114,21 @@ def _take(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> str:
 
 
 def _strip(number: int, part: Shared, board: Callable[[Function], Pointer]) -> str:
-    """``@strip``: one strip, column by column. What a row touches may go beyond its end of a column by less
-    than eight, so that each strip ends eight before the one above."""
+    """``@strip``: one strip, column by column."""
     f = Function(f"define internal void @strip{number}({ARGUMENTS}, i64 %strip, i64 %tag) #0")
     strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
     kept = Pointer(f, f.define(f"alloca double, i64 {max(1, part.height * part.kept)}, align 64"), 1)
     at = f.place(board(f), strip * LANES + int(Board.STRIPS), "i64")
     first = strip * part.height
     last = f.select(f.count(part.rows) > first + part.height, first + part.height, f.count(part.rows))
-    before, late = f.variable(f.count(0)), strip * LANES
     with f.loop(0, part.columns, tested=False) as column:
         done = tag + column + 1
         with f.when(strip > 0):
             f.call(None, "wait", f.pointer("%constants"), f.place(at, -LANES, "i64"), done)
-        end = column * part.width + part.width
-        end = f.select(end > late, end - late, f.count(0))
-        end = f.select(column.equals(part.columns - 1), f.count(EVERYWHERE), end)
-        f.call(None, f"tile{number}", *given(f), first, last, before.get(), end, kept)
+        left = column * part.width
+        right = f.select(column.equals(part.columns - 1), f.count(EVERYWHERE), left + part.width)
+        f.call(None, f"tile{number}", *given(f), first, last, left, right, kept)
         f.publish(done, at)
-        before.set(end)
     f.give()
     return f.text()
 

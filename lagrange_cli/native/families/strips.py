@@ -46,9 +46,8 @@ class Strips:
     @property
     def shared(self) -> Shared:
         """In numbers. What is kept of a row are the sums in registers."""
-        rows = len(self.loop.rows.starts)
-        moved = LANES * -(-rows // HEIGHT)
-        return Shared(rows, HEIGHT, -(-(self.columns + moved) // WIDTH), WIDTH, LANES * len(still(self.loop)))
+        rows, kept = len(self.loop.rows.starts), LANES * len(still(self.loop))
+        return Shared(rows, HEIGHT, -(-self.columns // WIDTH), WIDTH, kept)
 
 
 def keys(loop: Loop) -> dict[Key, None]:
@@ -76,7 +75,7 @@ def strips_of(loop: Loop) -> Strips | None:
     least = int(first.min())
     first = first - least
     last = first + rows.lengths
-    columns, ends = int(last.max()), last
+    columns, ends = int(last.max()), first + LANES * np.diff(rows.blocks)
     distances: dict[Key, int] = {}
     for key in moving:
         apart = tables[key[1]][rows.starts] - first
@@ -109,25 +108,31 @@ def in_order(column: Places, first: Places, last: Places, columns: int) -> bool:
 
 
 class TileAdditions(Additions):
-    """What lies behind the end of a row belongs to other threads: it is not written."""
+    """Between two columns. Of eight members that lie on both sides of one, the sums in registers are those of
+    the right side; what they add to columns is added on each side."""
 
-    inside: Bit
+    def within(self, left: Integer, right: Integer, length: Integer) -> None:
+        """The columns, in members of the row, which has so many."""
+        self.left, self.right, self.length = left, right, length
 
     def add(
         self, values: Sequence[Real], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
     ) -> None:
-        self.inside = inside
+        before = {key: one.get() for key, one in self.sums.items()}
         super().add(values, inside, j, looked_up)
+        complete = j + LANES <= self.right
+        for key, one in self.sums.items():
+            one.set(self.f.select(complete, one.get(), before[key]))
 
     def put(self, value: Real, key: Key, at: Integer) -> None:
-        f, base = self.f, self.where(key[0])
+        f, base, j = self.f, self.where(key[0]), at - self.bases[key[1]]
+        end = smaller(f, self.right, self.length)
         total = f.load_row(base, at, LANES) + value
-        with f.when(f.all(self.inside)):
+        with f.when((j >= self.left) & (j + LANES <= end)):
             f.store_row(total, base, at)
-        with f.otherwise():
-            for lane in range(LANES):
-                with f.when(f.lane(self.inside, lane)):
-                    f.store(f.lane(total, lane), base, at + lane)
+        with f.otherwise(), f.loop(0, LANES, tested=False) as lane:
+            with f.when((j + lane >= self.left) & (j + lane < end)):
+                f.store(f.lane(total, lane), base, at + lane)
 
 
 class TileWriter(Writer):
@@ -155,11 +160,12 @@ class TileWriter(Writer):
             added = TileAdditions(f, self.loop, self.terms, self.evaluation.where)
             added.begin(bases)
             self.enter(r)
-            start, stop = ((behind(f, one, first) + (LANES - 1)) & -LANES for one in (self.left, self.right))
+            left, right = (behind(f, one, first) for one in (self.left, self.right))
+            added.within(left, right, length)
             kept = f.place("%kept", (r - self.top) * strips.shared.kept, "double")
-            with f.when(start > 0):
+            with f.when(left > 0):
                 added.resume(kept)
-            with f.loop(start, smaller(f, stop, length), LANES) as j:
+            with f.loop(left & -LANES, smaller(f, right, length), LANES) as j:
                 self.eight(bases, length, j, fixed, added)
             with f.when(self.right >= end):
                 added.end(length)
