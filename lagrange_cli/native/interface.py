@@ -151,8 +151,8 @@ class Interface:
     pattern: tuple[tuple[int, int], ...]
     series_at: tuple[int, int, int]
     carried: int
-    strips: int = 0
-    board: int = 0
+    strips: int
+    board: int
 
     @cached_property
     def state(self) -> StateLayout:

@@ -129,7 +129,7 @@ class _Writer:
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
             guards=(), limits=(), events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(),
-            series_at=(0, 0, 0), carried=0,
+            series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
             interface = replace(interface, carried=scheme.carried(interface.inner))

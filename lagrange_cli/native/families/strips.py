@@ -7,20 +7,20 @@ time, one behind the other, if each column still gets its terms in the order of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.node import reachable
 from lagrange_cli.native.families.additions import Additions, Key
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.sharing import ARGUMENTS, Shared
-from lagrange_cli.native.families.spans import behind, smaller
+from lagrange_cli.native.families.spans import behind, larger, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -130,9 +130,10 @@ class TileAdditions(Additions):
         total = f.load_row(base, at, LANES) + value
         with f.when((j >= self.left) & (j + LANES <= end)):
             f.store_row(total, base, at)
-        with f.otherwise(), f.loop(0, LANES, tested=False) as lane:
-            with f.when((j + lane >= self.left) & (j + lane < end)):
-                f.store(f.lane(total, lane), base, at + lane)
+        with f.otherwise():
+            first, last = larger(f, j, self.left), smaller(f, j + LANES, end)
+            with f.loop(first, last) as k:
+                f.store(f.lane(total, k - j), base, self.bases[key[1]] + k)
 
 
 class TileWriter(Writer):
