@@ -10,8 +10,8 @@ import numpy as np
 
 from lagrange_cli.api.given import count_of
 from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.processors import processors
 from lagrange_cli.run.ensembles.draws import KINDS, Draws
-from lagrange_cli.run.processors import processors
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

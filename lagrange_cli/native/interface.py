@@ -53,8 +53,8 @@ class Stop(IntEnum):
 
 
 class Board(IntEnum):
-    """Places of integers on a board, where threads find work (``families.sharing``). What different threads
-    write is on lines of the cache of its own."""
+    """Places of integers on a board, where threads find work (``native.families.sharing``). What different
+    threads write is on lines of the cache of its own."""
 
     HELPERS = 0
     """How many threads help."""

@@ -13,7 +13,6 @@ from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import prepare_run
-from lagrange_cli.run.processors import processors
 from lagrange_cli.run.request import HDF5
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values, rounding_of_run
 from lagrange_cli.run.strength import with_proofs
@@ -71,13 +70,14 @@ class Motion:
 @dataclass(frozen=True)
 class Ready:
     """A motion with its compiled code, and what an error estimate takes: the ``companions``, and by how much
-    the numbers as they are written exceed those of the run. So many ``threads`` share its work."""
+    the numbers as they are written exceed those of the run. So many ``threads`` share its work,
+    one on each processor if there is no number."""
 
     motion: Motion
     prepared: Prepared
     companions: Sequence[Prepared] = ()
     rounding: Values | None = None
-    threads: int = 1
+    threads: int | None = None
 
     @property
     def times(self) -> Times:
@@ -165,8 +165,7 @@ def prepare_all(
         rounding = rounding_of_run(
             spec, motion.values, settings.start, request.overrides, forced=request.projected
         )
-    threads = processors() if request.threads is None else request.threads
-    return Ready(motion, prepared, companions, rounding, threads)
+    return Ready(motion, prepared, companions, rounding, request.threads)
 
 
 def import_the_rest(form: str) -> None:

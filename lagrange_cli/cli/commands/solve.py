@@ -21,7 +21,6 @@ from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import replace
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, ignore
-from lagrange_cli.run.processors import processors
 from lagrange_cli.run.timings import Stopwatch
 
 if TYPE_CHECKING:
@@ -72,6 +71,8 @@ def solve(
     asked = with_format(asked, asked_format)
     together = min(jobs, len(systems))
     if threads is None and together > 1:
+        from lagrange_cli.integrate.processors import processors
+
         threads = max(1, processors() // together)
     request = replace(asked.request, precision=precision, portable=portable, threads=threads)
     asked = replace(asked, request=request)

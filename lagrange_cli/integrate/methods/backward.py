@@ -45,7 +45,7 @@ class Backward:
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
         events: EventSink = NO_EVENTS,
-        threads: int = 1,
+        threads: int | None = 1,
     ) -> End:
         """See ``integrate.method.Method``."""
         begin = None if checkpoints.begin is None else reversed_snapshot(checkpoints.begin)

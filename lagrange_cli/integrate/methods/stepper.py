@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,7 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.methods.happenings import Finished, Happenings
+    from lagrange_cli.integrate.methods.helping import Helpers
     from lagrange_cli.integrate.methods.settling import Settling
 
 POLL_SECONDS = 0.05
@@ -102,6 +104,7 @@ class Stepper:
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
         self._pause = 1 if program.integrals else FIRST  # a step may be divided very often for integrals
         self._first = None if beside is None else self._short_step(beside.number)
+        self._helpers: Helpers | None = None
         self.steps, self._every = 0, every
         self._start, self._marked = times.start, 0
         self._earlier: list[Array] = []
@@ -166,7 +169,7 @@ class Stepper:
             return Stop.GUARD, 0
         space, times, done = self.space, padded(wanted), 0
         while True:
-            began = time.perf_counter()
+            began, computed = time.perf_counter(), self.evaluations
             if self._passes:
                 self._earlier = [*self._earlier[1 - KEPT :], space.memory.copy()]
             if self._first is None:
@@ -199,6 +202,8 @@ class Stepper:
             if stop is not Stop.PAUSE or interrupt(space.t) or self._halted(interrupt):
                 return stop, done
             spent = time.perf_counter() - began
+            if self._helpers is not None:
+                self._helpers.judge(self.evaluations - computed, spent)
             if self._recompilation is not None:
                 space.machine = self._recompilation.after(spent) or space.machine
             self._pause = int(
@@ -221,13 +226,17 @@ class Stepper:
 
         return asked_by(self.space.info)
 
-    def helped(self, threads: int) -> AbstractContextManager[None]:
+    @contextmanager
+    def helped(self, threads: int | None) -> Iterator[None]:
         """A context in which so many threads share the work, if there is enough of it."""
-        if threads < 2 or not self.space.machine.program.strips:
-            return nullcontext()
-        from lagrange_cli.integrate.methods.helping import helped
+        if threads == 1 or not self.space.machine.program.strips:
+            yield
+            return
+        from lagrange_cli.integrate.methods.helping import Helpers
 
-        return helped(self.space.machine, self.space.constants, threads)
+        self._pause, self._helpers = 1, Helpers(self.space.machine, self.space.constants, threads)
+        with self._helpers:
+            yield
 
     def _halted(self, interrupt: Interrupt) -> bool:
         """Whether a signal that a step was left for ends the run. In another thread than the main one, this

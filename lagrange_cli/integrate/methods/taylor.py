@@ -51,7 +51,7 @@ class TaylorMethod:
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
         events: EventSink = NO_EVENTS,
-        threads: int = 1,
+        threads: int | None = 1,
     ) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
