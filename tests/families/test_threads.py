@@ -154,6 +154,26 @@ def test_small_systems_have_no_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found == []
 
 
+def test_helpers_rest_while_they_are_of_no_use() -> None:
+    """They do where it is faster without them, and are tried again after a while."""
+    prepared = ready(BODIES.format(40, PAIRS["above"]))
+    constants = np.zeros(prepared.machine.program.constants)
+    helpers = helping.Helpers(prepared.machine, constants, 2)
+    helpers.active = True
+
+    def after(*evaluations: int) -> list[bool]:
+        """Whether they take part after each of these spans of a second."""
+        found = []
+        for one in evaluations:
+            helpers.judge(one, 1.0)
+            found.append(helpers.active)
+        return found
+
+    assert after(100, 60, 100, 90, 70) == [False, True, True, True, False]
+    assert after(*[90] * 16) == [False] * 15 + [True]
+    assert after(80) == [False]
+
+
 class Stopped(Exception):
     """Raised in the middle of a motion."""
 
