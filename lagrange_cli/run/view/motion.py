@@ -94,9 +94,8 @@ def follow(motion: Motion, stage: Stage = untimed) -> Followed:
     times = Times(settings.start, settings.stop, settings.count, settings.step)
     with stage("integrate"):
         outcome = integrate(
-            prepared, motion.values, times, emit, lambda: time.monotonic() > until, explain=motion.cause,
-            threads=None,
-        )  # fmt: skip
+            prepared, motion.values, times, emit, lambda: time.monotonic() > until, explain=motion.cause
+        )
     n = len(motion.spec.coordinates)
 
     def joined(kind: str) -> Array:
