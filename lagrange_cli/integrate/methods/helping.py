@@ -51,6 +51,11 @@ class Helpers:
     def active(self, value: bool) -> None:
         self._board[Board.HELPERS] = len(self._threads) if value else 0
 
+    @property
+    def unsure(self) -> bool:
+        """Whether it is not known yet how long it takes without them."""
+        return self._alone == 0.0
+
     def __enter__(self) -> Helpers:
         try:
             for one in self._threads:
@@ -80,7 +85,7 @@ class Helpers:
             self._alone = speed
             self.active = speed < self._best or self._spans >= AGAIN
             self._spans = 0 if self.active else self._spans
-        elif speed < self._alone or speed < SLOWER * self._best or self._alone == 0.0:
+        elif speed < self._alone or speed < SLOWER * self._best or self.unsure:
             self._best, self._spans, self.active = speed, 0, False
         else:
             self._best = max(self._best, speed)

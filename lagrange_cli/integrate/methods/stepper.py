@@ -206,9 +206,10 @@ class Stepper:
                 self._helpers.judge(self.evaluations - computed, spent)
             if self._recompilation is not None:
                 space.machine = self._recompilation.after(spent) or space.machine
-            self._pause = int(
-                max(1, min(4 * self._pause, MOST_STEPS, self._pause * POLL_SECONDS / max(spent, 1e-6)))
-            )
+            if self._helpers is None or not self._helpers.unsure:
+                self._pause = int(
+                    max(1, min(4 * self._pause, MOST_STEPS, self._pause * POLL_SECONDS / max(spent, 1e-6)))
+                )
 
     def _marks(self, steps: int) -> bool:
         """Record the progress of the motion, if that is due. Returns whether it crawls."""
