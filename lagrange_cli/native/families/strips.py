@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
 HEIGHT, WIDTH = 32, 128
-"""Rows of a strip, and columns that are computed between two looks at the strip above: a multiple of eight."""
+"""Rows of a strip, and columns between two looks at the strip above: a multiple of eight of them."""
 WORTH = 2**16
 """Operations on eight numbers in an evaluation from which on it is shared."""
 
