@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 
 from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
-from benchmarks.harness.turns import in_own_process, timed_by_both
+from benchmarks.harness.turns import in_own_process, in_turns, timed_by_both
 
 Array = NDArray[np.float64]
 Follow = Callable[[Array, Array], tuple[Array, Array, int, float]]
 """From places and velocities (3, bodies) to those at ``STOP``, the number of steps, and processor seconds."""
+SHARED, THREADS, FASTER = 300, (1, 2), 1.6
+"""From so many bodies on, threads share the work; how much faster two of them have to be with a thousand."""
 SPEED = 0.4
 ROUNDING = 2.0**-52
 """Energy errors smaller than this are not compared: those of the state as it is rounded are as large."""
@@ -92,8 +94,8 @@ def energy(x: Array, v: Array) -> np.longdouble:
     return found
 
 
-def lagrange(case: Case, method: str) -> Follow:
-    """This project, without samples between."""
+def lagrange(case: Case, method: str, *, threads: int = 1, processor: bool = True) -> Follow:
+    """This project, without samples between; it tells seconds of the ``processor``, or of the clock."""
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.precision import FULL_PRECISION
     from lagrange_cli.integrate.prepare import prepare_system
@@ -109,13 +111,13 @@ def lagrange(case: Case, method: str) -> Follow:
         state = np.concatenate([x.ravel(), v.ravel()])
         run = partial(
             prepared.follower.follow, np.empty(0), state, Times(0.0, case.stop, 2, case.stop),
-            lambda t, x: None, lambda t: False,
+            lambda t, x: None, lambda t: False, threads=threads,
         )  # fmt: skip
-        _, seconds, end = timed_by_both(run)
+        clock, spent, end = timed_by_both(run)
         if end.ending.status != "complete":
             raise RuntimeError(end.ending.name)
         reached, speed = end.state.reshape(2, 3, count)
-        return reached, speed, end.steps, seconds
+        return reached, speed, end.steps, spent if processor else clock
 
     return follow
 
@@ -182,6 +184,13 @@ def figures(name: str, case: Case, runs: int) -> Figures:
     return Figures(ready, median(seconds), float(np.mean(steps)), float(np.sqrt(np.mean(np.square(errors)))))
 
 
+def by_threads(case: Case, runs: int) -> dict[int, float]:
+    """Seconds of the clock for each number of threads: the medians of motions in turns."""
+    follow = {n: lagrange(case, "ias15", threads=n, processor=False) for n in THREADS}
+    tasks = {n: partial(one, *start(case, 0)) for n, one in follow.items()}
+    return {n: median(one[-1] for one in found) for n, found in in_turns(tasks, runs).items()}
+
+
 def measure(options: Namespace) -> Report:
     """A table for each number of bodies; every engine in a process of its own."""
     parts, requirements = list[str](), list[Requirement]()
@@ -189,6 +198,13 @@ def measure(options: Namespace) -> Report:
         count, names = case.count, [name for name in ENGINES if name not in case.left_out]
         found = {name: in_own_process(figures, name, case, options.runs) for name in names}
         parts += [f"**{count} bodies**, {case.stop:g} units of time:", table(found)]
+        if count >= SHARED:
+            clock = in_own_process(by_threads, case, 2 * options.runs)
+            rows = [(str(n), f"{1e3 * one:.2f}", f"{clock[1] / one:.2f}") for n, one in clock.items()]
+            parts.append(markdown_table(("threads of ias15", "clock, ms", "speed"), rows))
+        if count >= CASES[-1].count:
+            faster = f"{count} bodies: time with one thread, relative to two"
+            requirements.append(Requirement(faster, clock[1] / clock[2], ">=", FASTER))
         requirements += [
             Requirement(
                 f"{count} bodies: time of {peer}, relative to ours", found[peer].run / ours, ">=", least

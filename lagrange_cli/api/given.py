@@ -90,6 +90,7 @@ def request_of(
     proven: bool = False,
     project_initial: bool = False,
     cache: bool = True,
+    threads: int | None = None,
 ) -> Request:
     """The request for a run; raises ``UsageError`` for arguments of a wrong type."""
     if samples is not None and (isinstance(samples, bool) or not isinstance(samples, Integral)):
@@ -112,7 +113,15 @@ def request_of(
         portable=portable,
         proven=proven,
         projected=project_initial,
+        threads=threads,
     )
+
+
+def count_of(name: str, given: int) -> int:
+    """A number of threads; raises ``UsageError`` for anything else."""
+    if not isinstance(given, int) or isinstance(given, bool) or given < 1:
+        raise UsageError(f"{name} must be a whole number greater than 0, not {given!r:.60}")
+    return given
 
 
 def demand_of(certify: bool, digits: float | None, target_error: float | None) -> Demand | None:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.api.given import count_of
 from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.processors import processors
 from lagrange_cli.run.ensembles.draws import KINDS, Draws
-from lagrange_cli.run.ensembles.processors import processors
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -49,11 +50,7 @@ def draws_of(
 
 def threads_of(jobs: int | None) -> int:
     """So many threads, or as many as there are processors."""
-    if jobs is None:
-        return processors()
-    if not isinstance(jobs, int) or isinstance(jobs, bool) or jobs < 1:
-        raise UsageError(f"jobs must be a whole number greater than 0, not {jobs!r:.60}")
-    return jobs
+    return processors() if jobs is None else count_of("jobs", jobs)
 
 
 def values_of(name: str, given: Any) -> Any:

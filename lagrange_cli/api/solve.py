@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.given import Value, Values, demand_of, request_of
+from lagrange_cli.api.given import Value, Values, count_of, demand_of, request_of
 from lagrange_cli.api.kept import keep
 from lagrange_cli.api.motion import Motion
 from lagrange_cli.api.system import System, content_of
@@ -49,6 +49,7 @@ def solve(
     digits: float | None = None,
     target_error: float | None = None,
     cache: bool = True,
+    threads: int | None = None,
 ) -> Motion:
     """Follow the motion of a system.
 
@@ -85,6 +86,9 @@ def solve(
         As the options of the command; each implies ``certify``.
     cache : bool
         Whether programs compiled by earlier processes may be used.
+    threads : int, optional
+        How many threads share the work of one large system; by default one for each processor. The results
+        do not depend on it.
 
     Returns
     -------
@@ -123,6 +127,7 @@ def solve(
         proven=proven,
         project_initial=project_initial,
         cache=cache,
+        threads=None if threads is None else count_of("threads", threads),
     )
     demand = demand_of(certify, digits, target_error)
     check_precision(request, demand)

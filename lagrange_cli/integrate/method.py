@@ -112,12 +112,14 @@ class Method(Protocol):
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
         events: EventSink = NO_EVENTS,
+        threads: int | None = 1,
     ) -> End:
         """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
 
         ``accept`` is given full chunks of samples, and at the end of the motion the samples that are left,
         for whatever reason it ends. ``interrupt`` is called with the time several times a second; when it
         returns True, the motion ends there. A method without snapshots ignores ``checkpoints``, and one that
-        finds no ``events`` is not used where there are any.
+        finds no ``events`` is not used where there are any. So many ``threads`` may share the work, None for
+        one on each processor; the bits do not depend on them.
         """
         ...

@@ -39,6 +39,7 @@ def integrate(
     certificate: Certificate | None = None,
     explain: Callable[[End], Cause | None] = lambda end: None,
     emit_events: Callable[[dict[str, Array]], None] = lambda chunk: None,
+    threads: int | None = 1,
 ) -> Outcome:
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
@@ -49,7 +50,8 @@ def integrate(
     the motion goes on where an earlier run has got to. With a ``certificate`` its estimates are emitted, too,
     and the motion ends where that misses its target. ``explain`` says what in the system ended a motion that
     could not go on. Crossings of events go to ``emit_events`` in the same way as chunks, as {path: rows}:
-    those up to a sample before this sample.
+    those up to a sample before this sample. So many ``threads`` may share the work of a large system (None:
+    one on each processor); nothing else depends on them.
     """
     assert prepared.compilation.backward == times.backward
     program = prepared.machine.program
@@ -81,7 +83,9 @@ def integrate(
 
         samples = samples_of(prepared)(prepared, parameters, emit_pipelined)
         log = EventLog(prepared, samples, lambda chunk: pipeline.call(partial(emit_events, chunk)))
-        following = partial(prepared.follower.follow, parameters, state, times, accept, interrupt, events=log)
+        following = partial(
+            prepared.follower.follow, parameters, state, times, accept, interrupt, events=log, threads=threads
+        )
         if checkpointing is None:
             end = following()
         else:

@@ -52,6 +52,28 @@ class Stop(IntEnum):
     CRAWL = 7  # told by the caller of ``@advance``
 
 
+class Board(IntEnum):
+    """Places of integers on a board, where threads find work (``native.families.sharing``). What different
+    threads write is on lines of the cache of its own."""
+
+    HELPERS = 0
+    """How many threads help."""
+    YIELD = 1
+    """The address of a function that offers the processor to others."""
+    LEFT = LANES
+    """The number of the evaluation, and that of its strips that are left."""
+    HALT = 2 * LANES
+    """What ends helping, if it is not 0."""
+    TIME = 3 * LANES
+    STATE = 3 * LANES + 1
+    WORK = 3 * LANES + 2
+    PART = 3 * LANES + 3
+    COUNT = 3 * LANES + 4
+    """What is computed: the arguments, which part of it, in how many strips."""
+    STRIPS = 4 * LANES
+    """How far each strip has come, each on its own line."""
+
+
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
@@ -105,7 +127,8 @@ class Interface:
     equations that ``pattern`` names; only where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
     times the second and m times the third. Steps hand over so many numbers that are ``carried`` with the
-    state."""
+    state. Several threads can share an evaluation in so many ``strips``; their ``board`` is in the constants.
+    """
 
     order: int
     degrees: int
@@ -128,6 +151,8 @@ class Interface:
     pattern: tuple[tuple[int, int], ...]
     series_at: tuple[int, int, int]
     carried: int
+    strips: int
+    board: int
 
     @cached_property
     def state(self) -> StateLayout:

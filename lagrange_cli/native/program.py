@@ -112,6 +112,8 @@ def write_program(
         else (),
         series_at=(0, 0, 0),
         carried=0,
+        strips=0,
+        board=0,
     )
     if scheme:
         from lagrange_cli.native.stepping.schemes import scheme_of

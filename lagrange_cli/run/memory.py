@@ -105,6 +105,7 @@ def follow(
             certificate,
             ready.motion.cause,
             crossings.add,
+            ready.threads,
         )
     progress.clear()
     layout = layout_of(ready, units)

@@ -70,12 +70,14 @@ class Motion:
 @dataclass(frozen=True)
 class Ready:
     """A motion with its compiled code, and what an error estimate takes: the ``companions``, and by how much
-    the numbers as they are written exceed those of the run."""
+    the numbers as they are written exceed those of the run. So many ``threads`` share its work,
+    one on each processor if there is no number."""
 
     motion: Motion
     prepared: Prepared
     companions: Sequence[Prepared] = ()
     rounding: Values | None = None
+    threads: int | None = None
 
     @property
     def times(self) -> Times:
@@ -163,7 +165,7 @@ def prepare_all(
         rounding = rounding_of_run(
             spec, motion.values, settings.start, request.overrides, forced=request.projected
         )
-    return Ready(motion, prepared, companions, rounding)
+    return Ready(motion, prepared, companions, rounding, request.threads)
 
 
 def import_the_rest(form: str) -> None:

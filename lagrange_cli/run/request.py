@@ -43,7 +43,7 @@ class Request:
     is used. ``resume`` continues an earlier run. A checkpoint is written every ``checkpoint`` seconds, and
     after ``checkpoint_count`` steps, or members of a sweep. Steps are ``proven`` whatever the
     system. Initial values are ``projected`` to the constraints however far off they are. ``format`` is
-    that of the output.
+    that of the output. So many ``threads`` share the work of one motion, by default one for each processor.
     """
 
     options: SolveDefaults = SolveDefaults()
@@ -59,6 +59,7 @@ class Request:
     proven: bool = False
     projected: bool = False
     format: str = HDF5
+    threads: int | None = None
 
     def settings(self, spec: Spec, parameters: Mapping[str, float]) -> Settings:
         """The settings of the run of ``spec`` with the values ``parameters``.

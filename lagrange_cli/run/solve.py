@@ -157,6 +157,7 @@ def record(
                     certificate,
                     ready.motion.cause,
                     emit_events,
+                    ready.threads,
                 )
             progress.clear()
             with stage("write"):

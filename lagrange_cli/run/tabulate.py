@@ -56,6 +56,7 @@ def tabulate(
                     progress.show,
                     certificate=certificate,
                     explain=ready.motion.cause,
+                    threads=ready.threads,
                 )
             progress.clear()
             with stage("write"):

@@ -35,6 +35,12 @@ if TYPE_CHECKING:
     default=1,
     help="The number of systems to solve in parallel, each in its own process [1].",
 )
+@click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    help="The number of threads that share the work of one large system [all processors, divided among the "
+    "systems that are solved in parallel]. The results do not depend on it.",
+)
 @precision_option
 @click.option(
     "--portable",
@@ -51,6 +57,7 @@ def solve(
     systems: tuple[str, ...],
     asked: Invocation,
     jobs: int,
+    threads: int | None,
     precision: str,
     portable: bool,
     asked_format: str | None,
@@ -62,7 +69,12 @@ def solve(
     file.
     """
     asked = with_format(asked, asked_format)
-    request = replace(asked.request, precision=precision, portable=portable)
+    together = min(jobs, len(systems))
+    if threads is None and together > 1:
+        from lagrange_cli.integrate.processors import processors
+
+        threads = max(1, processors() // together)
+    request = replace(asked.request, precision=precision, portable=portable, threads=threads)
     asked = replace(asked, request=request)
     refuse_shared_outputs(systems, asked)
     if demand is not None and precision != DOUBLE:
@@ -70,7 +82,7 @@ def solve(
     if demand is not None and portable:
         raise UsageError("--certify and --portable cannot be combined: leave out one of the two")
     solve_one = partial(solve_system, asked=asked, demand=demand)
-    if jobs == 1 or len(systems) == 1:
+    if together == 1:
         return run_each(systems, solve_one, as_json=asked.as_json)
     from lagrange_cli.cli.jobs import run_side_by_side
 

@@ -16,7 +16,7 @@ from lagrange_cli.cli.output import Invocation, find_output, output_name, refuse
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
-from lagrange_cli.run.ensembles.processors import processors
+from lagrange_cli.integrate.processors import processors
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, Stage, ignore
 from lagrange_cli.run.timings import Stopwatch

@@ -45,6 +45,7 @@ class Backward:
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
         events: EventSink = NO_EVENTS,
+        threads: int | None = 1,
     ) -> End:
         """See ``integrate.method.Method``."""
         begin = None if checkpoints.begin is None else reversed_snapshot(checkpoints.begin)
@@ -62,6 +63,7 @@ class Backward:
                 None if ends is None else lambda snapshot: ends(reversed_snapshot(snapshot)),
             ),
             BackwardEvents(self.program, events),
+            threads,
         )
         return replace(
             end,

@@ -75,6 +75,7 @@ class ScipyMethod:
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
         events: EventSink = NO_EVENTS,
+        threads: int | None = 1,
     ) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)

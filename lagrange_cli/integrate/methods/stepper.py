@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,7 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.methods.happenings import Finished, Happenings
+    from lagrange_cli.integrate.methods.helping import Helpers
     from lagrange_cli.integrate.methods.settling import Settling
 
 POLL_SECONDS = 0.05
@@ -103,6 +105,7 @@ class Stepper:
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
         self._pause = 1 if program.integrals else FIRST  # a step may be divided very often for integrals
         self._first = None if beside is None else self._short_step(beside.number)
+        self._helpers: Helpers | None = None
         self.steps, self._every = 0, every
         self._start, self._marked = times.start, 0
         self._earlier: tuple[Array, ...] = ()
@@ -169,7 +172,7 @@ class Stepper:
             return Stop.GUARD, 0
         space, times, done = self.space, padded(wanted), 0
         while True:
-            began = time.perf_counter()
+            began, computed = time.perf_counter(), self.evaluations
             if self._passes:
                 self._keep()
             if self._first is None:
@@ -204,11 +207,14 @@ class Stepper:
             if stop is not Stop.PAUSE or interrupt(space.t) or self._halted(interrupt):
                 return stop, done
             spent = time.perf_counter() - began
+            if self._helpers is not None:
+                self._helpers.judge(self.evaluations - computed, spent)
             if self._recompilation is not None:
                 space.machine = self._recompilation.after(spent) or space.machine
-            self._pause = int(
-                max(1, min(4 * self._pause, MOST_STEPS, self._pause * POLL_SECONDS / max(spent, 1e-6)))
-            )
+            if self._helpers is None or not self._helpers.unsure:
+                self._pause = int(
+                    max(1, min(4 * self._pause, MOST_STEPS, self._pause * POLL_SECONDS / max(spent, 1e-6)))
+                )
 
     def _marks(self, steps: int) -> bool:
         """Record the progress of the motion, if that is due. Returns whether it crawls."""
@@ -225,6 +231,18 @@ class Stepper:
         from lagrange_cli.integrate.hearing import asked_by
 
         return asked_by(self.space.info)
+
+    @contextmanager
+    def helped(self, threads: int | None) -> Iterator[None]:
+        """A context in which so many threads share the work, if there is enough of it."""
+        if threads == 1 or not self.space.machine.program.strips:
+            yield
+            return
+        from lagrange_cli.integrate.methods.helping import Helpers
+
+        self._pause, self._helpers = 1, Helpers(self.space.machine, self.space.constants, threads)
+        with self._helpers:
+            yield
 
     def _halted(self, interrupt: Interrupt) -> bool:
         """Whether a signal that a step was left for ends the run. In another thread than the main one, this

@@ -51,6 +51,7 @@ class TaylorMethod:
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
         events: EventSink = NO_EVENTS,
+        threads: int | None = 1,
     ) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
@@ -67,7 +68,7 @@ class TaylorMethod:
             jumping=self.jumping,
             every=checkpoints.every,
         )
-        with stepper.heard():
+        with stepper.heard(), stepper.helped(threads):
             return self._follow(stepper, size, times, accept, interrupt, checkpoints)
 
     def _follow(

@@ -53,6 +53,7 @@ class Machine:
     advance: Callable[..., int] | None
     accelerate: Callable[..., int]
     follow: Callable[..., None] | None
+    help: Callable[..., int] | None
 
 
 def first_level(program: Program) -> int:
@@ -112,6 +113,7 @@ def load_machine(code: bytes, program: Interface) -> Machine:
             "follow", None, pointer, pointer, pointer, pointer, real, real, pointer, integer, pointer,
             pointer, pointer, integer,
         ) if program.lanes else None,
+        help=function("help", integer, pointer) if program.strips else None,
     )  # fmt: skip
 
 

@@ -53,6 +53,8 @@ class Evaluation:
     emitter: LaneEmitter = field(default_factory=LaneEmitter)
     scales: Mapping[Array, tuple[Real, Real]] = field(default_factory=dict)
     """What numbers of arrays are multiplied by, in two parts."""
+    share: Callable[[Evaluation, Loop], bool] = lambda evaluation, loop: False
+    """Writes a loop that several threads share, if it is one."""
 
     def __post_init__(self) -> None:
         self.emitter.lines = self.f.sink
@@ -64,7 +66,7 @@ class Evaluation:
         for one in listed:
             if isinstance(one, Chain):
                 self.add_up(one)
-            else:
+            elif not self.share(self, one):
                 Writer(self, one).write()
 
     def add_up(self, chain: Chain) -> None:
@@ -167,12 +169,7 @@ class Writer:
 
     def row(self, bases: Sequence[Integer], length: Integer, r: Integer) -> None:
         """The members of row number ``r``."""
-        f, strides = self.f, self.rows.strides
-        fixed: dict[Node, str] = {}
-        for (symbol, slot), i in zip(self.used.items(), self.number):
-            if strides[i] == 0:
-                one = f.splat(f.load(self.evaluation.where(slot.array), bases[i]), LANES)
-                fixed[symbol] = self.scaled(slot.array, one).name
+        f, fixed = self.f, self.fixed(bases)
         added = Additions(f, self.loop, self.terms, self.evaluation.where)
         added.begin(bases)
         self.enter(r)
@@ -191,6 +188,15 @@ class Writer:
             added.end(length)
         with f.otherwise():
             added.pause(self.piece.registers)
+
+    def fixed(self, bases: Sequence[Integer]) -> dict[Node, str]:
+        """The slots that stay as they are in a row."""
+        f, found = self.f, dict[Node, str]()
+        for (symbol, slot), i in zip(self.used.items(), self.number):
+            if self.rows.strides[i] == 0:
+                one = f.splat(f.load(self.evaluation.where(slot.array), bases[i]), LANES)
+                found[symbol] = self.scaled(slot.array, one).name
+        return found
 
     def eight(
         self,

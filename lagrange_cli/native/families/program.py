@@ -23,9 +23,12 @@ from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.sharing import board_size
+from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps
+from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.interface import LANES, Interface
+from lagrange_cli.native.interface import LANES, Board, Interface
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
@@ -93,7 +96,7 @@ class _Writer:
         """M and 1/M, where M is diagonal."""
         self.places: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
-        self.size = 0
+        self.size, self.board, self.strips = 0, 0, 0
         for array, count in ((system.given, system.given.count), (system.whole, self.largest)):
             self.place(array, count)
         for array in self.lasting.fixed:
@@ -128,7 +131,7 @@ class _Writer:
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
             guards=(), limits=(), events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(),
-            series_at=(0, 0, 0), carried=0,
+            series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
             interface = replace(interface, carried=scheme.carried(interface.inner))
@@ -164,13 +167,16 @@ class _Writer:
         text += definitions(text)
         Emitter().allow(text.count(" = "))
         return Program(
-            **{**interface.as_data(), "constants": self.scalars + self.size, "work": work},
+            **{
+                **interface.as_data(), "constants": self.scalars + self.size, "work": work,
+                "strips": self.strips, "board": self.scalars + self.board,
+            },
             text=text,
             series=SeriesProgram((), (), (), (), ()),
             hiding=False,
             tables=len(listed),
             operations={"jet": jet.operations, "observe": counted},
-        )
+        )  # fmt: skip
 
     @property
     def scalars(self) -> int:
@@ -200,24 +206,41 @@ class _Writer:
 
     def accelerations(self) -> Jet:
         """``@jet`` without series."""
-        f = Function(HEAD)
-        width = self.layout.width
+        f, width = Function(HEAD), self.layout.width
         work = room(width * (RATES + 1) + self.degrees)
         totals = needed([self.rates], self.slots, self.lasting.fixed)
-        arrays = {
-            self.system.q: f.place("%state", 0, "double"),
-            self.system.v: f.place("%state", self.degrees, "double"),
-            self.rates: f.place("%work", width + self.degrees, "double"),
+        at: dict[Array, tuple[str, int]] = {
+            self.system.q: ("%state", 0),
+            self.system.v: ("%state", self.degrees),
+            self.rates: ("%work", width + self.degrees),
         }
         for total in totals:
             if total is not self.rates:
-                arrays[total] = f.place("%work", work, "double")
+                at[total] = "%work", work
                 work += room(total.count)
-        evaluation = self.evaluation(f, arrays, Real(f, "%t", 1))
+
+        def within(f: Function) -> Evaluation:
+            arrays = {array: f.place(base, place, "double") for array, (base, place) in at.items()}
+            return self.evaluation(f, arrays, Real(f, "%t", 1))
+
+        sharing = Sharing(within)
+        evaluation = replace(within(f), share=sharing.take)
         evaluation.write(totals)
         positive = self.system.spec.lagrangian is None
         f.give(regular(f, evaluation.where(self.lasting.masses), self.degrees, positive=positive))
-        return Jet(f.text(), work, evaluation.emitter.operations)
+        return Jet(self.shared(sharing) + f.text(), work, evaluation.emitter.operations)
+
+    def shared(self, sharing: Sharing) -> str:
+        """The functions by which threads share an evaluation, if they do; their board is the next array."""
+        if not sharing.parts:
+            return ""
+        self.board, self.strips = self.size, max(one.strips for one in sharing.parts)
+        self.size += board_size(sharing.parts)
+        return "".join([*sharing.tiles, *shared_functions(sharing.parts, self.board_of)])
+
+    def board_of(self, f: Function) -> Pointer:
+        """Where the board is."""
+        return f.place(self.scratch(f), self.board, "double")
 
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""
@@ -309,5 +332,9 @@ class _Writer:
         for node, slot in slots.items():
             emitter.store(known[node], "%constants", slot)
         f.call(None, "arrays", f.pointer("%constants"))
+        if self.strips:
+            board, size = self.board_of(f), Board.STRIPS + LANES * self.strips
+            with f.loop(0, size, LANES, tested=False) as i:
+                f.store_row(f.zero(LANES), board, i)
         f.give()
         return inner.text() + f.text()

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import TypeVar, overload
 
 from lagrange_cli.native.llvm.flow import Flow
-from lagrange_cli.native.llvm.vector import Integer, Pointer, Real, Value, kind
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, Value, kind
 
 V = TypeVar("V", bound=Value)
 
@@ -104,3 +104,21 @@ class Function(Flow):
         """One integer."""
         place = self.place(base, index, "i64")
         return Integer(self, self.define(f"load i64, ptr {place.name}, align 8"), 1)
+
+    # what threads share
+
+    def observe(self, base: Pointer | str, index: Integer | int = 0) -> Integer:
+        """An integer that another thread may ``publish``, and with it all that it has written before."""
+        place = self.place(base, index, "i64")
+        return Integer(self, self.define(f"load atomic i64, ptr {place.name} acquire, align 8"), 1)
+
+    def publish(self, value: Integer, base: Pointer | str, index: Integer | int = 0) -> None:
+        """Store an integer behind all that has been written before."""
+        place = self.place(base, index, "i64")
+        self.line(f"  store atomic i64 {value.name}, ptr {place.name} release, align 8")
+
+    def replace(self, old: Integer, new: Integer, base: Pointer | str, index: Integer | int = 0) -> Bit:
+        """Store ``new`` where ``old`` still is; whether it was."""
+        place, values = self.place(base, index, "i64"), f"i64 {old.name}, i64 {new.name}"
+        both = self.define(f"cmpxchg ptr {place.name}, {values} acq_rel acquire, align 8")
+        return Bit(self, self.define(f"extractvalue {{ i64, i1 }} {both}, 1"), 1)

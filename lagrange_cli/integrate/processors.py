@@ -1,4 +1,4 @@
-"""How many processors there are for the members of an ensemble."""
+"""How many processors there are."""
 
 from __future__ import annotations
 

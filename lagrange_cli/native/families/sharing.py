@@ -1,0 +1,161 @@
+"""Work on one evaluation that several threads share.
+
+It is cut into strips, which threads take in their order; each goes through its columns from the first to the
+last, behind the strip before it (a pipelined wavefront). Strips and columns follow from the system alone, and
+so does the order in which numbers are added, however many threads there are and whoever is faster.
+
+The thread that steps the motion announces an evaluation on the *board* (``interface.Board``) in
+``%constants``, takes strips as the others do, and goes on when the last one is complete. So it never waits
+for a thread that has not begun. The others run ``@help``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.records import dataclass
+
+ARGUMENTS = "ptr %constants, double %t, ptr %state, ptr %work"
+EVERYWHERE = 1 << 40
+"""A column behind all others."""
+HALF = 32
+"""A number of strips or columns is in the lower bits, that of the evaluation in the upper ones."""
+PATIENCE = 2**9
+"""Looks at what another thread is doing until the processor is offered to others."""
+IDLE = 2**16
+"""Looks at an empty board until ``@help`` returns."""
+
+
+@dataclass(frozen=True)
+class Shared:
+    """A part of an evaluation: so many ``rows`` in strips of ``height``, cut into ``columns`` of ``width``.
+    ``@tile`` computes some rows between two columns, with so many doubles ``kept`` for each row."""
+
+    rows: int
+    height: int
+    columns: int
+    width: int
+    kept: int
+
+    @property
+    def strips(self) -> int:
+        """How many there are."""
+        return -(-self.rows // self.height)
+
+
+def board_size(parts: Sequence[Shared]) -> int:
+    """Doubles of the board."""
+    return Board.STRIPS + LANES * max(part.strips for part in parts)
+
+
+def sharing(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> list[str]:
+    """The functions, ``@share<i>`` for part i, of which ``@tile<i>`` is given. ``board`` is its place."""
+    texts = [_wait(board), _take(parts, board), _help(board)]
+    for i, part in enumerate(parts):
+        texts += [_strip(i, part, board), _share(i, part, board)]
+    return texts
+
+
+def given(f: Function) -> tuple[Pointer, Real, Pointer, Pointer]:
+    """The ``ARGUMENTS``."""
+    return f.pointer("%constants"), Real(f, "%t", 1), f.pointer("%state"), f.pointer("%work")
+
+
+def _share(number: int, part: Shared, board: Callable[[Function], Pointer]) -> str:
+    """``@share``: the whole part, by this thread and by those that help."""
+    f = Function(f"define internal void @share{number}({ARGUMENTS}) #0")
+    at = board(f)
+    with f.when(f.load_integer(at, Board.HELPERS).equals(0)):
+        ends = f.count(0), f.count(part.rows), f.count(0), f.count(EVERYWHERE)
+        f.call(None, f"tile{number}", *given(f), *ends, Pointer(f, "null", 1))
+    with f.otherwise():
+        _, *job = given(f)
+        for place, value in zip((Board.TIME, Board.STATE, Board.WORK), job):
+            f.store(value, at, place)
+        f.store(f.count(number), at, Board.PART)
+        f.store(f.count(part.strips), at, Board.COUNT)
+        before = f.load_integer(at, Board.LEFT)
+        tag = (before.operation("lshr", HALF) + 1) << HALF
+        f.publish(tag + part.strips, at, Board.LEFT)
+        f.call(Bit, "take", f.pointer("%constants"))
+        last = f.place(at, Board.STRIPS + LANES * (part.strips - 1), "i64")
+        f.call(None, "wait", f.pointer("%constants"), last, tag + part.columns)
+    f.give()
+    return f.text()
+
+
+def _take(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> str:
+    """``@take``: compute strips until none is left; whether there was one."""
+    f = Function("define internal i1 @take(ptr %constants) #0")
+    at, found = board(f), f.variable(Bit(f, "false", 1))
+    with f.forever() as strips:
+        seen = f.observe(at, Board.LEFT)
+        left = seen & ((1 << HALF) - 1)
+        with f.when(left.equals(0)):
+            f.give(found.get())
+        with f.when(~f.replace(seen, seen - 1, at, Board.LEFT)):
+            strips.go_on()
+        found.set(Bit(f, "true", 1))
+        time = f.load(at, Board.TIME)
+        state, work = (
+            Pointer(f, f.define(f"load ptr, ptr {f.place(at, one, 'ptr').name}, align 8"), 1)
+            for one in (Board.STATE, Board.WORK)
+        )
+        strip = f.load_integer(at, Board.COUNT) - left
+        tag = seen.operation("lshr", HALF) << HALF
+        which = f.load_integer(at, Board.PART)
+        for i in range(len(parts)):
+            with f.when(which.equals(i)):
+                f.call(None, f"strip{i}", f.pointer("%constants"), time, state, work, strip, tag)
+    return f.text()
+
+
+def _strip(number: int, part: Shared, board: Callable[[Function], Pointer]) -> str:
+    """``@strip``: one strip, column by column."""
+    f = Function(f"define internal void @strip{number}({ARGUMENTS}, i64 %strip, i64 %tag) #0")
+    strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
+    kept = Pointer(f, f.define(f"alloca double, i64 {max(1, part.height * part.kept)}, align 64"), 1)
+    at = f.place(board(f), strip * LANES + int(Board.STRIPS), "i64")
+    first = strip * part.height
+    last = f.select(f.count(part.rows) > first + part.height, first + part.height, f.count(part.rows))
+    with f.loop(0, part.columns, tested=False) as column:
+        done = tag + column + 1
+        with f.when(strip > 0):
+            f.call(None, "wait", f.pointer("%constants"), f.place(at, -LANES, "i64"), done)
+        left = column * part.width
+        right = f.select(column.equals(part.columns - 1), f.count(EVERYWHERE), left + part.width)
+        f.call(None, f"tile{number}", *given(f), first, last, left, right, kept)
+        f.publish(done, at)
+    f.give()
+    return f.text()
+
+
+def _wait(board: Callable[[Function], Pointer]) -> str:
+    """``@wait``: until a number on the board has become ``%least``."""
+    f = Function("define internal void @wait(ptr %constants, ptr %place, i64 %least) #0")
+    looks = f.variable(f.count(0))
+    with f.forever():
+        with f.when(f.observe("%place") >= Integer(f, "%least", 1)):
+            f.give()
+        looks.set(looks.get() + 1)
+        with f.when((looks.get() & (PATIENCE - 1)).equals(0)):
+            place = f.place(board(f), Board.YIELD, "ptr")
+            f.define(f"call i32 {f.define(f'load ptr, ptr {place.name}, align 8')}()")
+    return f.text()
+
+
+def _help(board: Callable[[Function], Pointer]) -> str:
+    """``@help``: take part in evaluations. Returns 1 if there has been none for a while, 0 at the end."""
+    f = Function("define i64 @help(ptr %constants) #0")
+    at, looks = board(f), f.variable(f.count(0))
+    with f.forever():
+        with f.when(~f.observe(at, Board.HALT).equals(0)):
+            f.give(f.count(0))
+        worked = f.call(Bit, "take", f.pointer("%constants"))
+        looks.set(f.select(worked, f.count(0), looks.get() + 1))
+        with f.when(looks.get() > IDLE):
+            f.give(f.count(1))
+    return f.text()
