@@ -49,9 +49,10 @@ class VelocitySteps(FamilySteps):
     def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
         self.pass_time(f, now, h)
         low, degrees, (rates, allowances, _) = self.state.width, self.lengths.degrees, self.expected(f)
-        h, zero = f.splat(h, LANES), f.zero(LANES)
+        lanes = self.lengths.lanes
+        h, zero = f.splat(h, lanes), f.zero(lanes)
         farthest = f.variable(zero)
-        with f.loop(0, degrees, LANES, tested=False) as i:
+        with f.loop(0, degrees, lanes, tested=False) as i:
             place, speed = Row(self.lengths, f, i), Row(self.lengths, f, i + degrees)
             inside = place.among(0, degrees)
 
@@ -64,7 +65,7 @@ class VelocitySteps(FamilySteps):
                 row.put(f.select(inside, error, lost), "%state", low)
                 return f.smaller(f.magnitude(new), f.magnitude(old))
 
-            series = self.speeds(f, i, LANES)
+            series = self.speeds(f, i, lanes)
             # the low part of a velocity moves its coordinate
             lesser = changed(place, followers(f, series), speed.at("%state", low) * h)
             farthest.set(f.larger(farthest.get(), f.select(inside, lesser, zero)))
