@@ -46,7 +46,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     definitions = checker.definitions()
     coordinates = checker.coordinates()
     check_formulation(draft, problems)
-    masses, constraints = checker.expressions("masses"), checker.expressions("constraints")
+    masses = checker.expressions("masses")
     embedding = checker.embedding()
     bodies, norms, families = checker.bodies()
     if draft.bodies:
@@ -54,6 +54,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         masses = {**masses, **{one.name: one.mass for one in complete if one.mass is not None}}
         embedding = {**embedding, **{one.name: one.position for one in complete if one.position is not None}}
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
+    constraints = checker.expressions("constraints")
     return Spec(
         filename=problems.source.filename,
         text=problems.source.text,

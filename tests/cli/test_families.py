@@ -226,7 +226,7 @@ def test_why_members_are_written_out_and_what_can_be_done(
     system, options, status, said, tmp_path, monkeypatch
 ):
     if status == 3:
-        monkeypatch.setenv("LAGRANGE_LIMITS", "work=20000")
+        monkeypatch.setenv("LAGRANGE_LIMITS", "work=500000")
     run = lagrange("equations", system, "--size", "N=100", *options, cwd=tmp_path)
     assert run.returncode == status
     assert said in run.stderr and "such as --size N=4" in run.stderr
