@@ -10,7 +10,7 @@ the accelerations behind the singular configuration are its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 DEGREE, LOWER = 14, 12
 AWAY = 1 / 75
 """How far the polynomial leads beyond the singular time, as a part of the time that it is known on."""
-HALVINGS = 10
+HALVINGS = 24
+KEPT = 8
+"""So many memories of earlier times are kept. Close to a singular configuration, thousands of steps may lead
+nowhere, and what is before them counts."""
 AGREED, SATISFIED, ACCELERATED = 1e-10, 1e-9, 1e-5
 """How well the polynomials, the constraints and the accelerations must agree, relative to the motion."""
 PROJECTIONS = 4
@@ -90,15 +93,30 @@ def _fitted(
     return np.asarray(np.linalg.solve(chebyshev.chebvander(points, degree), states.T))
 
 
+def thinned(memories: tuple[Array, ...], time: int) -> tuple[Array, ...]:
+    """At most ``KEPT`` of the memories, which have their times at the place ``time``: the first, the last, and
+    those between that are spread most evenly in the logarithm of how long before the last they are."""
+    if len(memories) <= KEPT:
+        return memories
+    t = [float(one[time]) for one in memories]
+    spare = min(range(1, len(t) - 1), key=lambda i: (t[i + 1] - t[i - 1]) / (t[-1] - t[i - 1]))
+    return (*memories[:spare], *memories[spare + 1 :])
+
+
 def passed(
-    space: Workspace, origin: Array, end: float, *, limited: bool = False
+    space: Workspace, origins: Sequence[Array], end: float, *, limited: bool = False
 ) -> tuple[Passage | None, bool]:
     """Move the motion beyond the singular configuration that it has stopped at, if what leads beyond is
     believed and ends before ``end``; and whether this end has ``limited`` the choice, or did so before.
-    ``origin`` is the memory at an earlier time."""
+    ``origins`` are the memories at earlier times, the earliest first."""
     layout, memory, singular = space.layout, space.memory.copy(), space.t
-    longest = singular - float(origin[layout.time])
-    for way in passages(singular, longest, lambda times: space.again(origin, times)):
+    longest = singular - float(origins[0][layout.time])
+
+    def sampled(times: Array) -> Array | None:
+        before = [one for one in origins if one[layout.time] <= times[0]]
+        return space.again(before[-1], times)
+
+    for way in passages(singular, longest, sampled):
         limited = limited or way.stop >= end
         if way.stop < end:
             space.memory[:] = memory

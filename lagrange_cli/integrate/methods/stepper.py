@@ -35,9 +35,9 @@ FIRST_STEPS = 0.5, 0.8
 """Parts of their first step that companions take."""
 FIRST = 256
 """Steps that are taken before the first."""
-MARK, KEPT = 256, 2
-"""After so many steps the memory is kept, and so many of them: neither a clock nor samples decide from
-where a singular configuration is passed."""
+MARK = 256
+"""After so many steps the memory is kept: neither a clock nor samples decide from where a singular
+configuration is passed."""
 
 
 @dataclass(frozen=True)
@@ -265,17 +265,19 @@ class Stepper:
         place = self.space.layout.time
         due = self.steps % MARK == 0 and self._earlier[-1:] and self._earlier[-1][place] != self.space.t
         if due or not self._earlier:
-            self._earlier = (*self._earlier[1 - KEPT :], self.space.memory.copy())
+            from lagrange_cli.integrate.methods.passing import thinned
+
+            self._earlier = thinned((*self._earlier, self.space.memory.copy()), place)
 
     def _passed(self, wanted: Array) -> Array | None:
         """Pass a singular configuration; the samples (rows, n) on the way."""
         from lagrange_cli.integrate.methods.passing import passed
 
         singular, place = self.space.t, self.space.layout.time
-        origin = next((one for one in self._earlier if one[place] < singular), None)
-        if origin is None:
+        origins = [one for one in self._earlier if one[place] < singular]
+        if not origins:
             return None
-        way, self.limited = passed(self.space, origin, self._stop, limited=self.limited)
+        way, self.limited = passed(self.space, origins, self._stop, limited=self.limited)
         if way is None:
             return None
         self.steps += 1
