@@ -57,7 +57,7 @@ def slope(tolerances, results):
     ("method", "least", "most"), [("DOP853", 0.8, 1.2), ("Radau", 1.1, 1.4), ("LSODA", 0.7, 1.2)]
 )
 def test_errors_fall_with_the_tolerance_as_the_method_promises(method, least, most):
-    """The local error is held to the tolerance, so that the global one falls in proportion, about. Radau's error
+    """The local error is held to the tolerance, so that the global one falls in proportion, about. Radau's
     falls with h^5 and its estimate with h^4, so that the power is 5/4."""
     tolerances = (1e-4, 1e-6, 1e-8)
     results = results_of({method: tolerances})

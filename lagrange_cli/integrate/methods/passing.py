@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 DEGREE, LOWER = 14, 12
 AWAY = 1 / 75
 """How far the polynomial leads beyond the singular time, as a part of the time that it is known on."""
-HALVINGS = 24
+HALVINGS, PART = 10, 1 / 64
+"""It is known on as much of the time before as memory reaches back, and on half of it so many times; or else
+down to this part of a usual step. On less than that it is not told from rounding."""
 KEPT = 8
 """So many memories of earlier times are kept. Close to a singular configuration, thousands of steps may lead
 nowhere, and what is before them counts."""
@@ -60,13 +62,15 @@ class Passage:
         return np.asarray(chebyshev.chebval(self._place(np.array(t)), slopes))
 
 
-def passages(singular: float, longest: float, sampled: Callable[[Array], Array | None]) -> list[Passage]:
+def passages(
+    singular: float, longest: float, shortest: float, sampled: Callable[[Array], Array | None]
+) -> list[Passage]:
     """Polynomials that lead beyond the ``singular`` time, that of the least estimated error first.
 
     ``sampled`` gives the states (rows, n) at times before it, up to ``longest`` before, or None.
     """
     found, length = list[Passage](), longest
-    for _ in range(HALVINGS):
+    while length > shortest:
         away = length * AWAY
         start, known = singular - length, singular - away
         made = [_fitted(start, known, degree, sampled) for degree in (DEGREE, LOWER)]
@@ -94,8 +98,8 @@ def _fitted(
 
 
 def thinned(memories: tuple[Array, ...], time: int) -> tuple[Array, ...]:
-    """At most ``KEPT`` of the memories, which have their times at the place ``time``: the first, the last, and
-    those between that are spread most evenly in the logarithm of how long before the last they are."""
+    """At most ``KEPT`` of the memories, which have their times at the place ``time``: the first, the last,
+    and those between that are spread most evenly in the logarithm of how long before the last they are."""
     if len(memories) <= KEPT:
         return memories
     t = [float(one[time]) for one in memories]
@@ -111,12 +115,14 @@ def passed(
     ``origins`` are the memories at earlier times, the earliest first."""
     layout, memory, singular = space.layout, space.memory.copy(), space.t
     longest = singular - float(origins[0][layout.time])
+    usual = max(float(one[layout.at(Clock.STEP)]) for one in origins)
+    shortest = usual * PART or longest * 0.5**HALVINGS
 
     def sampled(times: Array) -> Array | None:
         before = [one for one in origins if one[layout.time] <= times[0]]
         return space.again(before[-1], times)
 
-    for way in passages(singular, longest, sampled):
+    for way in passages(singular, longest, shortest, sampled):
         limited = limited or way.stop >= end
         if way.stop < end:
             space.memory[:] = memory
