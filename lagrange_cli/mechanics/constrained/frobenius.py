@@ -31,25 +31,38 @@ VANISHING = 1e-9
 """Sums smaller than this, relative to their terms, are 0."""
 MOST = 60
 """The number of coordinates and time up to which this is examined."""
+WORTH = 1_000_000
+"""Steps of work that the search for combinations may take."""
+
+
+@dataclass(frozen=True)
+class Combination:
+    """An integrable combination of the ``constraints``, with these constant ``factors`` (None where they are
+    functions of q and t), and the coefficients of dq_k and dt in it."""
+
+    constraints: tuple[str, ...]
+    factors: tuple[Node, ...] | None
+    form: Form
 
 
 @dataclass(frozen=True)
 class Integrability:
     """Which constraints on velocities are integrable, each ``alone``, by name; and all of them ``together``.
 
-    Neither is known (None) of large systems, or where nothing has a value.
+    ``combinations`` are integrable together with those that are so alone, if not all are together.
+    ``functions`` of coordinates and t stay constant in all, those of holonomic constraints among them.
+    Nothing of this is known (None) of large systems, or where nothing has a value.
     """
 
     alone: Mapping[str, bool | None]
     together: bool | None
+    combinations: tuple[Combination, ...] = ()
+    functions: int | None = None
 
 
 def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integrability:
     """The result of Frobenius' theorem for the nonholonomic constraints of a model with these parameters."""
-    constraints, graph = Constraints(model), graph_of(model)
-    forms: list[Form] = [
-        {**slopes, len(model.q): drift} for slopes, drift in zip(constraints.slopes, constraints.drifts)
-    ]
+    graph, forms = graph_of(model), forms_of(model)
     moving = [k for k, one in enumerate(model.constraints) if not one.holonomic]
     variables = (*model.q, model.time)
     names = [model.constraints[k].name for k in moving]
@@ -66,21 +79,84 @@ def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integr
     }
     nodes = [a for form in forms for a in form.values()]
     nodes += [derivative for one in turning.values() for derivative in one.values()]
-    found = [drawn for drawn in draws(nodes, parameters) if drawn is not None]
-    if not found:
+    states = [*draws(nodes, parameters)]
+    if not states:
         return Integrability(dict.fromkeys(names), None)
     bound = [k for k in range(len(forms)) if k not in moving]
     size = len(variables)
 
     def judged(together: Sequence[int], judging: Sequence[int]) -> bool:
-        return all(vanishes(size, forms, turning, values, together, judging) for values in found)
+        return all(vanishes(size, forms, turning, values, together, judging) for _, values in states)
 
-    alone = {name: judged([*bound, k], [k]) for name, k in zip(names, moving)}
-    return Integrability(alone, judged([*bound, *moving], moving))
+    alone = {k: judged([*bound, k], [k]) for k in moving}
+    found = {name: alone[k] for name, k in zip(names, moving)}
+    if judged([*bound, *moving], moving):
+        return Integrability(found, True, functions=len(forms))
+    known = [*bound, *(k for k in moving if alone[k])]
+    others = [k for k in moving if not alone[k]]
+    if len(others) == 1:
+        return Integrability(found, False, functions=len(known))
+    combined = graph.work.attempt(
+        WORTH, lambda: combinations(model, forms, known, others, [given for given, _ in states])
+    )
+    if combined is None:
+        return Integrability(found, False)
+    return Integrability(found, False, combined, len(known) + len(combined))
 
 
-def draws(nodes: Sequence[Node], parameters: Mapping[str, float]) -> Iterable[Mapping[Node, float] | None]:
-    """Values of expressions at random states where all of them have some."""
+def forms_of(model: Model[Node]) -> list[Form]:
+    """The constraints of a model as differential forms."""
+    constraints, zero = Constraints(model), graph_of(model).zero
+    return [
+        {**slopes, **({} if drift is zero else {len(model.q): drift})}
+        for slopes, drift in zip(constraints.slopes, constraints.drifts)
+    ]
+
+
+def combinations(
+    model: Model[Node],
+    forms: Sequence[Form],
+    known: Sequence[int],
+    others: Sequence[int],
+    states: Sequence[Mapping[str, float]],
+) -> tuple[Combination, ...] | None:
+    """The combinations of ``others`` that are integrable together with those ``known`` to be; None where
+    nothing is known."""
+    from lagrange_cli.mechanics.constrained.closure import annihilating, closure, solved
+
+    graph, variables, order = graph_of(model), (*model.q, model.time), [*known, *others]
+    system = solved(graph, variables, [forms[k] for k in order], states[0])
+    if system is None:
+        return None
+    closed = [closure(system, given) for given in states]
+    fields = max((one for one in closed if one is not None), key=len, default=None)
+    if fields is None:
+        return None
+    independent = {order[row]: forms[order[row]] for row in system.rows if order[row] in others}
+    count = len(independent) - len(fields)
+    if count <= 0:
+        return ()
+    given = states[closed.index(fields)]
+    basis = annihilating(system, independent, fields, given)
+    if len(basis) != count:
+        return None
+    found = []
+    for factors, constant in basis:
+        factors = dict(sorted(factors.items()))
+        terms: dict[int, list[tuple[Node, float]]] = {}
+        for k, factor in factors.items():
+            for i, a in forms[k].items():
+                terms.setdefault(i, []).append((factor * a, 1.0))
+        form = {i: graph.sum(some) for i, some in terms.items()}
+        names = tuple(model.constraints[k].name for k in factors)
+        found.append(Combination(names, tuple(factors.values()) if constant else None, form))
+    return tuple(found)
+
+
+def draws(
+    nodes: Sequence[Node], parameters: Mapping[str, float]
+) -> Iterable[tuple[Mapping[str, float], Mapping[Node, float]]]:
+    """Random states where all of the expressions have values, and these values."""
     symbols = [str(node.data) for node in reachable(nodes) if node.kind is Kind.SYMBOL]
     source = random.Random(1)
     found = 0
@@ -92,7 +168,7 @@ def draws(nodes: Sequence[Node], parameters: Mapping[str, float]) -> Iterable[Ma
             continue
         if all(np.isfinite(values[node]) for node in nodes):
             found += 1
-            yield values
+            yield {**chosen, **parameters}, values
         if found == DRAWS:
             return
 

@@ -1,0 +1,209 @@
+"""Which combinations of constraints on velocities are integrable, although the constraints are not.
+
+The directions that constraints allow span a distribution D. What all their motions keep constant are the
+functions F(q, t) whose differentials vanish on D, and so on all brackets [X, Y] = (X.grad) Y - (Y.grad) X of
+its fields, on the brackets of D with these, and so on until nothing new comes. The forms that vanish on all of
+them are the last system of the derived flag, and by Frobenius' theorem as many functions stay constant (R. L.
+Bryant et al., Exterior Differential Systems, 1991, ch. II).
+
+Solved for the velocities of some coordinates p, the constraints are dx_p + sum_j R_pj dx_j = 0, and D has the
+fields X_j = e_j - sum_p R_pj e_p. Their brackets have components along the e_p only. Fields are exact, ranks
+are those at random states.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property, reduce
+from operator import or_
+
+from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.relations import Basis, Relations
+from lagrange_cli.records import dataclass
+
+Form = Mapping[int, Node]
+"""The coefficients of dq_k, and of dt behind them."""
+Field = tuple[Node, ...]
+Values = Mapping[str, float]
+
+ROUNDING = 1e-12
+"""A value that is smaller, relative to the terms of its sum, is 0."""
+STEEP = 1e-3
+"""The least coefficient, relative to those beside it, that a form is solved for."""
+VANISHING = 1e-9
+"""Coefficients so much smaller than those that they are left of are 0."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Independent forms, ``rows`` by number, solved for ``pivots``: dx_p + sum_j ``rest[p][j]`` dx_j = 0."""
+
+    graph: Graph
+    variables: Sequence[Node]
+    rows: tuple[int, ...]
+    pivots: tuple[int, ...]
+    rest: Mapping[int, Form]
+
+    @property
+    def free(self) -> list[int]:
+        """The directions j of the fields X_j."""
+        return [j for j in range(len(self.variables)) if j not in self.rest]
+
+    def along(self, j: int, node: Node) -> Node:
+        """The derivative of a function along X_j."""
+        terms = [(self.graph.diff(node, self.variables[j]), 1.0)]
+        for p in self.pivots:
+            slope = self.rest[p].get(j)
+            if slope is not None:
+                terms.append((slope * self.graph.diff(node, self.variables[p]), -1.0))
+        return self.graph.sum(terms)
+
+    @cached_property
+    def first(self) -> list[Field]:
+        """The brackets [X_j, X_k], by their components along the pivots."""
+        zero, free = self.graph.zero, self.free
+        return [
+            tuple(
+                self.along(k, row.get(j, zero)) - self.along(j, row.get(k, zero))
+                for row in map(self.rest.__getitem__, self.pivots)
+            )
+            for i, j in enumerate(free)
+            for k in free[i + 1 :]
+        ]
+
+    def bracket(self, j: int, field: Field) -> Field:
+        """[X_j, Z] of a field along the pivots."""
+        graph, zero = self.graph, self.graph.zero
+        found = []
+        for p, z in zip(self.pivots, field):
+            slope = self.rest[p].get(j, zero)
+            terms = [(self.along(j, z), 1.0)]
+            terms += [
+                (part * graph.diff(slope, self.variables[q]), 1.0) for q, part in zip(self.pivots, field)
+            ]
+            found.append(graph.sum(terms))
+        return tuple(found)
+
+    def on(self, form: Form, field: Field) -> Node:
+        """The value of a form on a field along the pivots."""
+        return self.graph.sum(
+            [(form[p] * z, 1.0) for p, z in zip(self.pivots, field) if p in form and not z.is_zero]
+        )
+
+
+def solved(graph: Graph, variables: Sequence[Node], forms: Sequence[Form], given: Values) -> Solved | None:
+    """The forms as far as they are independent at a state; None where something has no value there."""
+    found = reduced(graph, forms, given, reduce(or_, (x.symbols for x in variables), 0))
+    return None if found is None else Solved(graph, variables, found[0], tuple(found[1]), found[1])
+
+
+def reduced(
+    graph: Graph, forms: Iterable[Form], given: Values, moving: int
+) -> tuple[tuple[int, ...], dict[int, dict[int, Node]]] | None:
+    """Homogeneous linear equations solved for some unknowns p, x_p + sum_j rest[p][j] x_j = 0: the numbers of
+    those that are independent of the ones before at a state, and the rest by p. None where something has no
+    value there. What an equation is solved for has a coefficient without ``moving`` symbols, if any."""
+    rest: dict[int, dict[int, Node]] = {}
+    numbers = []
+    for number, form in enumerate(forms):
+        row = dict(form)
+        for p, other in rest.items():
+            factor = row.pop(p, None)
+            if factor is not None:
+                _subtract(graph, row, factor, other)
+        values = values_at(graph, [*form.values(), *row.values()], given)
+        if values is None:
+            return None
+        sizes = {j: abs(values[node]) for j, node in row.items()}
+        largest = max(sizes.values(), default=0.0)
+        if largest <= VANISHING * max((abs(values[node]) for node in form.values()), default=0.0):
+            continue
+        steep = [j for j in row if sizes[j] >= STEEP * largest]
+        pivot = min(steep, key=lambda j: (bool(row[j].symbols & moving), -sizes[j]))
+        lead = row.pop(pivot)
+        row = {j: node / lead for j, node in row.items() if sizes[j] != 0.0}
+        for other in rest.values():
+            factor = other.pop(pivot, None)
+            if factor is not None:
+                _subtract(graph, other, factor, row)
+        rest[pivot] = row
+        numbers.append(number)
+    return tuple(numbers), rest
+
+
+def _subtract(graph: Graph, row: dict[int, Node], factor: Node, other: Form) -> None:
+    for j, node in other.items():
+        row[j] = row.get(j, graph.zero) - factor * node
+
+
+def values_at(graph: Graph, nodes: Sequence[Node], given: Values) -> dict[Node, float] | None:
+    """Values of expressions, without rounding of sums that cancel; None where one has none."""
+    graph.work.charge(len(reachable(nodes)))
+    try:
+        value, size = evaluate(nodes, given)
+    except (ArithmeticError, ValueError):
+        return None
+    found = {
+        node: 0.0 if abs(value[node]) <= ROUNDING * size[node] else float(value[node]) for node in nodes
+    }
+    return found if all(map(math.isfinite, found.values())) else None
+
+
+def closure(system: Solved, given: Values) -> list[Field] | None:
+    """Fields along the pivots, independent at a state, that span together with D all brackets of D; None where
+    something has no value there."""
+    size = len(system.pivots)
+    basis, found = Basis([1.0] * size), list[Field]()
+    fresh = system.first
+    while fresh and len(found) < size:
+        new = []
+        for field in fresh:
+            values = values_at(system.graph, field, given)
+            if values is None:
+                return None
+            if basis.extend([values[node] for node in field]):
+                new.append(field)
+        found += new
+        fresh = [system.bracket(j, field) for field in new for j in system.free]
+    return found
+
+
+def annihilating(
+    system: Solved, forms: Mapping[int, Form], fields: Sequence[Field], given: Values
+) -> list[tuple[dict[int, Node], bool]]:
+    """A basis of the combinations of ``forms`` that vanish on fields along the pivots: factors by the numbers
+    of the forms, and whether these are constants. The forms are independent at the state ``given``."""
+    graph, numbers = system.graph, [*forms]
+    columns = [[system.on(form, field) for field in fields] for form in forms.values()]
+    constant = Relations(graph, system.variables).relations(columns)
+    proven = [
+        {numbers[i]: factor for i, factor in one.items()}
+        for one in constant
+        if not any(
+            not is_zero(graph.sum([(factor * columns[i][k], 1.0) for i, factor in one.items()]))
+            for k in range(len(fields))
+        )
+    ]
+    if len(proven) == len(forms) - len(fields):
+        return [(one, True) for one in proven]
+    moving = reduce(or_, (x.symbols for x in system.variables), 0)
+    equations = [
+        {i: column[k] for i, column in enumerate(columns) if not column[k].is_zero}
+        for k in range(len(fields))
+    ]
+    found = reduced(graph, equations, given, moving)
+    if found is None:
+        return []
+    _, rest = found
+    return [
+        (
+            {numbers[j]: graph.one, **{numbers[p]: -row[j] for p, row in rest.items() if j in row}},
+            False,
+        )
+        for j in range(len(forms))
+        if j not in rest
+    ]
