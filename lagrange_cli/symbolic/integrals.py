@@ -6,44 +6,35 @@ differential of F if F can be found by integrating its coefficients one after an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import sympy
 from sympy.integrals.manualintegrate import manualintegrate
 
-from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.symbolic import SympyAlgebra
-from lagrange_cli.model.constraints import built_constraints
-from lagrange_cli.model.scope import Scope
-from lagrange_cli.spec.spec import Spec
+from lagrange_cli.expression.node import Node
+from lagrange_cli.symbolic.from_graph import from_graph
 
 MOST_PAIRS = 6
 """Products of two coefficients by which a form is divided."""
 MOST_OPERATIONS = 60
-"""The largest number of operations in a constraint whose integral is looked for."""
+"""The largest number of operations in a form whose integral is looked for."""
 
 
-def integral_of(spec: Spec, name: str) -> str | None:
-    """The function of a constraint that is integrable, in the language of system files; None where none is
-    found."""
-    try:
-        scope: Scope[Any] = Scope(spec, SympyAlgebra())
-        expression = next(one.expression for one in built_constraints(scope) if one.name == name)
-    except (SpecError, ArithmeticError):
+def integral_of(form: Mapping[int, Node], variables: Sequence[Node]) -> str | None:
+    """A function that an integrable form, with coefficients by the numbers of its ``variables``, keeps
+    constant, in the language of system files; None where none is found."""
+    given = [from_graph(form[k]) if k in form else sympy.S.Zero for k in range(len(variables))]
+    found = [one for one in given if one is not None]
+    if len(found) < len(given) or sum(map(sympy.count_ops, found)) > MOST_OPERATIONS:
         return None
-    if sympy.count_ops(expression) > MOST_OPERATIONS:
-        return None
-    rest = expression.subs(dict.fromkeys(scope.v, 0))
-    form = [*(sympy.diff(expression, v) for v in scope.v), rest]
-    variables = [*scope.q, scope.time]
-    present = [(x, a) for x, a in zip(variables, form) if a != 0]
-    factors = [a for _, a in present if a.free_symbols]
+    symbols = [sympy.Symbol(str(x.data)) for x in variables]
+    factors = [a for a in found if a.free_symbols]
     pairs = [a * b for i, a in enumerate(factors) for b in factors[i:]]
     for divisor in (sympy.S.One, *factors, *pairs[:MOST_PAIRS]):
-        found = potential([(x, sympy.simplify(a / divisor)) for x, a in zip(variables, form)])
-        if found is not None:
-            return str(found)
+        integral = potential([(x, sympy.simplify(a / divisor)) for x, a in zip(symbols, found)])
+        if integral is not None:
+            return str(integral)
     return None
 
 

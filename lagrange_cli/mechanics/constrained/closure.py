@@ -14,8 +14,8 @@ are those at random states.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property, reduce
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
 from operator import or_
 
 from lagrange_cli.expression.evaluate import evaluate
@@ -55,6 +55,7 @@ class Solved:
 
     def along(self, j: int, node: Node) -> Node:
         """The derivative of a function along X_j."""
+        self.graph.work.charge(len(self.pivots))
         terms = [(self.graph.diff(node, self.variables[j]), 1.0)]
         for p in self.pivots:
             slope = self.rest[p].get(j)
@@ -62,22 +63,21 @@ class Solved:
                 terms.append((slope * self.graph.diff(node, self.variables[p]), -1.0))
         return self.graph.sum(terms)
 
-    @cached_property
-    def first(self) -> list[Field]:
-        """The brackets [X_j, X_k], by their components along the pivots."""
-        zero, free = self.graph.zero, self.free
-        return [
-            tuple(
-                self.along(k, row.get(j, zero)) - self.along(j, row.get(k, zero))
-                for row in map(self.rest.__getitem__, self.pivots)
-            )
-            for i, j in enumerate(free)
-            for k in free[i + 1 :]
-        ]
+    def first(self) -> Iterator[list[Field]]:
+        """The brackets [X_j, X_k] by their components along the pivots, those of one j after another."""
+        zero, free, rows = self.graph.zero, self.free, [self.rest[p] for p in self.pivots]
+        for i, j in enumerate(free):
+            yield [
+                tuple(
+                    self.along(k, row.get(j, zero)) - self.along(j, row.get(k, zero)) for row in rows
+                )
+                for k in free[i + 1 :]
+            ]
 
     def bracket(self, j: int, field: Field) -> Field:
         """[X_j, Z] of a field along the pivots."""
         graph, zero = self.graph, self.graph.zero
+        graph.work.charge(len(field) ** 2)
         found = []
         for p, z in zip(self.pivots, field):
             slope = self.rest[p].get(j, zero)
@@ -153,23 +153,24 @@ def values_at(graph: Graph, nodes: Sequence[Node], given: Values) -> dict[Node, 
     return found if all(map(math.isfinite, found.values())) else None
 
 
-def closure(system: Solved, given: Values) -> list[Field] | None:
-    """Fields along the pivots, independent at a state, that span together with D all brackets of D; None where
-    something has no value there."""
-    size = len(system.pivots)
-    basis, found = Basis([1.0] * size), list[Field]()
-    fresh = system.first
-    while fresh and len(found) < size:
-        new = []
-        for field in fresh:
-            values = values_at(system.graph, field, given)
+def closure(system: Solved, most: int, given: Values) -> list[Field] | None:
+    """Fields along the pivots, independent at a state, that span together with D all brackets of D; at ``most``
+    so many are. None where something has no value there."""
+    basis, found = Basis([1.0] * len(system.pivots)), list[Field]()
+    pending = system.first()
+    while True:
+        new: list[Field] = []
+        for fields in pending:
+            if len(found) + len(new) == most:
+                return found + new
+            values = values_at(system.graph, [z for field in fields for z in field], given)
             if values is None:
                 return None
-            if basis.extend([values[node] for node in field]):
-                new.append(field)
+            new += [field for field in fields if basis.extend([values[z] for z in field])]
         found += new
-        fresh = [system.bracket(j, field) for field in new for j in system.free]
-    return found
+        if not new:
+            return found
+        pending = ([system.bracket(j, field) for j in system.free] for field in new)
 
 
 def annihilating(

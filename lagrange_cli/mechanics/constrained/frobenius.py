@@ -13,11 +13,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -25,6 +27,8 @@ from lagrange_cli.records import dataclass
 
 Form = Mapping[int, Node]
 """The coefficients of dq_k, and of dt behind them."""
+
+Array = np.ndarray[Any, Any]
 
 DRAWS, TRIES = 3, 20
 VANISHING = 1e-9
@@ -38,8 +42,9 @@ WORTH = 1_000_000
 @dataclass(frozen=True)
 class Combination:
     """An integrable combination of the ``constraints``, with these constant ``factors`` (None where they are
-    functions of q and t), and the coefficients of dq_k and dt in it."""
+    functions of q and t), and the coefficients of dq_k and dt in it. Its ``name`` says what it is."""
 
+    name: str
     constraints: tuple[str, ...]
     factors: tuple[Node, ...] | None
     form: Form
@@ -91,24 +96,25 @@ def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integr
     alone = {k: judged([*bound, k], [k]) for k in moving}
     found = {name: alone[k] for name, k in zip(names, moving)}
     if judged([*bound, *moving], moving):
-        return Integrability(found, True, functions=len(forms))
+        return Integrability(found, True, functions=rank(size, forms, states[0][1]))
     known = [*bound, *(k for k in moving if alone[k])]
     others = [k for k in moving if not alone[k]]
+    kept = rank(size, [forms[k] for k in known], states[0][1])
     if len(others) == 1:
-        return Integrability(found, False, functions=len(known))
+        return Integrability(found, False, functions=kept)
     combined = graph.work.attempt(
         WORTH, lambda: combinations(model, forms, known, others, [given for given, _ in states])
     )
     if combined is None:
         return Integrability(found, False)
-    return Integrability(found, False, combined, len(known) + len(combined))
+    return Integrability(found, False, combined, kept + len(combined))
 
 
 def forms_of(model: Model[Node]) -> list[Form]:
     """The constraints of a model as differential forms."""
-    constraints, zero = Constraints(model), graph_of(model).zero
+    constraints = Constraints(model)
     return [
-        {**slopes, **({} if drift is zero else {len(model.q): drift})}
+        {**slopes, **({} if drift.is_zero else {len(model.q): drift})}
         for slopes, drift in zip(constraints.slopes, constraints.drifts)
     ]
 
@@ -128,7 +134,8 @@ def combinations(
     system = solved(graph, variables, [forms[k] for k in order], states[0])
     if system is None:
         return None
-    closed = [closure(system, given) for given in states]
+    most = sum(order[row] in others for row in system.rows)
+    closed = [closure(system, most, given) for given in states]
     fields = max((one for one in closed if one is not None), key=len, default=None)
     if fields is None:
         return None
@@ -140,17 +147,30 @@ def combinations(
     basis = annihilating(system, independent, fields, given)
     if len(basis) != count:
         return None
-    found = []
-    for factors, constant in basis:
-        factors = dict(sorted(factors.items()))
-        terms: dict[int, list[tuple[Node, float]]] = {}
-        for k, factor in factors.items():
-            for i, a in forms[k].items():
-                terms.setdefault(i, []).append((factor * a, 1.0))
-        form = {i: graph.sum(some) for i, some in terms.items()}
-        names = tuple(model.constraints[k].name for k in factors)
-        found.append(Combination(names, tuple(factors.values()) if constant else None, form))
-    return tuple(found)
+    return tuple(
+        combination(model, forms, factors, constant, f" {number}" if count > 1 else "")
+        for number, (factors, constant) in enumerate(basis, start=1)
+    )
+
+
+def combination(
+    model: Model[Node], forms: Sequence[Form], factors: Mapping[int, Node], constant: bool, number: str
+) -> Combination:
+    """The combination with these factors by the numbers of constraints; ``number`` tells it from others."""
+    factors = dict(sorted(factors.items()))
+    terms: dict[int, list[tuple[Node, float]]] = {}
+    for k, factor in factors.items():
+        for i, a in forms[k].items():
+            terms.setdefault(i, []).append((factor * a, 1.0))
+    form = {i: graph_of(model).sum(some) for i, some in terms.items()}
+    names = tuple(model.constraints[k].name for k in factors)
+    if constant and graph_of(model).split_coefficient(next(iter(factors.values())))[0] < 0:
+        return combination(model, forms, {k: -one for k, one in factors.items()}, constant, number)
+    if not constant:
+        return Combination(f"combination{number} of {', '.join(names)}", names, None, form)
+    each = {name: graph_of(model).symbol(name) for name in names}
+    name = joined([text_of(factor * each[name]) for factor, name in zip(factors.values(), names)])
+    return Combination(name, names, tuple(factors.values()), form)
 
 
 def draws(
@@ -182,12 +202,9 @@ def vanishes(
     judging: Sequence[int],
 ) -> bool:
     """Whether dw of the forms ``judging`` vanishes at a state, where the forms ``together`` do."""
-    matrix = np.zeros((len(together), size))
-    for row, k in enumerate(together):
-        for i, a in forms[k].items():
-            matrix[row, i] = values[a]
+    matrix = matrix_of(size, [forms[k] for k in together], values)
     _, steep, directions = np.linalg.svd(matrix)
-    free = directions[int((steep > VANISHING * max(steep.max(initial=0.0), 1e-300)).sum()) :]
+    free = directions[int(significant(steep).sum()) :]
     for k in judging:
         derivative = np.zeros((size, size))
         for (i, j), node in turning[k].items():
@@ -198,3 +215,22 @@ def vanishes(
         if np.abs(inside).max(initial=0.0) > VANISHING * whole:
             return False
     return True
+
+
+def matrix_of(size: int, forms: Sequence[Form], values: Mapping[Node, float]) -> Array:
+    """The coefficients of forms at a state, a form in a row."""
+    matrix = np.zeros((len(forms), size))
+    for row, form in zip(matrix, forms):
+        for i, a in form.items():
+            row[i] = values[a]
+    return matrix
+
+
+def rank(size: int, forms: Sequence[Form], values: Mapping[Node, float]) -> int:
+    """How many forms are independent at a state."""
+    return int(significant(np.linalg.svd(matrix_of(size, forms, values), compute_uv=False)).sum())
+
+
+def significant(steep: Array) -> Array:
+    """Which singular values are not 0."""
+    return steep > VANISHING * max(steep.max(initial=0.0), 1e-300)
