@@ -12,22 +12,22 @@ from typing import Any
 import sympy
 from sympy.integrals.manualintegrate import manualintegrate
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.symbolic.from_graph import from_graph
 
 MOST_PAIRS = 6
 """Products of two coefficients by which a form is divided."""
-MOST_OPERATIONS = 60
+MOST_OPERATIONS = 120
 """The largest number of operations in a form whose integral is looked for."""
 
 
 def integral_of(form: Mapping[int, Node], variables: Sequence[Node]) -> str | None:
     """A function that an integrable form, with coefficients by the numbers of its ``variables``, keeps
     constant, in the language of system files; None where none is found."""
-    given = [from_graph(form[k]) if k in form else sympy.S.Zero for k in range(len(variables))]
-    found = [one for one in given if one is not None]
-    if len(found) < len(given) or sum(map(sympy.count_ops, found)) > MOST_OPERATIONS:
+    if sum(map(operations, form.values())) > MOST_OPERATIONS:
         return None
+    given = [from_graph(form[k]) if k in form else sympy.S.Zero for k in range(len(variables))]
+    found = [sympy.S.Zero if one is None else one for one in given]
     symbols = [sympy.Symbol(str(x.data)) for x in variables]
     factors = [a for a in found if a.free_symbols]
     pairs = [a * b for i, a in enumerate(factors) for b in factors[i:]]
@@ -36,6 +36,14 @@ def integral_of(form: Mapping[int, Node], variables: Sequence[Node]) -> str | No
         if integral is not None:
             return str(integral)
     return None
+
+
+def operations(node: Node) -> int:
+    """The number of operands in an expression, written out."""
+    count: dict[Node, int] = {}
+    for one in reachable([node]):
+        count[one] = 1 + sum(count[argument] for argument in one.arguments)
+    return count[node]
 
 
 def potential(form: Sequence[tuple[Any, Any]]) -> Any:
