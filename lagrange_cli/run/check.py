@@ -69,10 +69,9 @@ class Classification:
 
     ``skipped`` says what a run does not compute. ``warnings`` are places of the file where units contradict
     each other, and where rounding may decide whether two numbers are equal.
-    ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities
-    or
-    combinations of them are holonomic after all, and ``integrals`` has what these keep constant, by name, as far as
-    they are found.
+    ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities,
+    and combinations of them, are holonomic after all, and ``integrals`` has the functions that these keep
+    constant, by name, as far as they are found.
     """
 
     spec: Spec
@@ -215,15 +214,17 @@ def velocity_constraints(
     if model is None or all(one.holonomic for one in model.constraints):
         return None, {}
     from lagrange_cli.mechanics.constrained.frobenius import forms_of, integrability
+    from lagrange_cli.mechanics.variables import graph_of
 
     found = integrability(model, parameters)
-    forms = {one.name: form for one, form in zip(model.constraints, forms_of(model)) if found.alone.get(one.name)}
+    given = {one.name: form for one, form in zip(model.constraints, forms_of(model))}
+    forms = {name: given[name] for name, alone in found.alone.items() if alone}
     forms |= {each.name: each.form for each in found.combinations}
     integrals = {}
     for name, form in forms.items():
         from lagrange_cli.symbolic.integrals import integral_of
 
-        integral = integral_of(form, (*model.q, model.time))
+        integral = integral_of(graph_of(model), form, (*model.q, model.time))
         if integral is not None:
             integrals[name] = integral
     return found, integrals

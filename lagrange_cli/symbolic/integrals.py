@@ -12,7 +12,9 @@ from typing import Any
 import sympy
 from sympy.integrals.manualintegrate import manualintegrate
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.symbolic.from_graph import from_graph
 
 MOST_PAIRS = 6
@@ -21,21 +23,34 @@ MOST_OPERATIONS = 120
 """The largest number of operations in a form whose integral is looked for."""
 
 
-def integral_of(form: Mapping[int, Node], variables: Sequence[Node]) -> str | None:
+def integral_of(graph: Graph, form: Mapping[int, Node], variables: Sequence[Node]) -> str | None:
     """A function that an integrable form, with coefficients by the numbers of its ``variables``, keeps
     constant, in the language of system files; None where none is found."""
     if sum(map(operations, form.values())) > MOST_OPERATIONS:
         return None
-    given = [from_graph(form[k]) if k in form else sympy.S.Zero for k in range(len(variables))]
-    found = [sympy.S.Zero if one is None else one for one in given]
     symbols = [sympy.Symbol(str(x.data)) for x in variables]
-    factors = [a for a in found if a.free_symbols]
+    factors = [a for a in form.values() if a.symbols]
     pairs = [a * b for i, a in enumerate(factors) for b in factors[i:]]
-    for divisor in (sympy.S.One, *factors, *pairs[:MOST_PAIRS]):
-        integral = potential([(x, sympy.simplify(a / divisor)) for x, a in zip(symbols, found)])
+    for divisor in (graph.one, *factors, *pairs[:MOST_PAIRS]):
+        divided = {k: a / divisor for k, a in form.items()}
+        if not is_closed(graph, divided, variables):
+            continue
+        given = [from_graph(divided[k]) if k in form else sympy.S.Zero for k in range(len(variables))]
+        integral = potential([(x, sympy.simplify(a)) for x, a in zip(symbols, given)])
         if integral is not None:
             return str(integral)
     return None
+
+
+def is_closed(graph: Graph, form: Mapping[int, Node], variables: Sequence[Node]) -> bool:
+    """Whether da_i/dx_j = da_j/dx_i for all coefficients, as that of a differential."""
+    zero = graph.zero
+    return all(
+        is_zero(graph.diff(form.get(i, zero), x) - graph.diff(form.get(j, zero), y))
+        for i, y in enumerate(variables)
+        for j, x in enumerate(variables[:i])
+        if i in form or j in form
+    )
 
 
 def operations(node: Node) -> int:

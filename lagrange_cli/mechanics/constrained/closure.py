@@ -1,10 +1,10 @@
 """Which combinations of constraints on velocities are integrable, although the constraints are not.
 
-The directions that constraints allow span a distribution D. What all their motions keep constant are the
-functions F(q, t) whose differentials vanish on D, and so on all brackets [X, Y] = (X.grad) Y - (Y.grad) X of
-its fields, on the brackets of D with these, and so on until nothing new comes. The forms that vanish on all of
-them are the last system of the derived flag, and by Frobenius' theorem as many functions stay constant (R. L.
-Bryant et al., Exterior Differential Systems, 1991, ch. II).
+The directions that constraints allow span a distribution D. All motions keep a function F(q, t) if its
+differential vanishes on D, and so on all brackets [X, Y] = (X.grad) Y - (Y.grad) X of its fields, on brackets
+of D with these, and so on until nothing new comes. The forms that vanish on all of them are the last system of
+the derived flag, and by Frobenius' theorem as many functions stay constant (R. L. Bryant et al., Exterior
+Differential Systems, 1991, ch. II).
 
 Solved for the velocities of some coordinates p, the constraints are dx_p + sum_j R_pj dx_j = 0, and D has the
 fields X_j = e_j - sum_p R_pj e_p. Their brackets have components along the e_p only. Fields are exact, ranks
@@ -68,9 +68,7 @@ class Solved:
         zero, free, rows = self.graph.zero, self.free, [self.rest[p] for p in self.pivots]
         for i, j in enumerate(free):
             yield [
-                tuple(
-                    self.along(k, row.get(j, zero)) - self.along(j, row.get(k, zero)) for row in rows
-                )
+                tuple(self.along(k, row.get(j, zero)) - self.along(j, row.get(k, zero)) for row in rows)
                 for k in free[i + 1 :]
             ]
 
@@ -147,15 +145,13 @@ def values_at(graph: Graph, nodes: Sequence[Node], given: Values) -> dict[Node, 
         value, size = evaluate(nodes, given)
     except (ArithmeticError, ValueError):
         return None
-    found = {
-        node: 0.0 if abs(value[node]) <= ROUNDING * size[node] else float(value[node]) for node in nodes
-    }
+    found = {node: 0.0 if abs(value[node]) <= ROUNDING * size[node] else float(value[node]) for node in nodes}
     return found if all(map(math.isfinite, found.values())) else None
 
 
 def closure(system: Solved, most: int, given: Values) -> list[Field] | None:
-    """Fields along the pivots, independent at a state, that span together with D all brackets of D; at ``most``
-    so many are. None where something has no value there."""
+    """Fields along the pivots, independent at a state, that span together with D all brackets of D; there are
+    at ``most`` so many. None where something has no value there."""
     basis, found = Basis([1.0] * len(system.pivots)), list[Field]()
     pending = system.first()
     while True:

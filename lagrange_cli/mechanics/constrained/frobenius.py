@@ -204,7 +204,7 @@ def vanishes(
     """Whether dw of the forms ``judging`` vanishes at a state, where the forms ``together`` do."""
     matrix = matrix_of(size, [forms[k] for k in together], values)
     _, steep, directions = np.linalg.svd(matrix)
-    free = directions[int(significant(steep).sum()) :]
+    free = directions[significant(steep) :]
     for k in judging:
         derivative = np.zeros((size, size))
         for (i, j), node in turning[k].items():
@@ -228,9 +228,9 @@ def matrix_of(size: int, forms: Sequence[Form], values: Mapping[Node, float]) ->
 
 def rank(size: int, forms: Sequence[Form], values: Mapping[Node, float]) -> int:
     """How many forms are independent at a state."""
-    return int(significant(np.linalg.svd(matrix_of(size, forms, values), compute_uv=False)).sum())
+    return significant(np.linalg.svd(matrix_of(size, forms, values), compute_uv=False))
 
 
-def significant(steep: Array) -> Array:
-    """Which singular values are not 0."""
-    return steep > VANISHING * max(steep.max(initial=0.0), 1e-300)
+def significant(steep: Array) -> int:
+    """How many singular values are not 0."""
+    return int((steep > VANISHING * max(steep.max(initial=0.0), 1e-300)).sum())

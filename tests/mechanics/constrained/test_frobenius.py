@@ -1,5 +1,6 @@
 """Which combinations of constraints on velocities are integrable: the last system of their derived flag."""
 
+import itertools
 import random
 
 import pytest
@@ -12,7 +13,8 @@ from lagrange_cli.spec.values import resolve_values
 
 CARRIAGE = """
 parameters: {M: 3, r: 0.2, w: 0.4, b: 0.1}
-coordinates: {x: {initial: 0}, y: {initial: 0}, th: {initial: 0, velocity: 0.7}, p1: {initial: 0}, p2: {initial: 0}}
+coordinates:
+  {x: {initial: 0}, y: {initial: 0}, th: {initial: 0, velocity: 0.7}, p1: {initial: 0}, p2: {initial: 0}}
 masses: {body: M, left: 1, right: 1}
 positions:
   body: [x, y]
@@ -55,8 +57,10 @@ def test_the_difference_of_the_rolling_constraints_of_a_carriage_is_integrable()
 
 
 def test_factors_may_be_parameters_and_integrals_may_depend_on_time():
-    text = CARRIAGE.replace("- r*p1_dot", "- r*p1_dot - b*t").replace("  rr: ", "  rr: b*(").replace(
-        "r*p2_dot", "r*p2_dot)"
+    text = (
+        CARRIAGE.replace("- r*p1_dot", "- r*p1_dot - b*t")
+        .replace("  rr: ", "  rr: b*(")
+        .replace("r*p2_dot", "r*p2_dot)")
     )
     answer = as_object(classified(text))
     (one,) = answer["combinations"].values()
@@ -121,6 +125,6 @@ def test_mixed_differentials_are_all_found(seed):
     rank = sympy.Matrix([[form.coeff(b).subs(at) for b in v] for form in map(sympy.expand, forms)]).rank()
     forms.append(v[0] + q[1] * q[2] * v[3] - q[4] * v[5] + q[3] ** 2 * v[4])
     size = len(forms)
-    for i, j in [(0, j) for j in range(1, size)] + [(i, j) for i in range(size) for j in range(size) if i != j]:
+    for i, j in [*((0, j) for j in range(1, size)), *itertools.permutations(range(size), 2)]:
         forms[i] += source.choice([0, 1, function(), function()]) * forms[j]
     assert kept(of_forms(*map(str, forms))) == rank
