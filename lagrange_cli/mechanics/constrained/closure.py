@@ -1,10 +1,10 @@
 """Which combinations of constraints on velocities are integrable, although the constraints are not.
 
 The directions that constraints allow span a distribution D. All motions keep a function F(q, t) if its
-differential vanishes on D, and so on all brackets [X, Y] = (X.grad) Y - (Y.grad) X of its fields, on brackets
-of D with these, and so on until nothing new comes. The forms that vanish on all of them are the last system of
-the derived flag, and by Frobenius' theorem as many functions stay constant (R. L. Bryant et al., Exterior
-Differential Systems, 1991, ch. II).
+differential vanishes on D, and so on all brackets [X, Y] = (X.grad) Y - (Y.grad) X of its fields, on the
+brackets of D with these, and so on until nothing new comes. The forms that vanish on all of them are the last
+system of the derived flag, and by Frobenius' theorem as many functions stay constant (R. L. Bryant et al.,
+Exterior Differential Systems, 1991, ch. II).
 
 Solved for the velocities of some coordinates p, the constraints are dx_p + sum_j R_pj dx_j = 0, and D has the
 fields X_j = e_j - sum_p R_pj e_p. Their brackets have components along the e_p only. Fields are exact, ranks
