@@ -182,18 +182,39 @@ def integrable(found: Classification) -> list[str]:
     for name in in_short(others, found.spec, ("nonholonomic",)):
         each = "" if name in alone else "each of "
         lines.append(f"{each}{name} is not integrable (Frobenius): it is nonholonomic")
-    combined = found.integrability.combinations
-    alike = len(combined) > 1 or bool(found.spec.constraints) or any(alone.values())
-    for one in combined:
-        along = " together with what else is" if alike and one.name not in found.integrals else ""
-        lines.append(f"{one.name} is integrable{along} (Frobenius): {kept_by(found, one.name)}")
+    lines += combined(found)
     if len(alone) > 1 and found.integrability.together and not all(alone.values()):
         every = ", ".join(in_short([*alone], found.spec, ("nonholonomic",)))
         lines.append(f"together {every} are integrable (Frobenius): they are holonomic")
     kept, coordinates = found.integrability.functions, len(found.spec.coordinates)
-    if kept is not None and (combined or any(alone.values()) or found.integrability.together):
+    if kept is not None and (
+        found.integrability.combinations or any(alone.values()) or found.integrability.together
+    ):
         reached = f"at most {count_of(coordinates - kept, 'dimension')} of {coordinates}"
         lines.append(f"so the configurations that a motion reaches have {reached}")
+    return lines
+
+
+def combined(found: Classification) -> list[str]:
+    """The combinations of constraints that are integrable, those without an integral in one line."""
+    if found.integrability is None:
+        return []
+    names = [each.name for each in found.integrability.combinations]
+    lines = [
+        f"{name} is integrable (Frobenius): {kept_by(found, name)}"
+        for name in names
+        if name in found.integrals
+    ]
+    rest = [name for name in names if name not in found.integrals]
+    if rest:
+        alone = found.integrability.alone
+        known = [name for name in found.spec.all_constraints if alone.get(name, True)]
+        known = in_short(known, found.spec, ("constraints", "nonholonomic"))
+        known += [name for name in names if name in found.integrals]
+        where = f"where {listed(known)} {'hold' if len(known) > 1 else 'holds'}, " if known else ""
+        kept = f"{len(rest)} functions of q and t are" if len(rest) > 1 else "a function of q and t is"
+        those = f"{listed(rest)} {'are integrable together' if len(rest) > 1 else 'is integrable'}"
+        lines.append(f"{where}{those} (Frobenius): {kept} constant")
     return lines
 
 

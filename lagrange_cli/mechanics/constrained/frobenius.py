@@ -128,23 +128,25 @@ def combinations(
 ) -> tuple[Combination, ...] | None:
     """The combinations of ``others`` that are integrable together with those ``known`` to be; None where
     nothing is known."""
-    from lagrange_cli.mechanics.constrained.closure import annihilating, closure, solved
+    from lagrange_cli.mechanics.constrained.closure import Field, annihilating, closure, solved
 
     graph, variables, order = graph_of(model), (*model.q, model.time), [*known, *others]
     system = solved(graph, variables, [forms[k] for k in order], states[0])
     if system is None:
         return None
     most = sum(order[row] in others for row in system.rows)
-    closed = [closure(system, most, given) for given in states]
-    fields = max((one for one in closed if one is not None), key=len, default=None)
-    if fields is None:
+    best: tuple[list[Field], Mapping[str, float]] | None = None
+    for given in states:
+        fields = closure(system, most, given)
+        if fields is not None and (best is None or len(fields) > len(best[0])):
+            best = fields, given
+        if best is not None and len(best[0]) == most:
+            return ()
+    if best is None:
         return None
     independent = {order[row]: forms[order[row]] for row in system.rows if order[row] in others}
-    count = len(independent) - len(fields)
-    if count <= 0:
-        return ()
-    given = states[closed.index(fields)]
-    basis = annihilating(system, independent, fields, given)
+    basis = annihilating(system, independent, *best)
+    count = most - len(best[0])
     if len(basis) != count:
         return None
     return tuple(
