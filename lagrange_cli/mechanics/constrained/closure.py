@@ -8,34 +8,45 @@ Exterior Differential Systems, 1991, ch. II).
 
 Solved for the velocities of some coordinates p, the constraints are dx_p + sum_j R_pj dx_j = 0, and D has the
 fields X_j = e_j - sum_p R_pj e_p. Their brackets have components along the e_p only. Fields are exact, ranks
-are those at random states.
+are those at random states, modulo a prime.
 """
 
 from __future__ import annotations
 
-import math
+import random
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.modular import Equations
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.residues import SMALL, Residues
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.mechanics.relations import Basis, Relations
+from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.records import dataclass
 
 Form = Mapping[int, Node]
 """The coefficients of dq_k, and of dt behind them."""
 Field = tuple[Node, ...]
-Values = Mapping[str, float]
 
-ROUNDING = 1e-12
-"""A value that is smaller, relative to the terms of its sum, is 0."""
-STEEP = 1e-3
-"""The least coefficient, relative to those beside it, that a form is solved for."""
-VANISHING = 1e-9
-"""Coefficients so much smaller than those that they are left of are 0."""
+
+class State:
+    """A random state, modulo a prime: what vanishes there vanishes everywhere, and nothing is rounded."""
+
+    def __init__(self, graph: Graph, parameters: Mapping[str, float], seed: int) -> None:
+        self.graph, self.residues = graph, Residues(SMALL, random.Random(seed))
+        self.given = {name: self.residues.number(value) for name, value in parameters.items()}
+
+    def values(self, nodes: Sequence[Node]) -> list[int]:
+        """Values of expressions; raises ``NoValue``."""
+        below = reachable(nodes)
+        self.graph.work.charge(2 * len(below))
+        for one in below:
+            if one.kind is Kind.SYMBOL and one.data not in self.given:
+                self.given[str(one.data)] = self.residues.random()
+        found = self.residues.values(below, self.given)
+        return [found[node] % SMALL for node in nodes]
 
 
 @dataclass(frozen=True)
@@ -93,18 +104,19 @@ class Solved:
         )
 
 
-def solved(graph: Graph, variables: Sequence[Node], forms: Sequence[Form], given: Values) -> Solved | None:
-    """The forms as far as they are independent at a state; None where something has no value there."""
-    found = reduced(graph, forms, given, reduce(or_, (x.symbols for x in variables), 0))
-    return None if found is None else Solved(graph, variables, found[0], tuple(found[1]), found[1])
+def solved(graph: Graph, variables: Sequence[Node], forms: Sequence[Form], state: State) -> Solved:
+    """The forms as far as they are independent at a state; raises ``NoValue``."""
+    numbers, rest = reduced(graph, forms, state, reduce(or_, (x.symbols for x in variables), 0))
+    return Solved(graph, variables, numbers, tuple(rest), rest)
 
 
 def reduced(
-    graph: Graph, forms: Iterable[Form], given: Values, moving: int
-) -> tuple[tuple[int, ...], dict[int, dict[int, Node]]] | None:
-    """Homogeneous linear equations solved for some unknowns p, x_p + sum_j rest[p][j] x_j = 0: the numbers of
-    those that are independent of the ones before at a state, and the rest by p. None where something has no
-    value there. What an equation is solved for has a coefficient without ``moving`` symbols, if any."""
+    graph: Graph, forms: Iterable[Form], state: State, moving: int
+) -> tuple[tuple[int, ...], dict[int, dict[int, Node]]]:
+    """Homogeneous linear equations solved for some unknowns p, x_p + sum_j rest[p][j] x_j = 0.
+
+    Returns the numbers of those that are independent of the ones before at a state, and the rest by p. What an
+    equation is solved for has a coefficient without ``moving`` symbols, if any. Raises ``NoValue``."""
     rest: dict[int, dict[int, Node]] = {}
     numbers = []
     for number, form in enumerate(forms):
@@ -113,17 +125,13 @@ def reduced(
             factor = row.pop(p, None)
             if factor is not None:
                 _subtract(graph, row, factor, other)
-        values = values_at(graph, [*form.values(), *row.values()], given)
-        if values is None:
-            return None
-        sizes = {j: abs(values[node]) for j, node in row.items()}
-        largest = max(sizes.values(), default=0.0)
-        if largest <= VANISHING * max((abs(values[node]) for node in form.values()), default=0.0):
+        values = state.values([*row.values()])
+        row = {j: node for (j, node), value in zip(row.items(), values) if value}
+        if not row:
             continue
-        steep = [j for j in row if sizes[j] >= STEEP * largest]
-        pivot = min(steep, key=lambda j: (bool(row[j].symbols & moving), -sizes[j]))
+        pivot = min(row, key=lambda j: (bool(row[j].symbols & moving), len(reachable([row[j]]))))
         lead = row.pop(pivot)
-        row = {j: node / lead for j, node in row.items() if sizes[j] != 0.0}
+        row = {j: node / lead for j, node in row.items()}
         for other in rest.values():
             factor = other.pop(pivot, None)
             if factor is not None:
@@ -138,31 +146,19 @@ def _subtract(graph: Graph, row: dict[int, Node], factor: Node, other: Form) -> 
         row[j] = row.get(j, graph.zero) - factor * node
 
 
-def values_at(graph: Graph, nodes: Sequence[Node], given: Values) -> dict[Node, float] | None:
-    """Values of expressions, without rounding of sums that cancel; None where one has none."""
-    graph.work.charge(len(reachable(nodes)))
-    try:
-        value, size = evaluate(nodes, given)
-    except (ArithmeticError, ValueError):
-        return None
-    found = {node: 0.0 if abs(value[node]) <= ROUNDING * size[node] else float(value[node]) for node in nodes}
-    return found if all(map(math.isfinite, found.values())) else None
-
-
-def closure(system: Solved, most: int, given: Values) -> list[Field] | None:
+def closure(system: Solved, most: int, state: State) -> list[Field]:
     """Fields along the pivots, independent at a state, that span together with D all brackets of D; there are
-    at ``most`` so many. None where something has no value there."""
-    basis, found = Basis([1.0] * len(system.pivots)), list[Field]()
+    at ``most`` so many. Raises ``NoValue``."""
+    size = len(system.pivots)
+    basis, found = Equations(size, SMALL), list[Field]()
     pending = system.first()
     while True:
         new: list[Field] = []
         for fields in pending:
             if len(found) + len(new) == most:
                 return found + new
-            values = values_at(system.graph, [z for field in fields for z in field], given)
-            if values is None:
-                return None
-            new += [field for field in fields if basis.extend([values[z] for z in field])]
+            values = iter(state.values([z for field in fields for z in field]))
+            new += [field for field in fields if basis.add([next(values) for _ in field])]
         found += new
         if not new:
             return found
@@ -170,10 +166,11 @@ def closure(system: Solved, most: int, given: Values) -> list[Field] | None:
 
 
 def annihilating(
-    system: Solved, forms: Mapping[int, Form], fields: Sequence[Field], given: Values
+    system: Solved, forms: Mapping[int, Form], fields: Sequence[Field], state: State
 ) -> list[tuple[dict[int, Node], bool]]:
     """A basis of the combinations of ``forms`` that vanish on fields along the pivots: factors by the numbers
-    of the forms, and whether these are constants. The forms are independent at the state ``given``."""
+    of the forms, and whether these are constants. The forms are independent at the state. Raises
+    ``NoValue``."""
     graph, numbers = system.graph, [*forms]
     columns = [[system.on(form, field) for field in fields] for form in forms.values()]
     constant = Relations(graph, system.variables).relations(columns)
@@ -192,10 +189,7 @@ def annihilating(
         {i: column[k] for i, column in enumerate(columns) if not column[k].is_zero}
         for k in range(len(fields))
     ]
-    found = reduced(graph, equations, given, moving)
-    if found is None:
-        return []
-    _, rest = found
+    _, rest = reduced(graph, equations, state, moving)
     return [
         (
             {numbers[j]: graph.one, **{numbers[p]: -row[j] for p, row in rest.items() if j in row}},

@@ -91,20 +91,18 @@ def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integr
     size = len(variables)
 
     def judged(together: Sequence[int], judging: Sequence[int]) -> bool:
-        return all(vanishes(size, forms, turning, values, together, judging) for _, values in states)
+        return all(vanishes(size, forms, turning, values, together, judging) for values in states)
 
     alone = {k: judged([*bound, k], [k]) for k in moving}
     found = {name: alone[k] for name, k in zip(names, moving)}
     if judged([*bound, *moving], moving):
-        return Integrability(found, True, functions=rank(size, forms, states[0][1]))
+        return Integrability(found, True, functions=rank(size, forms, states[0]))
     known = [*bound, *(k for k in moving if alone[k])]
     others = [k for k in moving if not alone[k]]
-    kept = rank(size, [forms[k] for k in known], states[0][1])
+    kept = rank(size, [forms[k] for k in known], states[0])
     if len(others) == 1:
         return Integrability(found, False, functions=kept)
-    combined = graph.work.attempt(
-        WORTH, lambda: combinations(model, forms, known, others, [given for given, _ in states])
-    )
+    combined = graph.work.attempt(WORTH, lambda: combinations(model, forms, known, others, parameters))
     if combined is None:
         return Integrability(found, False)
     return Integrability(found, False, combined, kept + len(combined))
@@ -124,35 +122,31 @@ def combinations(
     forms: Sequence[Form],
     known: Sequence[int],
     others: Sequence[int],
-    states: Sequence[Mapping[str, float]],
+    parameters: Mapping[str, float],
 ) -> tuple[Combination, ...] | None:
     """The combinations of ``others`` that are integrable together with those ``known`` to be; None where
     nothing is known."""
-    from lagrange_cli.mechanics.constrained.closure import Field, annihilating, closure, solved
+    from lagrange_cli.expression.residues import NoValue
+    from lagrange_cli.mechanics.constrained.closure import State, annihilating, closure, solved
 
     graph, variables, order = graph_of(model), (*model.q, model.time), [*known, *others]
-    system = solved(graph, variables, [forms[k] for k in order], states[0])
-    if system is None:
-        return None
-    most = sum(order[row] in others for row in system.rows)
-    best: tuple[list[Field], Mapping[str, float]] | None = None
-    for given in states:
-        fields = closure(system, most, given)
-        if fields is not None and (best is None or len(fields) > len(best[0])):
-            best = fields, given
-        if best is not None and len(best[0]) == most:
-            return ()
-    if best is None:
-        return None
-    independent = {order[row]: forms[order[row]] for row in system.rows if order[row] in others}
-    basis = annihilating(system, independent, *best)
-    count = most - len(best[0])
-    if len(basis) != count:
-        return None
-    return tuple(
-        combination(model, forms, factors, constant, f" {number}" if count > 1 else "")
-        for number, (factors, constant) in enumerate(basis, start=1)
-    )
+    for seed in range(TRIES):
+        try:
+            state = State(graph, parameters, seed)
+            system = solved(graph, variables, [forms[k] for k in order], state)
+            independent = {order[row]: forms[order[row]] for row in system.rows if order[row] in others}
+            fields = closure(system, len(independent), state)
+            count = len(independent) - len(fields)
+            basis = annihilating(system, independent, fields, state) if count else []
+        except NoValue:
+            continue
+        if len(basis) != count:
+            return None
+        return tuple(
+            combination(model, forms, factors, constant, f" {number}" if count > 1 else "")
+            for number, (factors, constant) in enumerate(basis, start=1)
+        )
+    return None
 
 
 def combination(
@@ -175,10 +169,8 @@ def combination(
     return Combination(name, names, tuple(factors.values()), form)
 
 
-def draws(
-    nodes: Sequence[Node], parameters: Mapping[str, float]
-) -> Iterable[tuple[Mapping[str, float], Mapping[Node, float]]]:
-    """Random states where all of the expressions have values, and these values."""
+def draws(nodes: Sequence[Node], parameters: Mapping[str, float]) -> Iterable[Mapping[Node, float]]:
+    """Values of expressions at random states where all of them have some."""
     symbols = [str(node.data) for node in reachable(nodes) if node.kind is Kind.SYMBOL]
     source = random.Random(1)
     found = 0
@@ -190,7 +182,7 @@ def draws(
             continue
         if all(np.isfinite(values[node]) for node in nodes):
             found += 1
-            yield {**chosen, **parameters}, values
+            yield values
         if found == DRAWS:
             return
 

@@ -108,6 +108,42 @@ def test_constraints_that_are_integrable_together_need_no_combinations():
     assert gears.integrability.functions == 2
 
 
+EDGE, CONTACT = "(y_dot*cos(z) - x_dot*sin(z))", "(u_dot - v*w_dot)"
+
+
+@pytest.mark.parametrize(
+    "forms, told",
+    [
+        (
+            (f"{EDGE} + {CONTACT}", f"{EDGE} + 2*z_dot + x*{CONTACT}", f"{CONTACT}*(1 + y**2) + z_dot"),
+            "combination 1 of c0, c1 and combination 2 of c0, c2 are integrable together (Frobenius): "
+            "2 functions of q and t are constant",
+        ),
+        (
+            (f"{EDGE} + {CONTACT}", "z_dot", CONTACT),
+            "where c1 holds, c0 - c2 is integrable (Frobenius): a function of q and t is constant",
+        ),
+    ],
+)
+def test_what_is_integrable_only_together_is_told_in_one_line(forms, told):
+    lines = as_text(classified(of_forms(*forms)), verbose=False).splitlines()
+    assert f"    {told}" in lines
+    assert "    so the configurations that a motion reaches have at most 4 dimensions of 6" in lines
+
+
+def test_what_exact_relations_of_parameters_decide_is_decided_with_their_values():
+    # integrable where a = 2 b only: 2 b times the differential of y*x, and a contact form
+    text = of_forms(f"a*x*y_dot + 2*b*y*x_dot + {CONTACT}", CONTACT)
+    for a, combined in ((0.6, ["c0 - c1"]), (0.7, ["c0 - c1"])):
+        found = classified(f"parameters: {{a: {a}, b: 0.3}}\n{text}")
+        assert [one.name for one in found.integrability.combinations] == combined
+    third = text.replace(CONTACT, f"{CONTACT}*(1 - a + 2*b) + z*(a - 2*b)*x_dot", 1)
+    ranks = [
+        classified(f"parameters: {{a: {a}, b: 0.3}}\n{third}").integrability.functions for a in (0.6, 0.7)
+    ]
+    assert ranks == [1, 0]
+
+
 @pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("seed", range(200))
 def test_mixed_differentials_are_all_found(seed):
