@@ -115,8 +115,9 @@ def reduced(
 ) -> tuple[tuple[int, ...], dict[int, dict[int, Node]]]:
     """Homogeneous linear equations solved for some unknowns p, x_p + sum_j rest[p][j] x_j = 0.
 
-    Returns the numbers of those that are independent of the ones before at a state, and the rest by p. What an
-    equation is solved for has a coefficient without ``moving`` symbols, if any. Raises ``NoValue``."""
+    Returns the numbers of those that are independent of the ones before at a state, and the rest by p. What
+    an equation is solved for has a coefficient without ``moving`` symbols, if any. Raises ``NoValue``.
+    """
     rest: dict[int, dict[int, Node]] = {}
     numbers = []
     for number, form in enumerate(forms):
