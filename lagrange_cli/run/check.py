@@ -69,9 +69,9 @@ class Classification:
 
     ``skipped`` says what a run does not compute. ``warnings`` are places of the file where units contradict
     each other, and where rounding may decide whether two numbers are equal.
-    ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities
-    are holonomic after all, and ``integrals`` has the functions that these keep constant, by name, as far as
-    they are found.
+    ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities,
+    and combinations of them, are holonomic after all, and ``integrals`` has the functions that these keep
+    constant, by name, as far as they are found.
     """
 
     spec: Spec
@@ -114,7 +114,7 @@ def classify(
 
         draw(spec, values, spec.solve.start or 0.0)
     warnings = (*contradicting_units(spec), *rounded_equalities(spec))
-    found, integrals = velocity_constraints(spec, mechanics, {} if values is None else values.parameters)
+    found, integrals = velocity_constraints(mechanics, {} if values is None else values.parameters)
     skipped = left_out(mechanics, left_out_of(spec))
     return Classification(spec, mechanics, skipped, warnings, begin, found, integrals)
 
@@ -207,20 +207,24 @@ def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
 
 
 def velocity_constraints(
-    spec: Spec, mechanics: Mechanics, parameters: Mapping[str, float]
+    mechanics: Mechanics, parameters: Mapping[str, float]
 ) -> tuple[Integrability | None, dict[str, str]]:
-    """Which constraints on velocities are integrable, and the functions that they keep constant."""
+    """Which constraints on velocities and combinations are integrable, and what these keep constant."""
     model = mechanics.model
     if model is None or all(one.holonomic for one in model.constraints):
         return None, {}
-    from lagrange_cli.mechanics.constrained.frobenius import integrability
+    from lagrange_cli.mechanics.constrained.frobenius import forms_of, integrability
+    from lagrange_cli.mechanics.variables import graph_of
 
     found = integrability(model, parameters)
+    given = {one.name: form for one, form in zip(model.constraints, forms_of(model))}
+    forms = {name: given[name] for name, alone in found.alone.items() if alone}
+    forms |= {each.name: each.form for each in found.combinations}
     integrals = {}
-    for name in (name for name, alone in found.alone.items() if alone):
+    for name, form in forms.items():
         from lagrange_cli.symbolic.integrals import integral_of
 
-        integral = integral_of(spec, name)
+        integral = integral_of(graph_of(model), form, (*model.q, model.time))
         if integral is not None:
             integrals[name] = integral
     return found, integrals

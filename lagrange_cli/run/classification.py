@@ -101,6 +101,8 @@ def as_text(found: Classification, *, verbose: bool) -> str:
 
 def constraints_object(found: Classification) -> dict[str, Any]:
     """The properties of constraints, for ``--json``."""
+    from lagrange_cli.expression.text import text_of
+
     names = found.spec.all_constraints
     if not names:
         return {}
@@ -109,8 +111,17 @@ def constraints_object(found: Classification) -> dict[str, Any]:
         {name: getattr(one, name) for name in fields_of(one)} for one in found.mechanics.eliminated
     ]
     if found.integrability is not None:
-        alone = found.integrability.alone
-        said["integrable"] = {"together": found.integrability.together, **alone}
+        integrability = found.integrability
+        said["integrable"] = {"together": integrability.together, **integrability.alone}
+        said["combinations"] = {
+            each.name: {
+                "constraints": [*each.constraints],
+                "factors": None if each.factors is None else [text_of(factor) for factor in each.factors],
+            }
+            for each in integrability.combinations
+        }
+        kept, coordinates = integrability.functions, len(found.spec.coordinates)
+        said["reachable"] = None if kept is None else coordinates - kept
         said["integrals"] = dict(found.integrals)
     return said
 
@@ -166,17 +177,51 @@ def integrable(found: Classification) -> list[str]:
     lines, alone = [], found.integrability.alone
     for name, is_so in alone.items():
         if is_so:
-            integral = found.integrals.get(name)
-            what = f"{integral} is constant" if integral is not None else "a function of q and t is constant"
-            lines.append(f"{name} is integrable (Frobenius), so it is holonomic: {what}")
+            lines.append(f"{name} is integrable (Frobenius), so it is holonomic: {kept_by(found, name)}")
     others = [name for name, is_so in alone.items() if is_so is False]
     for name in in_short(others, found.spec, ("nonholonomic",)):
         each = "" if name in alone else "each of "
         lines.append(f"{each}{name} is not integrable (Frobenius): it is nonholonomic")
+    lines += combined(found)
     if len(alone) > 1 and found.integrability.together and not all(alone.values()):
         every = ", ".join(in_short([*alone], found.spec, ("nonholonomic",)))
         lines.append(f"together {every} are integrable (Frobenius): they are holonomic")
+    kept, coordinates = found.integrability.functions, len(found.spec.coordinates)
+    if kept is not None and (
+        found.integrability.combinations or any(alone.values()) or found.integrability.together
+    ):
+        reached = f"at most {count_of(coordinates - kept, 'dimension')} of {coordinates}"
+        lines.append(f"so the configurations that a motion reaches have {reached}")
     return lines
+
+
+def combined(found: Classification) -> list[str]:
+    """The combinations of constraints that are integrable, those without an integral in one line."""
+    if found.integrability is None:
+        return []
+    names = [each.name for each in found.integrability.combinations]
+    lines = [
+        f"{name} is integrable (Frobenius): {kept_by(found, name)}"
+        for name in names
+        if name in found.integrals
+    ]
+    rest = [name for name in names if name not in found.integrals]
+    if rest:
+        alone = found.integrability.alone
+        known = [name for name in found.spec.all_constraints if alone.get(name, True)]
+        known = in_short(known, found.spec, ("constraints", "nonholonomic"))
+        known += [name for name in names if name in found.integrals]
+        where = f"where {listed(known)} {'hold' if len(known) > 1 else 'holds'}, " if known else ""
+        kept = f"{len(rest)} functions of q and t are" if len(rest) > 1 else "a function of q and t is"
+        those = f"{listed(rest)} {'are integrable together' if len(rest) > 1 else 'is integrable'}"
+        lines.append(f"{where}{those} (Frobenius): {kept} constant")
+    return lines
+
+
+def kept_by(found: Classification, name: str) -> str:
+    """What an integrable constraint, or a combination of constraints, keeps constant."""
+    integral = found.integrals.get(name)
+    return f"{integral} is constant" if integral is not None else "a function of q and t is constant"
 
 
 def events_of(spec: Spec) -> list[str]:

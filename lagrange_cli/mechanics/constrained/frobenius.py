@@ -13,11 +13,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -26,30 +28,46 @@ from lagrange_cli.records import dataclass
 Form = Mapping[int, Node]
 """The coefficients of dq_k, and of dt behind them."""
 
+Array = np.ndarray[Any, Any]
+
 DRAWS, TRIES = 3, 20
 VANISHING = 1e-9
 """Sums smaller than this, relative to their terms, are 0."""
 MOST = 60
 """The number of coordinates and time up to which this is examined."""
+WORTH = 1_000_000
+"""Steps of work that the search for combinations may take."""
+
+
+@dataclass(frozen=True)
+class Combination:
+    """An integrable combination of the ``constraints``, with these constant ``factors`` (None where they are
+    functions of q and t), and the coefficients of dq_k and dt in it. Its ``name`` says what it is."""
+
+    name: str
+    constraints: tuple[str, ...]
+    factors: tuple[Node, ...] | None
+    form: Form
 
 
 @dataclass(frozen=True)
 class Integrability:
     """Which constraints on velocities are integrable, each ``alone``, by name; and all of them ``together``.
 
-    Neither is known (None) of large systems, or where nothing has a value.
+    ``combinations`` are integrable together with those that are so alone, if not all are together.
+    ``functions`` of coordinates and t stay constant in all, those of holonomic constraints among them.
+    Nothing of this is known (None) of large systems, or where nothing has a value.
     """
 
     alone: Mapping[str, bool | None]
     together: bool | None
+    combinations: tuple[Combination, ...] = ()
+    functions: int | None = None
 
 
 def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integrability:
     """The result of Frobenius' theorem for the nonholonomic constraints of a model with these parameters."""
-    constraints, graph = Constraints(model), graph_of(model)
-    forms: list[Form] = [
-        {**slopes, len(model.q): drift} for slopes, drift in zip(constraints.slopes, constraints.drifts)
-    ]
+    graph, forms = graph_of(model), forms_of(model)
     moving = [k for k, one in enumerate(model.constraints) if not one.holonomic]
     variables = (*model.q, model.time)
     names = [model.constraints[k].name for k in moving]
@@ -66,20 +84,92 @@ def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integr
     }
     nodes = [a for form in forms for a in form.values()]
     nodes += [derivative for one in turning.values() for derivative in one.values()]
-    found = [drawn for drawn in draws(nodes, parameters) if drawn is not None]
-    if not found:
+    states = [*draws(nodes, parameters)]
+    if not states:
         return Integrability(dict.fromkeys(names), None)
     bound = [k for k in range(len(forms)) if k not in moving]
     size = len(variables)
 
     def judged(together: Sequence[int], judging: Sequence[int]) -> bool:
-        return all(vanishes(size, forms, turning, values, together, judging) for values in found)
+        return all(vanishes(size, forms, turning, values, together, judging) for values in states)
 
-    alone = {name: judged([*bound, k], [k]) for name, k in zip(names, moving)}
-    return Integrability(alone, judged([*bound, *moving], moving))
+    alone = {k: judged([*bound, k], [k]) for k in moving}
+    found = {name: alone[k] for name, k in zip(names, moving)}
+    if judged([*bound, *moving], moving):
+        return Integrability(found, True, functions=rank(size, forms, states[0]))
+    known = [*bound, *(k for k in moving if alone[k])]
+    others = [k for k in moving if not alone[k]]
+    kept = rank(size, [forms[k] for k in known], states[0])
+    if len(others) == 1:
+        return Integrability(found, False, functions=kept)
+    combined = graph.work.attempt(WORTH, lambda: combinations(model, forms, known, others, parameters))
+    if combined is None:
+        return Integrability(found, False)
+    return Integrability(found, False, combined, kept + len(combined))
 
 
-def draws(nodes: Sequence[Node], parameters: Mapping[str, float]) -> Iterable[Mapping[Node, float] | None]:
+def forms_of(model: Model[Node]) -> list[Form]:
+    """The constraints of a model as differential forms."""
+    constraints = Constraints(model)
+    return [
+        {**slopes, **({} if drift.is_zero else {len(model.q): drift})}
+        for slopes, drift in zip(constraints.slopes, constraints.drifts)
+    ]
+
+
+def combinations(
+    model: Model[Node],
+    forms: Sequence[Form],
+    known: Sequence[int],
+    others: Sequence[int],
+    parameters: Mapping[str, float],
+) -> tuple[Combination, ...] | None:
+    """The combinations of ``others`` that are integrable together with those ``known`` to be; None where
+    nothing is known."""
+    from lagrange_cli.expression.residues import NoValue
+    from lagrange_cli.mechanics.constrained.closure import State, annihilating, closure, solved
+
+    graph, variables, order = graph_of(model), (*model.q, model.time), [*known, *others]
+    for seed in range(TRIES):
+        try:
+            state = State(graph, parameters, seed)
+            system = solved(graph, variables, [forms[k] for k in order], state)
+            independent = {order[row]: forms[order[row]] for row in system.rows if order[row] in others}
+            fields = closure(system, len(independent), state)
+            count = len(independent) - len(fields)
+            basis = annihilating(system, independent, fields, state) if count else []
+        except NoValue:
+            continue
+        if len(basis) != count:
+            return None
+        return tuple(
+            combination(model, forms, factors, constant, f" {number}" if count > 1 else "")
+            for number, (factors, constant) in enumerate(basis, start=1)
+        )
+    return None
+
+
+def combination(
+    model: Model[Node], forms: Sequence[Form], factors: Mapping[int, Node], constant: bool, number: str
+) -> Combination:
+    """The combination with these factors by the numbers of constraints; ``number`` tells it from others."""
+    factors = dict(sorted(factors.items()))
+    terms: dict[int, list[tuple[Node, float]]] = {}
+    for k, factor in factors.items():
+        for i, a in forms[k].items():
+            terms.setdefault(i, []).append((factor * a, 1.0))
+    form = {i: graph_of(model).sum(some) for i, some in terms.items()}
+    names = tuple(model.constraints[k].name for k in factors)
+    if constant and graph_of(model).split_coefficient(next(iter(factors.values())))[0] < 0:
+        return combination(model, forms, {k: -one for k, one in factors.items()}, constant, number)
+    if not constant:
+        return Combination(f"combination{number} of {', '.join(names)}", names, None, form)
+    each = {name: graph_of(model).symbol(name) for name in names}
+    name = joined([text_of(factor * each[name]) for factor, name in zip(factors.values(), names)])
+    return Combination(name, names, tuple(factors.values()), form)
+
+
+def draws(nodes: Sequence[Node], parameters: Mapping[str, float]) -> Iterable[Mapping[Node, float]]:
     """Values of expressions at random states where all of them have some."""
     symbols = [str(node.data) for node in reachable(nodes) if node.kind is Kind.SYMBOL]
     source = random.Random(1)
@@ -106,12 +196,9 @@ def vanishes(
     judging: Sequence[int],
 ) -> bool:
     """Whether dw of the forms ``judging`` vanishes at a state, where the forms ``together`` do."""
-    matrix = np.zeros((len(together), size))
-    for row, k in enumerate(together):
-        for i, a in forms[k].items():
-            matrix[row, i] = values[a]
+    matrix = matrix_of(size, [forms[k] for k in together], values)
     _, steep, directions = np.linalg.svd(matrix)
-    free = directions[int((steep > VANISHING * max(steep.max(initial=0.0), 1e-300)).sum()) :]
+    free = directions[significant(steep) :]
     for k in judging:
         derivative = np.zeros((size, size))
         for (i, j), node in turning[k].items():
@@ -122,3 +209,22 @@ def vanishes(
         if np.abs(inside).max(initial=0.0) > VANISHING * whole:
             return False
     return True
+
+
+def matrix_of(size: int, forms: Sequence[Form], values: Mapping[Node, float]) -> Array:
+    """The coefficients of forms at a state, a form in a row."""
+    matrix = np.zeros((len(forms), size))
+    for row, form in zip(matrix, forms):
+        for i, a in form.items():
+            row[i] = values[a]
+    return matrix
+
+
+def rank(size: int, forms: Sequence[Form], values: Mapping[Node, float]) -> int:
+    """How many forms are independent at a state."""
+    return significant(np.linalg.svd(matrix_of(size, forms, values), compute_uv=False))
+
+
+def significant(steep: Array) -> int:
+    """How many singular values are not 0."""
+    return int((steep > VANISHING * max(steep.max(initial=0.0), 1e-300)).sum())
