@@ -17,8 +17,8 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.expression.zero import branching, zeros
+from lagrange_cli.expression.node import Node, bits, in_order
+from lagrange_cli.expression.zero import deciding, zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.substitution import substituted
@@ -83,20 +83,19 @@ class Noether:
         model = self.model
         given = [model.potential, *(u for one in model.particles for u in one.velocity)]
         given = given if model.lagrangian is None else [model.lagrangian]
-        moving = model.time.symbols
-        for symbol in (*model.q, *model.v):
-            moving |= symbol.symbols
-        inside = reachable([*given, *self.energetics.applied], lambda node: bool(node.symbols & moving))
-        return [*dict.fromkeys(u for node in inside for u in branching(node) if u.symbols & moving)]
+        return deciding([*given, *self.energetics.applied], self._moving)
 
     @cached_property
     def eliminated(self) -> Mapping[Node, Node]:
         """Velocities by others, as the constraints have it, and coordinates that these are linear in."""
         graph, model = self._graph, self.model
         known: dict[Node, Node] = {}
+        users: dict[int, set[Node]] = {}
         for one, slopes, speed in zip(model.constraints, self.constraints.slopes, self.constraints.speeds):
-            here = dict(zip(slopes, substituted(graph, slopes.values(), known)))
-            (speed,) = substituted(graph, [speed], known)
+            symbols = dict.fromkeys(x for node in (one.expression, speed) for x in graph.symbols_of(node))
+            solved_for = {symbol: known[symbol] for symbol in symbols if symbol in known}
+            here = dict(zip(slopes, substituted(graph, slopes.values(), solved_for)))
+            (speed,) = substituted(graph, [speed], solved_for)
             free = {k: a for k, a in here.items() if model.v[k] not in known and not a.is_zero}
             if not free:
                 continue
@@ -106,11 +105,16 @@ class Noether:
                 continue
             solved = [(model.v[k], (slope * model.v[k] - speed) / slope)]
             if one.holonomic and not slope.symbols & self._moving:
-                (expression,) = substituted(graph, [one.expression], known)
+                (expression,) = substituted(graph, [one.expression], solved_for)
                 rest = slope * model.q[k] - expression
                 if not rest.symbols & model.q[k].symbols:
                     solved.append((model.q[k], rest / slope))
-            known = dict(zip(known, substituted(graph, known.values(), dict(solved)))) | dict(solved)
+            older = in_order({user for symbol, _ in solved for user in users.pop(symbol.symbols, ())})
+            values = substituted(graph, [known[user] for user in older], dict(solved))
+            for user, value in (*zip(older, values), *solved):
+                known[user] = value
+                for bit in bits(value.symbols & self._moving):
+                    users.setdefault(1 << bit, set()).add(user)
         return known
 
     @cached_property
