@@ -13,11 +13,11 @@ with the constraints: sum_k xi_k a_ik = 0, for nonholonomic ones as well (d'Alem
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node, bits, in_order
+from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import deciding, zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
@@ -90,12 +90,10 @@ class Noether:
         """Velocities by others, as the constraints have it, and coordinates that these are linear in."""
         graph, model = self._graph, self.model
         known: dict[Node, Node] = {}
-        users: dict[int, set[Node]] = {}
         for one, slopes, speed in zip(model.constraints, self.constraints.slopes, self.constraints.speeds):
-            symbols = dict.fromkeys(x for node in (one.expression, speed) for x in graph.symbols_of(node))
-            solved_for = {symbol: known[symbol] for symbol in symbols if symbol in known}
-            here = dict(zip(slopes, substituted(graph, slopes.values(), solved_for)))
-            (speed,) = substituted(graph, [speed], solved_for)
+            by_others = resolved(graph, known, [one.expression, speed])
+            here = dict(zip(slopes, substituted(graph, slopes.values(), by_others)))
+            (speed,) = substituted(graph, [speed], by_others)
             free = {k: a for k, a in here.items() if model.v[k] not in known and not a.is_zero}
             if not free:
                 continue
@@ -103,19 +101,13 @@ class Noether:
             slope = graph.diff(speed, model.v[k])
             if slope.is_zero:
                 continue
-            solved = [(model.v[k], (slope * model.v[k] - speed) / slope)]
+            known[model.v[k]] = (slope * model.v[k] - speed) / slope
             if one.holonomic and not slope.symbols & self._moving:
-                (expression,) = substituted(graph, [one.expression], solved_for)
+                (expression,) = substituted(graph, [one.expression], by_others)
                 rest = slope * model.q[k] - expression
                 if not rest.symbols & model.q[k].symbols:
-                    solved.append((model.q[k], rest / slope))
-            older = in_order({user for symbol, _ in solved for user in users.pop(symbol.symbols, ())})
-            values = substituted(graph, [known[user] for user in older], dict(solved))
-            for user, value in (*zip(older, values), *solved):
-                known[user] = value
-                for bit in bits(value.symbols & self._moving):
-                    users.setdefault(1 << bit, set()).add(user)
-        return known
+                    known[model.q[k]] = rest / slope
+        return resolved(graph, known, known)
 
     @cached_property
     def normalized(self) -> Mapping[Node, Node]:
@@ -208,3 +200,21 @@ class Noether:
             graph.sum(times) if times else None,
             graph.sum(gains) if gains else None,
         )
+
+
+def resolved(graph: Graph, known: Mapping[Node, Node], nodes: Iterable[Node]) -> dict[Node, Node]:
+    """The symbols in ``nodes`` that are ``known``, by those that are not. Values contain none that were known
+    before them; those that ``nodes`` do not lead to are not looked at."""
+    found: dict[Node, Node] = {}
+    pending = [x for node in nodes for x in graph.symbols_of(node) if x in known]
+    while pending:
+        symbol = pending[-1]
+        inner = [x for x in graph.symbols_of(known[symbol]) if x in known]
+        missing = [x for x in inner if x not in found]
+        if missing:
+            pending += missing
+            continue
+        pending.pop()
+        if symbol not in found:
+            (found[symbol],) = substituted(graph, [known[symbol]], {x: found[x] for x in inner})
+    return found
