@@ -25,7 +25,7 @@ def combinations(found: Found) -> None:
     if not model.q or len(model.q) > MOST_COMBINED:
         return
     changes = [*elementary(found)]
-    columns = [found.noether.conditions(one) for one in changes]
+    columns = found.noether.conditions(changes)
     number = 0
     for relation in found.relations.relations(columns):
         parts = [(factor, changes[i]) for i, factor in relation.items()]

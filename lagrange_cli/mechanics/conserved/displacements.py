@@ -51,8 +51,8 @@ def displaced(found: Found) -> None:
         from lagrange_cli.mechanics.conserved.spins import spins
 
         trials += [Trial(*one) for one in spins(found.model, found.embedding)]
-    #trials += rotations_about_the_centre(found.model, found.embedding)
-    conditions = [found.noether.conditions(one.change) for one in trials]
+    # trials += rotations_about_the_centre(found.model, found.embedding)
+    conditions = found.noether.conditions([one.change for one in trials])
     kept = zeros([node for nodes in conditions for node in nodes])
     for one, nodes in zip(trials, conditions):
         if kept >= {*nodes}:

@@ -14,7 +14,9 @@ with the constraints: sum_k xi_k a_ik = 0, for nonholonomic ones as well (d'Alem
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, reduce
+from itertools import islice
+from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
@@ -22,7 +24,7 @@ from lagrange_cli.expression.zero import deciding, zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, field
 
@@ -127,6 +129,10 @@ class Noether:
         return known
 
     @cached_property
+    def _places(self) -> Mapping[Node, int]:
+        return numbered(self.model.q)
+
+    @cached_property
     def _moving(self) -> int:
         bits = self.model.time.symbols
         for symbol in (*self.model.q, *self.model.v):
@@ -136,7 +142,7 @@ class Noether:
     def rate(self, node: Node) -> Node:
         """df/dt of a function of q and t."""
         graph, model = self._graph, self.model
-        terms = [(graph.diff(node, q) * v, 1.0) for q, v in zip(model.q, model.v) if node.symbols & q.symbols]
+        terms = [(slope * model.v[k], 1.0) for k, slope in graph.gradient(node, self._places).items()]
         return graph.sum([*terms, (graph.diff(node, model.time), 1.0)])
 
     def current(self, change: Change) -> Node:
@@ -145,8 +151,12 @@ class Noether:
         terms += [(change.time * self.energy, -1.0)] if change.time is not None else []
         return self._graph.sum(terms + ([(change.gain, -1.0)] if change.gain is not None else []))
 
-    def conditions(self, change: Change) -> tuple[Node, ...]:
-        """The expressions that must vanish: linear functions of the change, and as many for every change."""
+    def conditions(self, changes: Sequence[Change]) -> list[tuple[Node, ...]]:
+        """The expressions that must vanish, for each change: linear functions of it, and as many for every one."""
+        return self._where_constraints_hold([self._conditions(one) for one in changes])
+
+    def _conditions(self, change: Change) -> list[Node]:
+        """The same, not only where the constraints hold."""
         graph, model, energetics = self._graph, self.model, self.energetics
         terms: list[tuple[Node, float]] = []
         rates = {k: self.rate(xi) for k, xi in change.directions.items()}
@@ -159,7 +169,7 @@ class Noether:
             terms.append((self.rate(change.gain), -1.0))
         found = [graph.sum(terms)]
         for slopes, drift in zip(self.constraints.slopes, self.constraints.drifts):
-            along = [(slopes[k] * xi, 1.0) for k, xi in change.directions.items() if k in slopes]
+            along = [(a * change.directions[k], 1.0) for k, a in slopes.items() if k in change.directions]
             along += [(change.time * drift, 1.0)] if change.time is not None else []
             found.append(graph.sum(along))
         for u in self._deciding:
@@ -169,18 +179,25 @@ class Noether:
                 parts.append((graph.diff(u, model.time) * change.time, 1.0))
                 parts += [(graph.diff(u, v) * v * stretch, -1.0) for v in model.v if u.symbols & v.symbols]
             found.append(graph.sum(parts))
-        found = [*substituted(graph, found, self.eliminated)] if self.eliminated else found
-        if not self.normalized:
-            return tuple(found)
-        absent = zeros(found)
-        return tuple(
-            graph.zero if node in absent else one
-            for node, one in zip(found, substituted(graph, found, self.normalized))
-        )
+        return found
+
+    def _where_constraints_hold(self, lists: Sequence[Sequence[Node]]) -> list[tuple[Node, ...]]:
+        """Expressions, with what the constraints make of velocities and of coordinates."""
+        graph, every = self._graph, [node for nodes in lists for node in nodes]
+        if self.eliminated:
+            every = [*substituted(graph, every, self.eliminated)]
+        if self.normalized:
+            absent = zeros(every)
+            every = [
+                graph.zero if node in absent else one
+                for node, one in zip(every, substituted(graph, every, self.normalized))
+            ]
+        left = iter(every)
+        return [tuple(islice(left, len(nodes))) for nodes in lists]
 
     def keeps(self, change: Change) -> bool:
         """Whether it is proven that the current is conserved."""
-        conditions = self.conditions(change)
+        (conditions,) = self.conditions([change])
         return zeros(conditions) >= {*conditions}
 
     def together(self, parts: Sequence[tuple[Node, Change]]) -> Change:
@@ -206,10 +223,11 @@ def resolved(graph: Graph, known: Mapping[Node, Node], nodes: Iterable[Node]) ->
     """The symbols in ``nodes`` that are ``known``, by those that are not. Values contain none that were known
     before them; those that ``nodes`` do not lead to are not looked at."""
     found: dict[Node, Node] = {}
-    pending = [x for node in nodes for x in graph.symbols_of(node) if x in known]
+    solved = reduce(or_, (symbol.symbols for symbol in known), 0)
+    pending = [x for node in nodes for x in graph.symbols_of(node, solved)]
     while pending:
         symbol = pending[-1]
-        inner = [x for x in graph.symbols_of(known[symbol]) if x in known]
+        inner = graph.symbols_of(known[symbol], solved)
         missing = [x for x in inner if x not in found]
         if missing:
             pending += missing
