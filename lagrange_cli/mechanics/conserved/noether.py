@@ -14,9 +14,8 @@ with the constraints: sum_k xi_k a_ik = 0, for nonholonomic ones as well (d'Alem
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property, reduce
+from functools import cached_property
 from itertools import islice
-from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
@@ -92,8 +91,9 @@ class Noether:
         """Velocities by others, as the constraints have it, and coordinates that these are linear in."""
         graph, model = self._graph, self.model
         known: dict[Node, Node] = {}
+        solved = 0
         for one, slopes, speed in zip(model.constraints, self.constraints.slopes, self.constraints.speeds):
-            by_others = resolved(graph, known, [one.expression, speed])
+            by_others = resolved(graph, known, solved, [one.expression, speed])
             here = dict(zip(slopes, substituted(graph, slopes.values(), by_others)))
             (speed,) = substituted(graph, [speed], by_others)
             free = {k: a for k, a in here.items() if model.v[k] not in known and not a.is_zero}
@@ -104,12 +104,14 @@ class Noether:
             if slope.is_zero:
                 continue
             known[model.v[k]] = (slope * model.v[k] - speed) / slope
+            solved |= model.v[k].symbols
             if one.holonomic and not slope.symbols & self._moving:
                 (expression,) = substituted(graph, [one.expression], by_others)
                 rest = slope * model.q[k] - expression
                 if not rest.symbols & model.q[k].symbols:
                     known[model.q[k]] = rest / slope
-        return resolved(graph, known, known)
+                    solved |= model.q[k].symbols
+        return resolved(graph, known, solved, known)
 
     @cached_property
     def normalized(self) -> Mapping[Node, Node]:
@@ -152,8 +154,27 @@ class Noether:
         return self._graph.sum(terms + ([(change.gain, -1.0)] if change.gain is not None else []))
 
     def conditions(self, changes: Sequence[Change]) -> list[tuple[Node, ...]]:
-        """The expressions that must vanish, for each change: linear functions of it, and as many for every one."""
+        """The expressions that must vanish, for each change: linear in it, and as many for every one."""
         return self._where_constraints_hold([self._conditions(one) for one in changes])
+
+    def conditions_of(self, parts: Sequence[tuple[Node, Change]]) -> tuple[Node, ...]:
+        """The same for a sum of changes of coordinates times functions f(q, t), not multiplied out.
+
+        With f xi in place of xi, conditions are f times as large, and f_dot sum_k xi_k p_k is added to the
+        first one, f_dot sum_k xi_k du/dv_k to those of what decides branches.
+        """
+        graph, bound = self._graph, len(self.constraints.slopes)
+        terms: list[list[tuple[Node, float]]] = [[] for _ in range(1 + bound + len(self._deciding))]
+        for factor, change in parts:
+            for place, condition in enumerate(self._conditions(change)):
+                terms[place].append((factor * condition, 1.0))
+            rate = self.rate(factor)
+            for k, xi in change.directions.items() if not rate.is_zero else ():
+                terms[0].append((rate * (xi * self.energetics.momenta[k]), 1.0))
+                for place, u in enumerate(self._deciding, 1 + bound):
+                    terms[place].append((rate * (graph.diff(u, self.model.v[k]) * xi), 1.0))
+        (found,) = self._where_constraints_hold([[*map(graph.sum, terms)]])
+        return found
 
     def _conditions(self, change: Change) -> list[Node]:
         """The same, not only where the constraints hold."""
@@ -219,11 +240,12 @@ class Noether:
         )
 
 
-def resolved(graph: Graph, known: Mapping[Node, Node], nodes: Iterable[Node]) -> dict[Node, Node]:
-    """The symbols in ``nodes`` that are ``known``, by those that are not. Values contain none that were known
-    before them; those that ``nodes`` do not lead to are not looked at."""
+def resolved(
+    graph: Graph, known: Mapping[Node, Node], solved: int, nodes: Iterable[Node]
+) -> dict[Node, Node]:
+    """The symbols in ``nodes`` that are ``known``, with the bits ``solved``, by those that are not. Values
+    contain none that were known before them; those that ``nodes`` do not lead to are not looked at."""
     found: dict[Node, Node] = {}
-    solved = reduce(or_, (symbol.symbols for symbol in known), 0)
     pending = [x for node in nodes for x in graph.symbols_of(node, solved)]
     while pending:
         symbol = pending[-1]
