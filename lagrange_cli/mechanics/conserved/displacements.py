@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
-from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.conserved.combinations import MOST_COMBINED
 from lagrange_cli.mechanics.conserved.found import Found
-from lagrange_cli.mechanics.conserved.noether import Change
+from lagrange_cli.mechanics.conserved.noether import Change, Parts
 from lagrange_cli.mechanics.conserved.reasons import momentum_text, turning_text, unchanged
 from lagrange_cli.mechanics.embedding import Component, Embedding
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.records import dataclass, field
 
-Parts = Sequence[tuple[Node, Change]]
-"""Changes, each times a function of q and t."""
 TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
 """The axes that a rotation turns into each other."""
 
@@ -48,10 +45,9 @@ def displaced(found: Found) -> None:
         from lagrange_cli.mechanics.conserved.spins import spins
 
         trials += [Trial(*one) for one in spins(found.model, found.embedding)]
-    conditions = found.noether.conditions([one.change for one in trials])
-    kept = zeros([node for nodes in conditions for node in nodes])
-    for one, nodes in zip(trials, conditions):
-        if kept >= {*nodes}:
+    kept = found.noether.kept([[(found.graph.one, one.change)] for one in trials])
+    for one, proven in zip(trials, kept):
+        if proven:
             because = one.because or f"{one.how} {unchanged(found.noether, one.change)}"
             found.add(one.name, one.text, because, one.change)
         elif one.how:
@@ -61,13 +57,13 @@ def displaced(found: Found) -> None:
 def about_the_centre(found: Found) -> None:
     """Turning all particles about their centre of mass, which stays where it is: reported if it is no
     function of known quantities. Changes are multiplied out only once it is proven."""
-    for axis, parts in _Displacements(found.model, found.embedding).rotations_about_the_centre():
-        conditions = found.noether.conditions_of(parts)
-        kept = zeros(conditions) >= {*conditions}
-        if not kept and len(found.model.q) > MOST_COMBINED:
+    turns = [*_Displacements(found.model, found.embedding).rotations_about_the_centre()]
+    kept = found.noether.kept([parts for _, parts in turns])
+    for (axis, parts), proven in zip(turns, kept):
+        if not proven and len(found.model.q) > MOST_COMBINED:
             continue
         change = found.noether.together(parts)
-        if not kept:
+        if not proven:
             found.trials.append(change)
         elif found.is_independent(found.noether.current(change)):
             text = f"angular momentum about the centre of mass, along {axis}"

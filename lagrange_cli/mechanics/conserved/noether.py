@@ -40,6 +40,10 @@ class Change:
     gain: Node | None = None
 
 
+Parts = Sequence[tuple[Node, Change]]
+"""Changes, each times a function of q and t."""
+
+
 @dataclass(frozen=True)
 class Noether:
     """The currents of a model and their rates of change."""
@@ -155,29 +159,19 @@ class Noether:
 
     def conditions(self, changes: Sequence[Change]) -> list[tuple[Node, ...]]:
         """The expressions that must vanish, for each change: linear in it, and as many for every one."""
-        return self._where_constraints_hold([self._conditions(one) for one in changes])
+        return self._where_constraints_hold([[*self._balance(one), *self._along(one)] for one in changes])
 
-    def conditions_of(self, parts: Sequence[tuple[Node, Change]]) -> tuple[Node, ...]:
-        """The same for a sum of changes of coordinates times functions f(q, t), not multiplied out.
-
-        With f xi in place of xi, conditions are f times as large, and f_dot sum_k xi_k p_k is added to the
-        first one, f_dot sum_k xi_k du/dv_k to those of what decides branches.
-        """
-        graph, bound = self._graph, len(self.constraints.slopes)
-        terms: list[list[tuple[Node, float]]] = [[] for _ in range(1 + bound + len(self._deciding))]
-        for factor, change in parts:
-            for place, condition in enumerate(self._conditions(change)):
-                terms[place].append((factor * condition, 1.0))
-            rate = self.rate(factor)
-            for k, xi in change.directions.items() if not rate.is_zero else ():
-                terms[0].append((rate * (xi * self.energetics.momenta[k]), 1.0))
-                for place, u in enumerate(self._deciding, 1 + bound):
-                    terms[place].append((rate * (graph.diff(u, self.model.v[k]) * xi), 1.0))
-        (found,) = self._where_constraints_hold([[*map(graph.sum, terms)]])
+    def _along(self, change: Change) -> list[Node]:
+        """The rates of the constraints in a change."""
+        found = []
+        for slopes, drift in zip(self.constraints.slopes, self.constraints.drifts):
+            terms = [(a * change.directions[k], 1.0) for k, a in slopes.items() if k in change.directions]
+            terms += [(change.time * drift, 1.0)] if change.time is not None else []
+            found.append(self._graph.sum(terms))
         return found
 
-    def _conditions(self, change: Change) -> list[Node]:
-        """The same, not only where the constraints hold."""
+    def _balance(self, change: Change) -> list[Node]:
+        """The rate of the current, and what must not change because it decides branches."""
         graph, model, energetics = self._graph, self.model, self.energetics
         terms: list[tuple[Node, float]] = []
         rates = {k: self.rate(xi) for k, xi in change.directions.items()}
@@ -189,10 +183,6 @@ class Noether:
         if change.gain is not None:
             terms.append((self.rate(change.gain), -1.0))
         found = [graph.sum(terms)]
-        for slopes, drift in zip(self.constraints.slopes, self.constraints.drifts):
-            along = [(a * change.directions[k], 1.0) for k, a in slopes.items() if k in change.directions]
-            along += [(change.time * drift, 1.0)] if change.time is not None else []
-            found.append(graph.sum(along))
         for u in self._deciding:
             parts = [(graph.diff(u, model.q[k]) * xi, 1.0) for k, xi in change.directions.items()]
             parts += [(graph.diff(u, model.v[k]) * xi_dot, 1.0) for k, xi_dot in rates.items()]
@@ -200,6 +190,17 @@ class Noether:
                 parts.append((graph.diff(u, model.time) * change.time, 1.0))
                 parts += [(graph.diff(u, v) * v * stretch, -1.0) for v in model.v if u.symbols & v.symbols]
             found.append(graph.sum(parts))
+        return found
+
+    def _growth(self, factor: Node, change: Change) -> list[Node]:
+        """What ``_balance`` is more than f times as large for f xi_k in place of xi_k, with a function f:
+        f_dot sum_k xi_k p_k, and f_dot sum_k xi_k du/dv_k."""
+        graph, rate = self._graph, self.rate(factor)
+        momenta = [(xi * self.energetics.momenta[k], 1.0) for k, xi in change.directions.items()]
+        found = [rate * graph.sum(momenta)]
+        for u in self._deciding:
+            slopes = [(graph.diff(u, self.model.v[k]) * xi, 1.0) for k, xi in change.directions.items()]
+            found.append(rate * graph.sum(slopes))
         return found
 
     def _where_constraints_hold(self, lists: Sequence[Sequence[Node]]) -> list[tuple[Node, ...]]:
@@ -218,8 +219,32 @@ class Noether:
 
     def keeps(self, change: Change) -> bool:
         """Whether it is proven that the current is conserved."""
-        (conditions,) = self.conditions([change])
-        return zeros(conditions) >= {*conditions}
+        return self.kept([[(self._graph.one, change)]]) == [True]
+
+    def kept(self, sums: Sequence[Parts]) -> list[bool]:
+        """The same for each of several sums of changes times functions; all are proven at once, as they
+        have most terms in common. Products are not multiplied out, and what the constraints do not allow goes
+        first."""
+        along = self._vanish([self._sum([(f, self._along(one)) for f, one in parts]) for parts in sums])
+        left = [parts for parts, allowed in zip(sums, along) if allowed]
+        one, balances = self._graph.one, []
+        for parts in left:
+            terms = [(f, self._balance(change)) for f, change in parts]
+            grown = [(one, self._growth(f, change)) for f, change in parts if f.symbols & self._moving]
+            balances.append(self._sum([*terms, *grown]))
+        balanced = iter(self._vanish(balances))
+        return [allowed and next(balanced) for allowed in along]
+
+    def _sum(self, parts: Sequence[tuple[Node, Sequence[Node]]]) -> list[Node]:
+        """The sums of several lists of expressions, each times a factor."""
+        scaled = [[(factor * node, 1.0) for node in nodes] for factor, nodes in parts]
+        return [self._graph.sum(terms) for terms in zip(*scaled)]
+
+    def _vanish(self, lists: Sequence[Sequence[Node]]) -> list[bool]:
+        """Whether it is proven of all expressions in each list that they are 0."""
+        lists = self._where_constraints_hold(lists)
+        absent = zeros([node for nodes in lists for node in nodes])
+        return [absent >= {*nodes} for nodes in lists]
 
     def together(self, parts: Sequence[tuple[Node, Change]]) -> Change:
         """A sum of changes with coefficients."""
