@@ -119,19 +119,24 @@ class Noether:
 
     @cached_property
     def normalized(self) -> Mapping[Node, Node]:
-        """Coordinates divided by what constraints keep at a constant length, as that of a quaternion."""
+        """Coordinates on spheres, where constraints keep them at a constant distance from 0, as those of a
+        quaternion: by stereographic projection, all but the first one stand for any numbers. It has no root,
+        whose branches would have to be told apart."""
         graph, model = self._graph, self.model
         known: dict[Node, Node] = {}
         for one, slopes in zip(model.constraints, self.constraints.slopes):
-            if not one.holonomic or any(model.q[k] in known for k in slopes):
+            if not one.holonomic or len(slopes) < 2 or any(model.q[k] in known for k in slopes):
                 continue
             factors = {slope / model.q[k] for k, slope in slopes.items()}
             square = graph.sum([(model.q[k] * model.q[k], 0.5) for k in slopes])
             for factor in factors if len(factors) == 1 else ():
                 rest = one.expression - factor * square
                 if not factor.symbols & self._moving and not rest.symbols & self._moving:
-                    scale = graph.product([(-rest / factor, 0.5), (square, -0.5)])
-                    known |= {model.q[k]: model.q[k] * scale for k in slopes}
+                    radius = graph.product([(-2.0 * rest / factor, 0.5)])
+                    first, *others = (model.q[k] for k in slopes)
+                    plane = graph.sum([(q * q, 1.0) for q in others])
+                    known[first] = radius * (1.0 - plane) / (1.0 + plane)
+                    known |= {q: 2.0 * radius * q / (1.0 + plane) for q in others}
         return known
 
     @cached_property
