@@ -83,7 +83,7 @@ class Found:
         a state."""
         model, graph, constraints = self.model, self.graph, self.noether.constraints
         symbols, moving = [*model.q, *model.v], variables(model)
-        given = [*self.kept]
+        given = [*self.kept, *(one.node for one in self.symmetries)]
         for one, slopes, drift, speed in zip(
             model.constraints, constraints.slopes, constraints.drifts, constraints.speeds
         ):
