@@ -50,9 +50,9 @@ class NodeTable:
             self._by_bit.append(node)
         return node
 
-    def symbols_of(self, node: Node) -> list[Node]:
-        """The symbols that ``node`` depends on, in the order of their creation."""
-        return [self._by_bit[bit] for bit in bits(node.symbols)]
+    def symbols_of(self, node: Node, among: int = -1) -> list[Node]:
+        """The symbols that ``node`` depends on, in the order of their creation; only those in a bit set."""
+        return [self._by_bit[bit] for bit in bits(node.symbols & among)]
 
     def lift(self, value: Node | float) -> Node:
         """A node as it is, a number as its node."""

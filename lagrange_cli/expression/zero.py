@@ -135,9 +135,14 @@ def branching(node: Node) -> Sequence[Node]:
 
 def branches_on(graph: Graph, nodes: Sequence[Node], symbol: Node) -> bool:
     """Whether it may depend on ``symbol`` which branch of some function counts in ``nodes``."""
-    inside = reachable(nodes, lambda node: node.symbols & symbol.symbols)
-    slopes = {graph.diff(inner, symbol) for node in inside for inner in branching(node)}
-    return not all(map(is_zero, slopes))
+    return not all(is_zero(graph.diff(u, symbol)) for u in deciding(nodes, symbol.symbols))
+
+
+def deciding(nodes: Sequence[Node], symbols: int) -> list[Node]:
+    """The arguments that depend on any of ``symbols``, a bit set, and decide which branch of some function
+    counts in ``nodes``."""
+    inside = reachable(nodes, lambda node: bool(node.symbols & symbols))
+    return [*dict.fromkeys(u for node in inside for u in branching(node) if u.symbols & symbols)]
 
 
 def independent(graph: Graph, nodes: Sequence[Node], symbol: Node) -> bool:

@@ -18,10 +18,10 @@ from operator import or_
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.expression.zero import branches_on, independent, is_zero, zeros
+from lagrange_cli.expression.zero import branches_on, deciding, independent, is_zero, zeros
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
@@ -54,8 +54,11 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
     given = terms if model.lagrangian is None else [model.lagrangian]
     rates = [energetics.lagrangian_rate(q) for q in model.q]
     absent = zeros([*rates, *energetics.forces])
-    for name, q, rate, force in zip(model.coordinates, model.q, rates, energetics.forces):
-        if rate not in absent or branches_on(graph, given, q):
+    coordinates, moving = numbered(model.q), union(model.q)
+    slopes = [graph.gradient(u, coordinates) for u in deciding(given, moving)]
+    branching = {k for one in slopes for k, slope in one.items() if not is_zero(slope)}
+    for k, (name, rate, force) in enumerate(zip(model.coordinates, rates, energetics.forces)):
+        if rate not in absent or k in branching:
             continue
         cyclic.append(name)
         if force in absent:

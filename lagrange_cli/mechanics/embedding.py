@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.zero import is_zero, zeros
-from lagrange_cli.mechanics.matrices import connected, determinant
+from lagrange_cli.mechanics.matrices import determinant, united
 from lagrange_cli.mechanics.relations import Relations
-from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
@@ -33,6 +33,10 @@ class Embedding:
         return graph_of(self.model)
 
     @cached_property
+    def _moving(self) -> int:
+        return variables(self.model)
+
+    @cached_property
     def positions(self) -> Mapping[Component, Node]:
         """Each component of each particle."""
         return {(one.name, i): x for one in self.model.particles for i, x in enumerate(one.position)}
@@ -46,14 +50,11 @@ class Embedding:
     @cached_property
     def blocks(self) -> tuple[tuple[tuple[int, ...], tuple[Component, ...]], ...]:
         """The coordinates and components that depend on each other, directly or not."""
-        size, graph, components = len(self.model.q), self._graph, [*self.positions]
-        border = [[graph.zero] * (size + len(components)) for _ in range(size + len(components))]
-        for i, one in enumerate(components):
-            for k, slope in self.slopes[one].items():
-                border[k][size + i] = slope
+        size, components = len(self.model.q), [*self.positions]
+        sets = ((size + i, *self.slopes[one]) for i, one in enumerate(components))
         return tuple(
             (tuple(k for k in block if k < size), tuple(components[i - size] for i in block if i >= size))
-            for block in connected(border)
+            for block in united(size + len(components), sets)
         )
 
     def change(self, displacements: Mapping[Component, Node]) -> Mapping[int, Node] | None:
@@ -66,6 +67,11 @@ class Embedding:
             asked = [displacements.get(one, self._graph.zero) for one in components]
             if all(one.is_zero for one in asked):
                 continue
+            if len(coordinates) == len(components) == 1:
+                slope = self.slopes[components[0]][coordinates[0]]
+                if slope.kind is Kind.NUMBER:  # a component that is a coordinate
+                    found[coordinates[0]] = asked[0] / slope
+                    continue
             if not self._is_possible(coordinates, components, asked):
                 return None
             changes = self._by_ansatz(coordinates, components, asked)
@@ -119,10 +125,7 @@ class Embedding:
         """xi_k constant, linear in t, or linear in the coordinates that positions are linear in: as in a
         chain, whose first end moves and whose links turn. Those of a body's orientation are linear in a
         quaternion."""
-        graph, model = self._graph, self.model
-        moving = model.time.symbols
-        for q in model.q:
-            moving |= q.symbols
+        graph, model, moving = self._graph, self.model, self._moving
         linear = [
             k
             for k in coordinates

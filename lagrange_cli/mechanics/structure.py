@@ -37,7 +37,7 @@ def cyclic_combinations(model: Model[Node], cyclic: tuple[str, ...]) -> Iterator
     single = [k for k, name in enumerate(model.coordinates) if name not in cyclic]
     changes = [Change({k: graph.one}) for k in single]
     relations = Relations(graph, (model.time, *model.q, *model.v))
-    for relation in relations.relations([noether.conditions(one) for one in changes]):
+    for relation in relations.relations(noether.conditions(changes)):
         ratio = in_lowest_terms(graph, [relation[i] for i in sorted(relation)])
         sign = -1.0 if graph.split_coefficient(ratio[0])[0] < 0 else 1.0
         change = Change({single[i]: sign * factor for i, factor in zip(sorted(relation), ratio)})

@@ -21,10 +21,11 @@ MOST_LINEAR, MOST_COMBINED = 6, 40
 
 def combinations(found: Found) -> None:
     """Relations between the conditions for changes of coordinates."""
-    model, changes = found.model, [*elementary(found)]
+    model = found.model
     if not model.q or len(model.q) > MOST_COMBINED:
         return
-    columns = [found.noether.conditions(one) for one in changes]
+    changes = [*elementary(found)]
+    columns = found.noether.conditions(changes)
     number = 0
     for relation in found.relations.relations(columns):
         parts = [(factor, changes[i]) for i, factor in relation.items()]

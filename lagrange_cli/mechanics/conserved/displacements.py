@@ -7,9 +7,9 @@ from functools import cached_property
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
-from lagrange_cli.expression.zero import zeros
+from lagrange_cli.mechanics.conserved.combinations import MOST_COMBINED
 from lagrange_cli.mechanics.conserved.found import Found
-from lagrange_cli.mechanics.conserved.noether import Change
+from lagrange_cli.mechanics.conserved.noether import Change, Parts
 from lagrange_cli.mechanics.conserved.reasons import momentum_text, turning_text, unchanged
 from lagrange_cli.mechanics.embedding import Component, Embedding
 from lagrange_cli.mechanics.variables import graph_of
@@ -23,25 +23,19 @@ TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
 @dataclass(frozen=True)
 class Trial:
     """A displacement of all particles: the quantity that it may conserve, as a formula, and a description of
-    it, or the reason. It may be reported only if it is ``new``: no function of known quantities."""
+    it, or the reason."""
 
     name: str
     change: Change
     text: str
     how: str = ""
     because: str = ""
-    new: bool = False
 
 
 def displacements(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
     """Translations, rotations and Galilean boosts of all particles, by changes of the coordinates."""
     found = _Displacements(model, embedding)
     return (*found.translations(), *found.rotations(), *found.boosts())
-
-
-def rotations_about_the_centre(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
-    """Turning all particles about their centre of mass, which stays where it is."""
-    return _Displacements(model, embedding).rotations_about_the_centre()
 
 
 def displaced(found: Found) -> None:
@@ -51,17 +45,35 @@ def displaced(found: Found) -> None:
         from lagrange_cli.mechanics.conserved.spins import spins
 
         trials += [Trial(*one) for one in spins(found.model, found.embedding)]
-    trials += rotations_about_the_centre(found.model, found.embedding)
-    conditions = [found.noether.conditions(one.change) for one in trials]
-    kept = zeros([node for nodes in conditions for node in nodes])
-    for one, nodes in zip(trials, conditions):
-        if kept >= {*nodes}:
-            if one.new and not found.is_independent(found.noether.current(one.change)):
-                continue
+    kept = found.noether.kept([[(found.graph.one, one.change)] for one in trials])
+    for one, proven in zip(trials, kept):
+        if proven:
             because = one.because or f"{one.how} {unchanged(found.noether, one.change)}"
             found.add(one.name, one.text, because, one.change)
         elif one.how:
             found.trials.append(one.change)
+
+
+def about_the_centre(found: Found) -> None:
+    """Turning all particles about their centre of mass, which stays where it is: reported if it is no
+    function of known quantities. Changes are multiplied out only once it is proven."""
+    turns = [*_Displacements(found.model, found.embedding).rotations_about_the_centre()]
+    kept = found.noether.kept([parts for _, parts in turns])
+    for (axis, parts), proven in zip(turns, kept):
+        if not proven and len(found.model.q) > MOST_COMBINED:
+            continue
+        change = found.noether.together(parts)
+        if not proven:
+            found.trials.append(change)
+        elif found.is_independent(found.noether.current(change)):
+            text = f"angular momentum about the centre of mass, along {axis}"
+            how = f"turning {everything(found.model)} about the centre of mass around {axis}"
+            found.add(f"S_{axis}", text, f"{how} {unchanged(found.noether, change)}", change)
+
+
+def everything(model: Model[Node]) -> str:
+    """What is displaced, in words."""
+    return "everything" if any(one.body for one in model.particles) else "all particles"
 
 
 @dataclass(frozen=True)
@@ -70,21 +82,19 @@ class _Displacements:
     embedding: Embedding
     shifts: dict[int, Mapping[int, Node] | None] = field(default_factory=dict, compare=False)
     """By the number of the axis: what ``_shift`` has found."""
+    turns: dict[tuple[int, int], Mapping[int, Node] | None] = field(default_factory=dict, compare=False)
+    """By the numbers of axes: what ``_turn`` has found."""
 
     @cached_property
     def _axes(self) -> int:
         return max((len(one.position) for one in self._moving), default=0)
-
-    @property
-    def _everything(self) -> str:
-        return "everything" if any(one.body for one in self.model.particles) else "all particles"
 
     def translations(self) -> Iterable[Trial]:
         """Moving all particles along an axis."""
         for i, axis in enumerate(COMPONENTS[: self._axes]):
             directions = self._shift(i)
             if directions:
-                text, how = momentum_text(self.model, axis), f"moving {self._everything} along {axis}"
+                text, how = momentum_text(self.model, axis), f"moving {everything(self.model)} along {axis}"
                 yield Trial(f"P_{axis}", Change(directions), text, how)
 
     def rotations(self) -> Iterable[Trial]:
@@ -94,17 +104,15 @@ class _Displacements:
             return
         for axis, (i, j) in TURNS.items():
             if max(i, j) < axes:
-                turn = dict[Component, Node]()
-                for one in model.particles:
-                    turn |= {(one.name, i): -one.position[j], (one.name, j): one.position[i]}
-                directions = self.embedding.change(turn)
+                directions = self._turn(i, j)
                 about = f"the {axis} axis" if axes == len(COMPONENTS) else "the origin"
                 if directions:
-                    how = f"turning {self._everything} about {about}"
+                    how = f"turning {everything(self.model)} about {about}"
                     yield Trial(f"L_{axis}", Change(directions), turning_text(model, i, j), how)
 
-    def rotations_about_the_centre(self) -> Iterable[Trial]:
-        """Turning all particles about their centre of mass, which stays where it is."""
+    def rotations_about_the_centre(self) -> Iterable[tuple[str, Parts]]:
+        """Turning all particles about their centre of mass, which stays where it is: by axis, a sum of
+        changes times functions. Where everything can be turned and shifted, it is made of that."""
         model, graph, axes = self.model, graph_of(self.model), self._axes
         if len(self._moving) < 2 or len({len(one.position) for one in model.particles}) > 1:
             return
@@ -114,16 +122,20 @@ class _Displacements:
             for i in range(axes)
         ]
         for axis, (i, j) in TURNS.items():
-            if max(i, j) < axes:
-                turn = dict[Component, Node]()
-                for one in model.particles:
-                    x, y = (one.position[n] - (graph.zero if one.body else centre[n]) for n in (i, j))
-                    turn |= {(one.name, i): -y, (one.name, j): x}
-                directions = self.embedding.change(turn)
-                if directions:
-                    text = f"angular momentum about the centre of mass, along {axis}"
-                    how = f"turning {self._everything} about the centre of mass around {axis}"
-                    yield Trial(f"S_{axis}", Change(directions), text, how, new=True)
+            if max(i, j) >= axes:
+                continue
+            turned, along, across = self._turn(i, j), self._shift(i), self._shift(j)
+            if turned and along and across:
+                moves = ((graph.one, turned), (centre[j], along), (-centre[i], across))
+                yield axis, [(factor, Change(directions)) for factor, directions in moves]
+                continue
+            turn = dict[Component, Node]()
+            for one in model.particles:
+                x, y = (one.position[n] - (graph.zero if one.body else centre[n]) for n in (i, j))
+                turn |= {(one.name, i): -y, (one.name, j): x}
+            directions = self.embedding.change(turn)
+            if directions:
+                yield axis, [(graph.one, Change(directions))]
 
     def boosts(self) -> Iterable[Trial]:
         """The motion of the centre of mass, t P - M R; that of a single particle is plain."""
@@ -143,6 +155,15 @@ class _Displacements:
             moved = [one.name for one in self._moving if len(one.position) > i]
             self.shifts[i] = self.embedding.change({(name, i): graph_of(self.model).one for name in moved})
         return self.shifts[i]
+
+    def _turn(self, i: int, j: int) -> Mapping[int, Node] | None:
+        """That which turns everything from axis i to axis j."""
+        if (i, j) not in self.turns:
+            turn = dict[Component, Node]()
+            for one in self.model.particles:
+                turn |= {(one.name, i): -one.position[j], (one.name, j): one.position[i]}
+            self.turns[i, j] = self.embedding.change(turn)
+        return self.turns[i, j]
 
     @property
     def _moving(self) -> list[Particle[Node]]:

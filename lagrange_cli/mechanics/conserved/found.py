@@ -79,20 +79,20 @@ class Found:
         return not rows or len(known) in dependent(rows, len(columns))
 
     def is_independent(self, node: Node) -> bool:
-        """Whether it is no function of those that are known, and of what constraints on velocities with
-        constant factors keep, by the gradients at a state."""
-        model, graph = self.model, self.graph
+        """Whether it is no function of those that are known, and of what constraints keep, by gradients at
+        a state."""
+        model, graph, constraints = self.model, self.graph, self.noether.constraints
         symbols, moving = [*model.q, *model.v], variables(model)
-        columns = [[graph.diff(one, s) for s in symbols] for one in self.kept]
-        for one, slopes, drift in zip(
-            model.constraints, self.noether.constraints.slopes, self.noether.constraints.drifts
+        given = [*self.kept, *(one.node for one in self.symmetries)]
+        for one, slopes, drift, speed in zip(
+            model.constraints, constraints.slopes, constraints.drifts, constraints.speeds
         ):
-            fixed = not any(a.symbols & moving for a in (*slopes.values(), drift))
-            if fixed and not one.holonomic:
-                columns.append([slopes.get(k, graph.zero) for k in range(len(symbols))])
-        columns.append([graph.diff(node, s) for s in symbols])
-        rows = self.relations.rows(columns, {})[: len(symbols)]
-        return bool(rows) and len(columns) - 1 not in dependent(rows, len(columns))
+            if one.holonomic:
+                given += [one.expression, speed]
+            elif not any(a.symbols & moving for a in (*slopes.values(), drift)):
+                given.append(graph.sum([(a * model.q[k], 1.0) for k, a in slopes.items()]))
+        columns = [[graph.diff(one, s) for s in symbols] for one in (*given, node)]
+        return not self.relations.may_combine(columns[:-1], columns[-1])
 
     def free_name(self, name: str) -> str:
         """The name, or the next one that nothing else has."""

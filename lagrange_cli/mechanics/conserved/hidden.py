@@ -28,7 +28,7 @@ from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model, Particle
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 MOST_TERMS = 4
 """Terms of U of which products are tried."""
@@ -51,20 +51,28 @@ class Candidate:
 
 
 def hidden(found: Found) -> None:
-    """Conserved quantities that are quadratic in velocities, for one particle or two."""
+    """Conserved quantities quadratic in the velocities, of one particle or two. Components of a vector or of
+    a tensor are all given; others only if they are no functions of what else is known."""
     given = candidates(found.model, found.noether) if "h" in found.names else []
-    number, before = 0, len(found.symmetries)
+    before, others = len(found.symmetries), list[tuple[Conserved, Node]]()
     for relation in found.relations.relations([[one.rate] for one in given]):
         parts = [(given[i], factor) for i, factor in relation.items()]
         rate = found.graph.sum([(factor * one.rate, 1.0) for one, factor in parts])
-        name, text, because, sign = described(found.model, given, relation, number + 1)
+        name, text, because, sign = described(found.model, given, relation)
         node = found.graph.sum([(factor * one.node, sign) for one, factor in parts])
         if not is_turning(given, relation) and not found.is_made(node) and is_zero(rate):
-            number += name[0] == "I"
             if sum(not one.body for one in found.model.particles) > 1:
                 because += "; m, r and v are those of the relative motion"
-            found.store(Conserved(found.free_name(name), text, because), node)
+            if name and name not in found.names:
+                found.store(Conserved(found.free_name(name), text, because), node)
+            else:
+                others.append((Conserved("", text, because), node))
     found.symmetries[before:] = sorted(found.symmetries[before:], key=lambda one: one.conserved.quantity)
+    number = 0
+    for each, node in others:
+        if found.is_independent(node):
+            number += 1
+            found.store(replace(each, quantity=found.free_name(f"I_{number}")), node)
 
 
 def candidates(model: Model[Node], noether: Noether) -> list[Candidate]:
@@ -182,13 +190,14 @@ def is_turning(given: Sequence[Candidate], relation: Mapping[int, Node]) -> bool
 
 
 def described(
-    model: Model[Node], given: Sequence[Candidate], relation: Mapping[int, Node], number: int
+    model: Model[Node], given: Sequence[Candidate], relation: Mapping[int, Node]
 ) -> tuple[str, str, str, float]:
-    """The name of a conserved sum, its formula, the reason, and the sign with which all this is meant."""
+    """The name of a conserved sum if it has one, its formula, the reason, and the sign with which all this is
+    meant."""
     moving = {given[i].vectors: factor for i, factor in relation.items() if given[i].vectors}
     kinds = {"".join(kind for kind, _ in one) for one in moving}
     still = {given[i].text: factor for i, factor in relation.items() if not given[i].vectors}
-    name, because, sign = f"I_{number}", "a hidden symmetry: it is constant by the equations of motion", 1.0
+    name, because, sign = "", "a hidden symmetry: it is constant by the equations of motion", 1.0
     for axis, after, last in zip("xyz", "yzx", "zxy"):
         pairs: dict[tuple[Vector, ...], float] = {
             (("v", after), ("L", last)): 1.0,

@@ -13,16 +13,17 @@ with the constraints: sum_k xi_k a_ik = 0, for nonholonomic ones as well (d'Alem
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
+from itertools import islice
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.expression.zero import branching, zeros
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.zero import deciding, zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, field
 
@@ -37,6 +38,10 @@ class Change:
     directions: Mapping[int, Node] = field(default_factory=dict)
     time: Node | None = None
     gain: Node | None = None
+
+
+Parts = Sequence[tuple[Node, Change]]
+"""Changes, each times a function of q and t."""
 
 
 @dataclass(frozen=True)
@@ -83,20 +88,18 @@ class Noether:
         model = self.model
         given = [model.potential, *(u for one in model.particles for u in one.velocity)]
         given = given if model.lagrangian is None else [model.lagrangian]
-        moving = model.time.symbols
-        for symbol in (*model.q, *model.v):
-            moving |= symbol.symbols
-        inside = reachable([*given, *self.energetics.applied], lambda node: bool(node.symbols & moving))
-        return [*dict.fromkeys(u for node in inside for u in branching(node) if u.symbols & moving)]
+        return deciding([*given, *self.energetics.applied], self._moving)
 
     @cached_property
     def eliminated(self) -> Mapping[Node, Node]:
         """Velocities by others, as the constraints have it, and coordinates that these are linear in."""
         graph, model = self._graph, self.model
         known: dict[Node, Node] = {}
+        solved = 0
         for one, slopes, speed in zip(model.constraints, self.constraints.slopes, self.constraints.speeds):
-            here = dict(zip(slopes, substituted(graph, slopes.values(), known)))
-            (speed,) = substituted(graph, [speed], known)
+            by_others = resolved(graph, known, solved, [one.expression, speed])
+            here = dict(zip(slopes, substituted(graph, slopes.values(), by_others)))
+            (speed,) = substituted(graph, [speed], by_others)
             free = {k: a for k, a in here.items() if model.v[k] not in known and not a.is_zero}
             if not free:
                 continue
@@ -104,31 +107,41 @@ class Noether:
             slope = graph.diff(speed, model.v[k])
             if slope.is_zero:
                 continue
-            solved = [(model.v[k], (slope * model.v[k] - speed) / slope)]
+            known[model.v[k]] = (slope * model.v[k] - speed) / slope
+            solved |= model.v[k].symbols
             if one.holonomic and not slope.symbols & self._moving:
-                (expression,) = substituted(graph, [one.expression], known)
+                (expression,) = substituted(graph, [one.expression], by_others)
                 rest = slope * model.q[k] - expression
                 if not rest.symbols & model.q[k].symbols:
-                    solved.append((model.q[k], rest / slope))
-            known = dict(zip(known, substituted(graph, known.values(), dict(solved)))) | dict(solved)
-        return known
+                    known[model.q[k]] = rest / slope
+                    solved |= model.q[k].symbols
+        return resolved(graph, known, solved, known)
 
     @cached_property
     def normalized(self) -> Mapping[Node, Node]:
-        """Coordinates divided by what constraints keep at a constant length, as that of a quaternion."""
+        """Coordinates on spheres, where constraints keep them at a constant distance from 0, as those of a
+        quaternion: by stereographic projection, all but the first one stand for any numbers. It has no root,
+        whose branches would have to be told apart."""
         graph, model = self._graph, self.model
         known: dict[Node, Node] = {}
         for one, slopes in zip(model.constraints, self.constraints.slopes):
-            if not one.holonomic or any(model.q[k] in known for k in slopes):
+            if not one.holonomic or len(slopes) < 2 or any(model.q[k] in known for k in slopes):
                 continue
             factors = {slope / model.q[k] for k, slope in slopes.items()}
             square = graph.sum([(model.q[k] * model.q[k], 0.5) for k in slopes])
             for factor in factors if len(factors) == 1 else ():
                 rest = one.expression - factor * square
                 if not factor.symbols & self._moving and not rest.symbols & self._moving:
-                    scale = graph.product([(-rest / factor, 0.5), (square, -0.5)])
-                    known |= {model.q[k]: model.q[k] * scale for k in slopes}
+                    radius = graph.product([(-2.0 * rest / factor, 0.5)])
+                    first, *others = (model.q[k] for k in slopes)
+                    plane = graph.sum([(q * q, 1.0) for q in others])
+                    known[first] = radius * (1.0 - plane) / (1.0 + plane)
+                    known |= {q: 2.0 * radius * q / (1.0 + plane) for q in others}
         return known
+
+    @cached_property
+    def _places(self) -> Mapping[Node, int]:
+        return numbered(self.model.q)
 
     @cached_property
     def _moving(self) -> int:
@@ -140,7 +153,7 @@ class Noether:
     def rate(self, node: Node) -> Node:
         """df/dt of a function of q and t."""
         graph, model = self._graph, self.model
-        terms = [(graph.diff(node, q) * v, 1.0) for q, v in zip(model.q, model.v) if node.symbols & q.symbols]
+        terms = [(slope * model.v[k], 1.0) for k, slope in graph.gradient(node, self._places).items()]
         return graph.sum([*terms, (graph.diff(node, model.time), 1.0)])
 
     def current(self, change: Change) -> Node:
@@ -149,8 +162,21 @@ class Noether:
         terms += [(change.time * self.energy, -1.0)] if change.time is not None else []
         return self._graph.sum(terms + ([(change.gain, -1.0)] if change.gain is not None else []))
 
-    def conditions(self, change: Change) -> tuple[Node, ...]:
-        """The expressions that must vanish: linear functions of the change, and as many for every change."""
+    def conditions(self, changes: Sequence[Change]) -> list[tuple[Node, ...]]:
+        """The expressions that must vanish, for each change: linear in it, and as many for every one."""
+        return self._where_constraints_hold([[*self._balance(one), *self._along(one)] for one in changes])
+
+    def _along(self, change: Change) -> list[Node]:
+        """The rates of the constraints in a change."""
+        found = []
+        for slopes, drift in zip(self.constraints.slopes, self.constraints.drifts):
+            terms = [(a * change.directions[k], 1.0) for k, a in slopes.items() if k in change.directions]
+            terms += [(change.time * drift, 1.0)] if change.time is not None else []
+            found.append(self._graph.sum(terms))
+        return found
+
+    def _balance(self, change: Change) -> list[Node]:
+        """The rate of the current, and what must not change because it decides branches."""
         graph, model, energetics = self._graph, self.model, self.energetics
         terms: list[tuple[Node, float]] = []
         rates = {k: self.rate(xi) for k, xi in change.directions.items()}
@@ -162,10 +188,6 @@ class Noether:
         if change.gain is not None:
             terms.append((self.rate(change.gain), -1.0))
         found = [graph.sum(terms)]
-        for slopes, drift in zip(self.constraints.slopes, self.constraints.drifts):
-            along = [(slopes[k] * xi, 1.0) for k, xi in change.directions.items() if k in slopes]
-            along += [(change.time * drift, 1.0)] if change.time is not None else []
-            found.append(graph.sum(along))
         for u in self._deciding:
             parts = [(graph.diff(u, model.q[k]) * xi, 1.0) for k, xi in change.directions.items()]
             parts += [(graph.diff(u, model.v[k]) * xi_dot, 1.0) for k, xi_dot in rates.items()]
@@ -173,19 +195,61 @@ class Noether:
                 parts.append((graph.diff(u, model.time) * change.time, 1.0))
                 parts += [(graph.diff(u, v) * v * stretch, -1.0) for v in model.v if u.symbols & v.symbols]
             found.append(graph.sum(parts))
-        found = [*substituted(graph, found, self.eliminated)] if self.eliminated else found
-        if not self.normalized:
-            return tuple(found)
-        absent = zeros(found)
-        return tuple(
-            graph.zero if node in absent else one
-            for node, one in zip(found, substituted(graph, found, self.normalized))
-        )
+        return found
+
+    def _growth(self, factor: Node, change: Change) -> list[Node]:
+        """What ``_balance`` is more than f times as large for f xi_k in place of xi_k, with a function f:
+        f_dot sum_k xi_k p_k, and f_dot sum_k xi_k du/dv_k."""
+        graph, rate = self._graph, self.rate(factor)
+        momenta = [(xi * self.energetics.momenta[k], 1.0) for k, xi in change.directions.items()]
+        found = [rate * graph.sum(momenta)]
+        for u in self._deciding:
+            slopes = [(graph.diff(u, self.model.v[k]) * xi, 1.0) for k, xi in change.directions.items()]
+            found.append(rate * graph.sum(slopes))
+        return found
+
+    def _where_constraints_hold(self, lists: Sequence[Sequence[Node]]) -> list[tuple[Node, ...]]:
+        """Expressions, with what the constraints make of velocities and of coordinates."""
+        graph, every = self._graph, [node for nodes in lists for node in nodes]
+        if self.eliminated:
+            every = [*substituted(graph, every, self.eliminated)]
+        if self.normalized:
+            absent = zeros(every)
+            every = [
+                graph.zero if node in absent else one
+                for node, one in zip(every, substituted(graph, every, self.normalized))
+            ]
+        left = iter(every)
+        return [tuple(islice(left, len(nodes))) for nodes in lists]
 
     def keeps(self, change: Change) -> bool:
         """Whether it is proven that the current is conserved."""
-        conditions = self.conditions(change)
-        return zeros(conditions) >= {*conditions}
+        return self.kept([[(self._graph.one, change)]]) == [True]
+
+    def kept(self, sums: Sequence[Parts]) -> list[bool]:
+        """The same for each of several sums of changes times functions; all are proven at once, as they
+        have most terms in common. Products are not multiplied out, and what the constraints do not allow goes
+        first."""
+        along = self._vanish([self._sum([(f, self._along(one)) for f, one in parts]) for parts in sums])
+        left = [parts for parts, allowed in zip(sums, along) if allowed]
+        one, balances = self._graph.one, []
+        for parts in left:
+            terms = [(f, self._balance(change)) for f, change in parts]
+            grown = [(one, self._growth(f, change)) for f, change in parts if f.symbols & self._moving]
+            balances.append(self._sum([*terms, *grown]))
+        balanced = iter(self._vanish(balances))
+        return [allowed and next(balanced) for allowed in along]
+
+    def _sum(self, parts: Sequence[tuple[Node, Sequence[Node]]]) -> list[Node]:
+        """The sums of several lists of expressions, each times a factor."""
+        scaled = [[(factor * node, 1.0) for node in nodes] for factor, nodes in parts]
+        return [self._graph.sum(terms) for terms in zip(*scaled)]
+
+    def _vanish(self, lists: Sequence[Sequence[Node]]) -> list[bool]:
+        """Whether it is proven of all expressions in each list that they are 0."""
+        lists = self._where_constraints_hold(lists)
+        absent = zeros([node for nodes in lists for node in nodes])
+        return [absent >= {*nodes} for nodes in lists]
 
     def together(self, parts: Sequence[tuple[Node, Change]]) -> Change:
         """A sum of changes with coefficients."""
@@ -204,3 +268,23 @@ class Noether:
             graph.sum(times) if times else None,
             graph.sum(gains) if gains else None,
         )
+
+
+def resolved(
+    graph: Graph, known: Mapping[Node, Node], solved: int, nodes: Iterable[Node]
+) -> dict[Node, Node]:
+    """The symbols in ``nodes`` that are ``known``, with the bits ``solved``, by those that are not. Values
+    contain none that were known before them; those that ``nodes`` do not lead to are not looked at."""
+    found: dict[Node, Node] = {}
+    pending = [x for node in nodes for x in graph.symbols_of(node, solved)]
+    while pending:
+        symbol = pending[-1]
+        inner = graph.symbols_of(known[symbol], solved)
+        missing = [x for x in inner if x not in found]
+        if missing:
+            pending += missing
+            continue
+        pending.pop()
+        if symbol not in found:
+            (found[symbol],) = substituted(graph, [known[symbol]], {x: found[x] for x in inner})
+    return found

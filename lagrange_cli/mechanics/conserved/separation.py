@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, bits
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.matrices import united
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 
@@ -49,10 +50,10 @@ def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tupl
     ]
     found = []
     for part in parts if len(parts) > 1 else ():
-        bits = sum(own[k] for k in part)
-        if bits & working:
+        mine = sum(own[k] for k in part)
+        if mine & working:
             continue
-        lagrangian = graph.sum([(term, c) for term, c in terms if term.symbols & bits])
+        lagrangian = graph.sum([(term, c) for term, c in terms if term.symbols & mine])
         power = graph.sum([(model.v[k] * energetics.applied[k], 1.0) for k in part])
         if is_zero(power - graph.diff(lagrangian, model.time)):
             moving = [(model.v[k] * energetics.momenta[k], 1.0) for k in part]
@@ -76,10 +77,11 @@ def _masks(model: Model[Node], terms: Sequence[Term]) -> list[int]:
     constraints."""
     masks = [term.symbols for term, _ in terms]
     bound = {one.multiplier.symbols: one.expression.symbols for one in (*model.constraints, *model.redundant)}
-    for force, bits in zip(Energetics(model).applied, _own(model)):
+    multipliers = reduce(or_, bound, 0)
+    for force, mine in zip(Energetics(model).applied, _own(model)):
         if not force.is_zero:
-            through = (symbols for multiplier, symbols in bound.items() if force.symbols & multiplier)
-            masks.append(reduce(or_, through, force.symbols | bits))
+            through = (bound[1 << bit] for bit in bits(force.symbols & multipliers))
+            masks.append(reduce(or_, through, force.symbols | mine))
     return [*masks, *bound.values()]
 
 
@@ -120,15 +122,8 @@ def _summands(node: Node) -> list[Term]:
     return []
 
 
-def _parts(own: list[int], masks: list[int]) -> list[list[int]]:
+def _parts(own: list[int], masks: Iterable[int]) -> tuple[tuple[int, ...], ...]:
     """Coordinates that stand together in expressions; these have the bits ``masks``, coordinates ``own``."""
-    groups: list[int] = []
-    for mask in [*own, *masks]:
-        here = 0
-        for bits in own:
-            here |= bits if bits & mask else 0
-        for other in [group for group in groups if group & here]:
-            groups.remove(other)
-            here |= other
-        groups += [here] if here else []
-    return sorted([k for k, bits in enumerate(own) if bits & group] for group in groups)
+    places = {bit: k for k, mine in enumerate(own) for bit in bits(mine)}
+    every = reduce(or_, own, 0)
+    return united(len(own), ([places[bit] for bit in bits(mask & every)] for mask in masks))

@@ -17,7 +17,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.conserved.combinations import combinations
-from lagrange_cli.mechanics.conserved.displacements import displaced
+from lagrange_cli.mechanics.conserved.displacements import about_the_centre, displaced
 from lagrange_cli.mechanics.conserved.found import Found, Symmetry
 from lagrange_cli.mechanics.conserved.hidden import hidden
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
@@ -52,8 +52,8 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     space = work.attempt(WORTH_OF_POLYNOMIALS, partial(in_space, model))
     model, note = space or (model, "")
     found = Found(model, known)
-    for stage in (displaced, combinations, parts, hidden, tops, polynomials, without_gauge):
-        found.note = note if stage in (displaced, hidden, polynomials) else ""
+    for stage in (displaced, about_the_centre, combinations, parts, hidden, tops, polynomials, without_gauge):
+        found.note = note if stage in (displaced, about_the_centre, hidden, polynomials) else ""
         work.attempt(WORTH if stage is not polynomials else WORTH_OF_POLYNOMIALS, partial(stage, found))
     return tuple(found.symmetries)
 

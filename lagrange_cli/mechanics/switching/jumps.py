@@ -19,7 +19,7 @@ from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of, variables
+from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
@@ -112,9 +112,10 @@ def continuous(model: Model[Node]) -> Iterator[Continuous]:
     for event in model.events:
         if switching([event.argument]):
             yield Continuous("events", event.argument, [*model.q, *model.v, model.time], event.name)
+    places = numbered(at_any_time)
     for constraint in model.constraints:
         f, key = constraint.expression, "constraints" if constraint.holonomic else "nonholonomic"
-        slopes = [graph.diff(f, x) for x in at_any_time if x.symbols & f.symbols]
+        slopes = [*graph.gradient(f, places).values()]
         if not switching([f, *slopes]):
             continue
         own = f if constraint.holonomic else None
