@@ -105,6 +105,7 @@ class Division:
             with f.when(refused.get() & (since.get() >= PATIENT)):
                 measure_rounding(parts, tau)
                 since.set(f.count(0))
+                gap.set(zero)
             near, left = gap.get() > 0.0, difference(step, tau)
             asked = self.asked(left[0], tau)
             usual.set(f.larger(asked, usual.get() * LAG))
