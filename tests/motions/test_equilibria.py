@@ -120,3 +120,15 @@ def test_double_double_steps_where_forces_are_rounding(tmp_path: Path) -> None:
     run = lagrange("solve", file, "--precision", "double-double", "--json", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     assert json.loads(run.stdout)["steps"] < 1000
+
+
+def test_double_double_ledgers_close_where_forces_begin_as_rounding(tmp_path: Path) -> None:
+    """The force along the spring is far below the other forces at first, and known to fewer digits."""
+    file = tmp_path / "falling.yaml"
+    file.write_text(FALLING, encoding="utf-8")
+    options = "--precision", "double-double", "--outputs", "ledger", "--stop", "0.02", "--samples", "6"
+    run = lagrange("solve", file, *options, cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    with h5py.File(tmp_path / "falling.h5") as data:
+        for quantity in ("h", "p/x", "p/z", "p/X", "p/Z"):
+            assert abs(data[f"diagnostics/ledger/{quantity}"][:]).max() < 1e-28
