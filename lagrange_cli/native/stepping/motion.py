@@ -200,13 +200,14 @@ class Steps(ABC):
 
     # integrals
 
-    def rough(self, f: Function, now: Now, h: Real) -> Bit:
-        """Whether the integrals' series do not hold all through the step of ``h`` just taken."""
+    def rough(self, f: Function, now: Now, h: Real, sound: Bit) -> Bit:
+        """Whether the integrals' series do not hold all through the step of ``h`` just taken. Nothing is
+        proven where the motion's are not ``sound``: they were cut."""
         places = f.pointer("%trial"), f.pointer("%work")
         rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h))
         if self.integrands is None:
             return rough
-        return rough | ~self._has_proven(f, now.t + now.low, *places, h, now.unit)
+        return rough | (sound & ~self._has_proven(f, now.t + now.low, *places, h, now.unit))
 
     def _has_proven(self, f: Function, t: Real, state: Pointer, series: Pointer, h: Real, unit: Real) -> Bit:
         """Whether the integrands have nothing to hide within ``h``."""
