@@ -14,7 +14,7 @@ from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.quadratures import ROUNDING, Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import dataclass
 
 NAN = "0x7FF8000000000000"
 ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
@@ -208,7 +208,7 @@ class Parts:
     def sample(self, part: Part, dt: Pair, index: Integer) -> None:
         """One sample: rows of ``%out`` are ``%stride`` apart, low parts ``%beyond`` behind."""
         f, (first, count) = self.f, self.own.followed
-        one, h = replace(self.own, lanes=1, together=1), difference(dt, part.start)
+        one, h = self.own.one_by_one(), difference(dt, part.start)
         with f.loop(first, first + count, tested=False) as i:
             high, low = self.integral(Row(one, f, i), part, h)
             place = i * Integer(f, "%stride") + index
