@@ -80,7 +80,7 @@ class Steps(ABC):
         if rows[1]:
             self.quadratures = Quadratures(
                 lengths, *rows, given.tolerance, self.bounds, beyond=sums.beyond,
-                rest=AT_REST if given.proving[1] else 0.0,
+                rest=AT_REST if given.proving[1] else 0.0, known=0 if sums.beyond else self.state.third,
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
@@ -220,6 +220,7 @@ class Steps(ABC):
         assert self.quadratures
         rates, allowed, low = self.expected(f)
         nothing, zero = self.quadratures.nothing(f, h), f.constant(0.0)
+        self.quadratures.allow(f, allowed)
         given = rates, allowed, nothing, f.constant(1.0), Bit(f, "false"), zero
         more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
         return ~f.call(Bit, "integrals_accepted", f.pointer("%work"), *given, *more, f.pointer("%state"))
@@ -274,9 +275,9 @@ class Steps(ABC):
                 index, Integer(f, "%last"), part, lambda instant: difference((instant, zero), (t, low))
             )
 
-        whole = made.divide(t, (h, hl), samples, index)
+        whole, explained = made.divide(t, (h, hl), samples, index)
         with f.when(~whole):
             parts.lose_samples(index, Integer(f, "%last"))
-        parts.give(f.pointer("%state"), self.state.third if self.parts > 1 else 0, whole)
+        parts.give(f.pointer("%state"), self.state.third, whole, explained)
         f.give()
         return f
