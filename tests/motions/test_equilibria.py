@@ -164,3 +164,18 @@ def test_ledgers_of_a_net_close_at_samples_within_steps_of_few_parts() -> None:
         motion = follow(NET, 0.05, 301, outputs=OUTPUTS)
     for quantity in ("h", "p/x", "p/y", "p/z"):
         assert abs(motion[f"diagnostics/ledger/{quantity}"]).max() < 1e-15
+
+
+def test_ledgers_of_a_net_continue_with_the_same_bytes(tmp_path: Path) -> None:
+    """What was measured of rounding goes on with the state."""
+    (tmp_path / "net.yaml").write_text(NET, encoding="utf-8")
+    options = "--step", "0.001", "--outputs", "ledger"
+    for name, stop, more in (("parts", "0.02", ()), ("parts", "0.03", ("--resume",)), ("whole", "0.03", ())):
+        run = lagrange("solve", "net.yaml", "--stop", stop, *options, *more, "-o", f"{name}.h5", cwd=tmp_path)
+        assert run.returncode == 0, run.stderr
+    with h5py.File(tmp_path / "parts.h5") as parts, h5py.File(tmp_path / "whole.h5") as whole:
+        for path in ("h", "p/x", "p/y", "p/z"):
+            assert (
+                parts[f"diagnostics/ledger/{path}"][:].tobytes()
+                == whole[f"diagnostics/ledger/{path}"][:].tobytes()
+            )
