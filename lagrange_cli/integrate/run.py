@@ -117,6 +117,7 @@ def integrate(
         evaluations=end.evaluations,
         h_drift=h_drift,
         h_size=samples.size,
+        h_rounding=samples.rounding() if h_drift else 0.0,
         p_drift=p_drift,
         undetected=prepared.recording.undetected,
         unknown=samples.unknown,

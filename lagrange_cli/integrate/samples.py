@@ -15,6 +15,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Progress
 from lagrange_cli.integrate.events import Change, parameters_in
+from lagrange_cli.integrate.rounding import change_of, rounded_otherwise
 from lagrange_cli.native.interface import low
 from lagrange_cli.outputs.recording import Making, Places, Rows
 from lagrange_cli.records import dataclass
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     Judge = Callable[[Mapping[str, Array]], int]
 
 LOW = "low/"
+H = "h", low("h")
 EARLY, RARELY = 4096, 256
 """The size of h's terms is taken from each of the first ``EARLY`` samples, then from every ``RARELY``-th."""
 
@@ -74,6 +76,7 @@ class Samples:
         self._done = 0
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
         self._size, self._count = 0.0, 0
+        self._last = np.empty(0), np.empty((0, 0))
         self.final: State | None = None
         """The last sample, once there is one."""
         self.unknown: dict[str, float] = {}
@@ -156,6 +159,7 @@ class Samples:
         """The observed quantities, and the initial value of each balance: a number, or one for each
         sample."""
         names, count = self._prepared.machine.program.quantities, len(times)
+        self._last = times[-1:].copy(), states[:, -1:].copy()
         states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
         stride = states.strides[0] // 8
         self._wide, self._other = self._other, self._wide
@@ -223,6 +227,17 @@ class Samples:
         """How large |h| and sum |p_k q_dot_k| have been, which tells whether a drift of h is rounding; else
         0."""
         return self._size
+
+    def rounding(self) -> float:
+        """By how much h changes where coordinates and velocities of the last sample do by rounding; 0 if it
+        is not known."""
+        program = self._prepared.machine.program
+        if not len(self._last[0]) or "h" not in program.quantities:
+            return 0.0
+        states = rounded_otherwise(self._last[1], program)
+        found = np.empty((len(program.quantities), states.shape[1]))
+        self._compute(np.repeat(self._last[0], states.shape[1]), states, found, states.shape[1])
+        return change_of([row for name, row in zip(program.quantities, found) if name in H])
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 The rows are what is integrated. In memory they are followed by their low parts, which compensated summation
 keeps (W. Kahan, CACM 8, 1965), and by the clock: t and what the stepper remembers from step to step. The
-numbers of a double-double motion have a third part each, behind the clock.
+numbers of a double-double motion have a third part each, behind the clock. In doubles, the third parts of
+integrals are the rounding errors of their integrands.
 """
 
 from __future__ import annotations

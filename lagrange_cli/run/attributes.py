@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from lagrange_cli.store.layout import Series
 
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
-"""A drift of h that rounding does not explain, relative to its size, and in units of the tolerance."""
+"""A drift of h that rounding does not explain, relative to its size, and in units of the tolerance, or of
+what rounding of a state changes."""
 
 MOST_NAMES = 4
 """Quantities that a warning names."""
@@ -167,7 +168,7 @@ def drifting(outcome: Outcome, tolerance: float) -> str | None:
     drift, size = outcome.h_drift, outcome.h_size
     if not drift or not size or math.isinf(drift):
         return None
-    if drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
+    if drift <= max(max(WORTH_A_WORD, LOOSELY * tolerance) * size, LOOSELY * outcome.h_rounding):
         return None
     return (
         f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, although it is conserved; a narrow force "

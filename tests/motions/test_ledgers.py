@@ -174,3 +174,18 @@ generalized_forces: {z: 1.3*sin(t) - 0.8*z_dot*x**2}
         motion = follow(text + held, 1.0, 5, outputs=LEDGER)
     for name in ("h", "p/x", "p/y", "p/z"):
         assert largest(motion, f"diagnostics/ledger/{name}") < 1e-14
+
+
+def test_ledgers_close_beyond_a_singular_configuration() -> None:
+    """A bead on a lemniscate passes the crossing, near which high coefficients overflow: first those of the
+    integrals."""
+    text = """
+coordinates: {x: {initial: 1, velocity: 0}, y: {initial: 0, velocity: 1}}
+masses: {b: 1}
+positions: {b: [x, y]}
+constraints: {lemniscate: (x**2 + y**2)**2 - x**2 + y**2}
+"""
+    motion = follow(text, 3.0, 7, outputs=LEDGER)
+    assert motion["q/x"].min() < -0.9
+    for name in ("h", "p/x", "p/y"):
+        assert largest(motion, f"diagnostics/ledger/{name}") < 1e-12

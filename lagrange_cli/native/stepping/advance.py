@@ -282,7 +282,7 @@ def advance(steps: Steps) -> str:
         steps.project(f)
         uneven.set(f.select(seen, f.fused(farthest, usually.place, f.constant(SMALLEST)), zero))
         if steps.quadratures:
-            rough = steps.rough(f, now, step) & seen & sound
+            rough = steps.rough(f, now, step, sound) & seen
             settled.set(rough | ~seen | ~sound)
             unit_before.set(now.unit)
             with f.when(rough):

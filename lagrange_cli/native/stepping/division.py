@@ -90,14 +90,16 @@ class Division:
 
     def divide(
         self, t: Real, step: Pair, samples: Callable[[Part], Integer], index: Variable[Integer]
-    ) -> Bit:
+    ) -> tuple[Bit, Bit]:
         """The loop over the parts of a ``step`` at about ``t``; ``samples`` are written up to an ``index``
-        that is kept if the part is good. Whether the end of the step was reached."""
+        that is kept if the part is good. Whether the end of the step was reached, and whether rounding, once
+        it was measured, explains why parts were not accepted before."""
         f, parts, bounds = self.f, self.parts, self.parts.bounds
         zero, one = f.constant(0.0), f.constant(1.0)
         reached, beyond, gap, usual, last, repeats = (f.variable(zero) for _ in range(6))
         stretch, push, count = f.variable(one), f.variable(one), f.variable(f.count(0))
         refused, since = f.variable(f.never(1)), f.variable(f.count(PATIENT))
+        unexplained = f.variable(f.never(1))
         parts.begin()
         parts.go((zero, zero))
         with f.forever() as rounds:
@@ -105,6 +107,7 @@ class Division:
             with f.when(refused.get() & (since.get() >= PATIENT)):
                 measure_rounding(parts, tau)
                 since.set(f.count(0))
+                gap.set(zero)
             near, left = gap.get() > 0.0, difference(step, tau)
             asked = self.asked(left[0], tau)
             usual.set(f.larger(asked, usual.get() * LAG))
@@ -144,6 +147,7 @@ class Division:
             stretch.set(f.select(unseen, stretch.get() * 2.0, one))
             parts.accept(good)
             refused.set(~good)
+            unexplained.set(unexplained.get() | (~good & (since.get() < PATIENT)))
             index.set(f.select(good, sampled, index.get()))
             for variable, after, old in zip((reached, beyond), part.end, tau):
                 variable.set(f.select(good, after, old))
@@ -158,7 +162,7 @@ class Division:
             since.set(since.get() + 1)
             missing = difference(step, (reached.get(), beyond.get()))[0] > 0.0
             rounds.repeat(missing & (count.get() < MOST) & ~self.halted())
-        return difference(step, (reached.get(), beyond.get()))[0] <= 0.0
+        return difference(step, (reached.get(), beyond.get()))[0] <= 0.0, ~unexplained.get()
 
     def lose(self, part: Part, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
         """Integrals become nan here if the integrand is too steep to be passed over, if it is not finite

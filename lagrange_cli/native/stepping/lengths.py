@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ class Lengths:
     how many they are. If they are ``apart``, nothing that other rows hold has a say, nor what is no number.
     If ``floor`` is not 0, no velocity is measured by less than what is at its row from there on in ``%work``.
     If coordinates are ``followers``, they have no series of their own: it follows from the velocities'.
+    Where rows are taken one by one, series may be ``packed`` with those of so many rows.
     """
 
     degrees: int
@@ -44,6 +45,7 @@ class Lengths:
     apart: bool = False
     floor: int = 0
     followers: bool = False
+    packed: int = 1
 
     @property
     def leading(self) -> tuple[int, int]:
@@ -73,6 +75,10 @@ class Lengths:
         with self.velocities(f) if self.followers else self.each(f) as row:
             yield row
 
+    def one_by_one(self) -> Lengths:
+        """The same rows, each a vector of its own."""
+        return replace(self, lanes=1, together=1, packed=self.lanes)
+
     def vector(self, row: int) -> int:
         """The first row of the vector that one is in."""
         return row - row % self.together
@@ -87,7 +93,13 @@ class Lengths:
 
     def place(self, f: Function, row: Integer, work: Pointer | str = "%work") -> Pointer:
         """Where coefficient 0 of a row is, the first one of its vector."""
-        at = row if self.row == 1 else row * self.row
+        if self.row == 1:
+            at = row
+        elif self.packed == 1:
+            at = row * self.row
+        else:
+            lane = row & (self.packed - 1)
+            at = (row - lane) * self.row + lane
         return f.place(work, at + self.first if self.first else at, "double")
 
     def single(self, f: Function, i: Integer) -> Pointer:

@@ -80,7 +80,7 @@ class Steps(ABC):
         if rows[1]:
             self.quadratures = Quadratures(
                 lengths, *rows, given.tolerance, self.bounds, beyond=sums.beyond,
-                rest=AT_REST if given.proving[1] else 0.0,
+                rest=AT_REST if given.proving[1] else 0.0, known=0 if sums.beyond else self.state.third,
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
@@ -200,13 +200,14 @@ class Steps(ABC):
 
     # integrals
 
-    def rough(self, f: Function, now: Now, h: Real) -> Bit:
-        """Whether the integrals' series do not hold all through the step of ``h`` just taken."""
+    def rough(self, f: Function, now: Now, h: Real, sound: Bit) -> Bit:
+        """Whether the integrals' series do not hold all through the step of ``h`` just taken. Nothing is
+        proven where the motion's are not ``sound``: they were cut."""
         places = f.pointer("%trial"), f.pointer("%work")
         rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h))
         if self.integrands is None:
             return rough
-        return rough | ~self._has_proven(f, now.t + now.low, *places, h, now.unit)
+        return rough | (sound & ~self._has_proven(f, now.t + now.low, *places, h, now.unit))
 
     def _has_proven(self, f: Function, t: Real, state: Pointer, series: Pointer, h: Real, unit: Real) -> Bit:
         """Whether the integrands have nothing to hide within ``h``."""
@@ -219,6 +220,7 @@ class Steps(ABC):
         assert self.quadratures
         rates, allowed, low = self.expected(f)
         nothing, zero = self.quadratures.nothing(f, h), f.constant(0.0)
+        self.quadratures.allow(f, allowed)
         given = rates, allowed, nothing, f.constant(1.0), Bit(f, "false"), zero
         more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
         return ~f.call(Bit, "integrals_accepted", f.pointer("%work"), *given, *more, f.pointer("%state"))
@@ -273,9 +275,9 @@ class Steps(ABC):
                 index, Integer(f, "%last"), part, lambda instant: difference((instant, zero), (t, low))
             )
 
-        whole = made.divide(t, (h, hl), samples, index)
+        whole, explained = made.divide(t, (h, hl), samples, index)
         with f.when(~whole):
             parts.lose_samples(index, Integer(f, "%last"))
-        parts.give(f.pointer("%state"), self.state.third if self.parts > 1 else 0, whole)
+        parts.give(f.pointer("%state"), self.state.third, whole, explained)
         f.give()
         return f

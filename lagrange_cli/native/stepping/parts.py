@@ -11,10 +11,10 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.acceptance import allowance
 from lagrange_cli.native.stepping.lengths import Row
-from lagrange_cli.native.stepping.quadratures import ROUNDING, Quadratures
+from lagrange_cli.native.stepping.quadratures import FADING, ROUNDING, Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import dataclass
 
 NAN = "0x7FF8000000000000"
 ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
@@ -97,7 +97,9 @@ class Parts:
         """All parts begin with the integrals that the step begins with."""
         with self.lengths.each(self.f) as row:
             self.put(row, (row.at(self.at.begin), row.at(self.at.begin, self.low)), self.at.arrays)
-            row.put(self.f.zero(self.lengths.lanes), self.array(ROUNDING))
+            known = self.quadratures.known
+            error = row.at(self.at.begin, known) if known else self.f.zero(self.lengths.lanes)
+            row.put(error, self.array(ROUNDING))
 
     def go(self, place: Pair) -> None:
         """The motion at a place of the step, and the series there; the integrals stay as they are."""
@@ -179,16 +181,20 @@ class Parts:
         with self.f.when(good), self.own.velocities(self.f) as row:
             self.put(row, (row.at(ended), row.at(ended, self.low)), self.at.arrays)
 
-    def give(self, state: Pointer, third: int, whole: Bit) -> None:
+    def give(self, state: Pointer, third: int, whole: Bit, explained: Bit) -> None:
         """The integrals of all parts as those of the state; no numbers where the parts are not the whole
-        step. Third parts, if there are any, become 0."""
+        step. Third parts become 0, or in doubles, which have none, the rounding errors of integrands: those
+        of this step if they have ``explained`` why it was divided."""
         f, none = self.f, self.f.splat(Real(self.f, NAN, 1), self.own.lanes)
         with self.own.velocities(f) as row:
             value = row.at(self.at.arrays), row.at(self.at.arrays, self.low)
             every = row.moving(f.splat(Bit(f, "true", 1), self.own.lanes))
             self.put(row, choice(f, whole, value, (none, none)), state, every)
-            if third:
-                row.put(f.constant(0.0), state, third)
+            error = f.zero(self.own.lanes)
+            if self.quadratures.known:
+                before = row.at(self.at.begin, third) * FADING
+                error = f.select(explained, row.at(self.array(ROUNDING)), before)
+            row.put(f.select(every, error, row.at(state, third)), state, third)
 
     def lose_samples(self, index: Variable[Integer], last: Integer) -> None:
         """Samples from ``index`` to before ``last`` are nan: the parts have not reached them."""
@@ -208,7 +214,7 @@ class Parts:
     def sample(self, part: Part, dt: Pair, index: Integer) -> None:
         """One sample: rows of ``%out`` are ``%stride`` apart, low parts ``%beyond`` behind."""
         f, (first, count) = self.f, self.own.followed
-        one, h = replace(self.own, lanes=1, together=1), difference(dt, part.start)
+        one, h = self.own.one_by_one(), difference(dt, part.start)
         with f.loop(first, first + count, tested=False) as i:
             high, low = self.integral(Row(one, f, i), part, h)
             place = i * Integer(f, "%stride") + index

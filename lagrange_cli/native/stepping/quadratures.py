@@ -8,7 +8,7 @@ is divided (``division``).
 from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Real, kind
+from lagrange_cli.native.llvm.vector import Pointer, Real, kind
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.acceptance import Bounds, accepted
 from lagrange_cli.native.stepping.lengths import Lengths
@@ -24,6 +24,9 @@ ROUNDING = 7
 """The array in which the parts of a step have the rounding errors of integrands, as terms of their series
 (``parts.Places``)."""
 
+FADING = 0.875
+"""Rounding errors of one step count for so much in the next one."""
+
 
 def followed(state: StateLayout, before: int) -> tuple[int, int]:
     """The first row of quadratures that have a say, and how many there are, behind so many that have none."""
@@ -34,17 +37,23 @@ class Quadratures:
     """Writes what the quadratures of a motion take: ``count`` rows of ``lengths`` from ``first`` on.
 
     Low parts of coefficients are ``beyond`` doubles behind, if they have any: then time has a unit of its
-    own in the series. Integrands up to ``rest`` do not count.
+    own in the series. Integrands up to ``rest`` do not count. Their rounding errors, where they were measured
+    in steps before, are ``known`` so many rows behind them in the state, if that is not 0.
     """
 
     def __init__(
         self, lengths: Lengths, first: int, count: int, tolerance: float, bounds: Bounds,
-        *, beyond: int = 0, rest: float = 0.0,
+        *, beyond: int = 0, rest: float = 0.0, known: int = 0,
     ) -> None:  # fmt: skip
         self.lengths, self.bounds, self.tolerance, self._beyond = lengths, bounds, tolerance, beyond
         self.own = replace(lengths, followed=(first, count), apart=True)
-        self.sizes = StepSize(self.own, tolerance, rest, fades=not beyond, prefix="integral_")
-        self._within = replace(self.sizes, uncertain=(ROUNDING * lengths.width, 1.0 / bounds.rounding))
+        self.known = known
+        sizes, often = (
+            StepSize(self.own, tolerance, rest, fades=not beyond, prefix="integral_"),
+            1.0 / bounds.rounding,
+        )
+        self.sizes = replace(sizes, uncertain=(known, often)) if known else sizes
+        self._within = replace(sizes, uncertain=(ROUNDING * lengths.width, often))
 
     def functions(self) -> list[Function]:
         """What its instructions call."""
@@ -58,6 +67,16 @@ class Quadratures:
         if not self.sizes.rest:
             return f.constant(0.0)
         return self.bounds.nothing(f, h)
+
+    def allow(self, f: Function, allowed: Pointer) -> None:
+        """Add the known rounding errors to what integrands may be off by after a step; they are less and less
+        certain."""
+        if not self.known:
+            return
+        with self.own.velocities(f) as row:
+            error = row.at("%state", self.known)
+            row.put(row.at(allowed) + error, allowed)
+            row.put(f.select(row.among(*self.own.leading), error * FADING, error), "%state", self.known)
 
     def length(self) -> Function:
         """``@integral_length(state, work, over)``: the step that the integrals' series ask for, at most

@@ -9,7 +9,7 @@ from __future__ import annotations
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.stepping.lengths import Row
-from lagrange_cli.native.stepping.parts import ALLOWED, KNOWN, RATES, Parts
+from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, Parts
 from lagrange_cli.native.stepping.quadratures import ROUNDING
 from lagrange_cli.native.stepping.sums import Pair
 
@@ -26,21 +26,24 @@ LINEAR = 0.25
 def measure_rounding(parts: Parts, place: Pair) -> None:
     """Write down the rounding errors of the integrands at a ``place`` of the step, where the series are."""
     f, own, size = parts.f, parts.own, 0.5 * parts.bounds.rounding
-
-    def note(array: int) -> None:
-        with own.velocities(f) as row:
-            row.put(row.series(parts.at.there)[1], parts.array(array))
-
-    note(RATES)
+    beyond = parts.sums.beyond
+    with own.velocities(f) as row:
+        row.put(row.series(parts.at.there)[1], parts.array(RATES))
+        if beyond:
+            row.put(row.series(parts.at.there)[1 + beyond], parts.array(ENDED))
     with f.loop(0, WAYS, tested=False) as way:
         for array in (ALLOWED, KNOWN):
             _change(parts, way, size)
             parts.expand(place)
-            note(array)
+            with own.velocities(f) as row:
+                change = row.series(parts.at.there)[1] - row.at(parts.array(RATES))
+                if beyond:
+                    change = change + (row.series(parts.at.there)[1 + beyond] - row.at(parts.array(ENDED)))
+                row.put(change, parts.array(array))
         with own.velocities(f) as row:
-            begin, half, whole = (row.at(parts.array(one)) for one in (RATES, ALLOWED, KNOWN))
-            change, before = f.magnitude(whole - begin), row.at(parts.array(ROUNDING))
-            steady = f.magnitude((whole - half) - (half - begin)) <= change * LINEAR
+            half, whole = (row.at(parts.array(one)) for one in (ALLOWED, KNOWN))
+            change, before = f.magnitude(whole), row.at(parts.array(ROUNDING))
+            steady = f.magnitude((whole - half) - half) <= change * LINEAR
             row.put(f.select(steady, f.larger(change, before), before), parts.array(ROUNDING))
         parts.go(place)
 
