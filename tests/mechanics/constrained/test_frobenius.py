@@ -141,6 +141,13 @@ def test_what_is_integrable_only_together_is_told_in_one_line(forms, told):
     assert "    so the configurations that a motion reaches have at most 4 dimensions of 6" in lines
 
 
+def test_events_may_lead_to_other_configurations():
+    event = "events: {kick: {when: p1 - 1, action: {set: {th: th + 1}}}}\n"
+    assert "that a motion reaches between events have at most 4" in as_text(
+        classified(CARRIAGE + event), verbose=False
+    )
+
+
 def test_the_values_of_parameters_count():
     # the difference is the differential of x*y where a = 2*b, and not integrable anywhere else
     difference = "a*x*y_dot + 2*b*y*x_dot + z*(a - 2*b)*x_dot"
