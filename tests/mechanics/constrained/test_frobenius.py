@@ -3,6 +3,7 @@
 import itertools
 import random
 
+import numpy as np
 import pytest
 import sympy
 
@@ -10,6 +11,7 @@ from lagrange_cli.run.check import classify
 from lagrange_cli.run.classification import as_object, as_text
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
+from tests.support.motion import follow
 
 CARRIAGE = """
 parameters: {M: 3, r: 0.2, w: 0.4, b: 0.1}
@@ -54,6 +56,14 @@ def test_the_difference_of_the_rolling_constraints_of_a_carriage_is_integrable()
     lines = [line.strip() for line in as_text(found, verbose=False).splitlines()]
     assert "l - rr is integrable (Frobenius): -p1*r + p2*r - 2*th*w is constant" in lines
     assert "so the configurations that a motion reaches have at most 4 dimensions of 5" in lines
+
+
+def test_a_motion_keeps_the_integral_of_a_combination():
+    motion = follow(CARRIAGE, 20.0, 21, outputs=("q",), sets={"x_dot": 1.0, "p1_dot": 3.6, "p2_dot": 6.4})
+    p1, p2, th = (motion[f"q/{name}"] for name in ("p1", "p2", "th"))
+    integral = 0.2 * (p2 - p1) - 0.8 * th
+    assert np.abs(th).max() > 10
+    assert np.abs(integral - integral[0]).max() < 1e-13
 
 
 def test_factors_may_be_parameters_and_integrals_may_depend_on_time():
@@ -129,6 +139,13 @@ def test_what_is_integrable_only_together_is_told_in_one_line(forms, told):
     lines = as_text(classified(of_forms(*forms)), verbose=False).splitlines()
     assert f"    {told}" in lines
     assert "    so the configurations that a motion reaches have at most 4 dimensions of 6" in lines
+
+
+def test_events_may_lead_to_other_configurations():
+    event = "events: {kick: {when: p1 - 1, action: {set: {th: th + 1}}}}\n"
+    assert "that a motion reaches between events have at most 4" in as_text(
+        classified(CARRIAGE + event), verbose=False
+    )
 
 
 def test_the_values_of_parameters_count():
