@@ -35,8 +35,8 @@ class Outcome:
     ``t`` is the time that the motion reached. ``steps`` and ``evaluations`` (of the equations of motion, or
     of their whole series) count the work. ``h_drift`` is max |h - h(0)| over the samples if h should be
     conserved, else None, ``h_size`` the size of the terms of h, and ``h_rounding`` what rounding of the last
-    sample changes of h, 0 if unknown. ``p_drift`` is the drift of each conserved momentum, by coordinate.
-    What actions of events have added to them is no drift.
+    sample changes of h, 0 if unknown, or if the drift is small beside the size. ``p_drift`` is the drift of
+    each conserved momentum, by coordinate. What actions of events have added to them is no drift.
     ``undetected`` is that of the ``Recording``, ``unknown`` the datasets with samples that are not finite,
     and the time of the first of these. ``happened`` has the record of each event, by name. ``progress`` is
     the state from which an interrupted run, or a longer one, can continue. ``final`` is the state at ``t``;

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate"]
 
+USUAL = 1e-9
+"""A drift of h of up to this part of its size needs no explanation."""
+
 
 def integrate(
     prepared: Prepared,
@@ -117,7 +120,7 @@ def integrate(
         evaluations=end.evaluations,
         h_drift=h_drift,
         h_size=samples.size,
-        h_rounding=samples.rounding() if h_drift else 0.0,
+        h_rounding=samples.rounding() if h_drift and h_drift > USUAL * samples.size else 0.0,
         p_drift=p_drift,
         undetected=prepared.recording.undetected,
         unknown=samples.unknown,

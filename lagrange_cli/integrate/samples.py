@@ -15,7 +15,6 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Progress
 from lagrange_cli.integrate.events import Change, parameters_in
-from lagrange_cli.integrate.rounding import change_of, rounded_otherwise
 from lagrange_cli.native.interface import low
 from lagrange_cli.outputs.recording import Making, Places, Rows
 from lagrange_cli.records import dataclass
@@ -231,6 +230,8 @@ class Samples:
     def rounding(self) -> float:
         """By how much h changes where coordinates and velocities of the last sample do by rounding; 0 if it
         is not known."""
+        from lagrange_cli.integrate.rounding import change_of, rounded_otherwise
+
         program = self._prepared.machine.program
         if not len(self._last[0]) or "h" not in program.quantities:
             return 0.0
