@@ -107,7 +107,8 @@ class Noether:
             slope = graph.diff(speed, model.v[k])
             if slope.is_zero:
                 continue
-            known[model.v[k]] = (slope * model.v[k] - speed) / slope
+            (rest,) = substituted(graph, [speed], {model.v[k]: graph.zero})
+            known[model.v[k]] = -rest / slope
             solved |= model.v[k].symbols
             if one.holonomic and not slope.symbols & self._moving:
                 (expression,) = substituted(graph, [one.expression], by_others)
