@@ -1,4 +1,4 @@
-"""The values of parameters and definitions over any algebra of numbers, and what is checked of them."""
+"""The values of parameters and definitions over any algebra of numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.numbers import NumberAlgebra
-from lagrange_cli.expression.syntax import ExpressionError, Span, Tree, names
+from lagrange_cli.expression.syntax import ExpressionError, Tree, names
 from lagrange_cli.expression.vocabulary import (
     COMPONENTS,
     family_name,
@@ -21,7 +21,7 @@ from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.spec import Expression, Inertia, Spec
+from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
 if TYPE_CHECKING:
@@ -29,22 +29,6 @@ if TYPE_CHECKING:
 
 MANY = 100
 """The number of members of a family from which on they are evaluated together."""
-
-
-def constants_of(
-    spec: Spec,
-    overrides: Mapping[str, str],
-    algebra: NumberAlgebra,
-    given: Mapping[str, Any],
-    problems: Problems | None,
-) -> Evaluation:
-    """An evaluation that has all values but the initial state, and has checked the masses."""
-    evaluation = Evaluation(spec, overrides, algebra, given, problems)
-    evaluation.parameters()
-    evaluation.constants()
-    evaluation.masses()
-    evaluation.settle_times()
-    return evaluation
 
 
 class Evaluation:
@@ -198,43 +182,7 @@ class Evaluation:
         except Unsound:
             return
         except ExpressionError as error:
-            self._blame(definition, error, f"definition '{name}'")
-
-    def masses(self) -> None:
-        """Check that each is greater than 0."""
-        for particle, group in groups_by_name(self.spec.masses).items():
-            if not isinstance(group, WrittenFamily):
-                self._mass(particle, group)
-                continue
-            for part in group.parts:
-                found = self.together(part, part.item)
-                if found is None or min(found) <= 0:
-                    for name, mass in zip(group.names_of_part(part), group.of_part(part)):
-                        self._mass(name, mass)
-        for name, body in self.spec.bodies.items():
-            self._inertia(name, body.inertia)
-
-    def _mass(self, particle: str, mass: Expression) -> None:
-        value = self.value(mass, f"mass of '{particle}'")
-        if value is not None and not self.algebra.positive(value):
-            span = Span(0, len(mass.text))
-            hint = "masses are greater than 0; leave out a particle without mass"
-            error = ExpressionError(span, f"the value {float(value):g} is not positive", hint)
-            self._blame(mass, error, f"mass of '{particle}'")
-
-    def _inertia(self, name: str, inertia: Inertia) -> None:
-        """Check that a solid has sizes greater than 0, and that moments of inertia are those of some body."""
-        from lagrange_cli.spec.bodies.inertia import flaw, size_flaw
-
-        where = f"{inertia.solid or 'inertia'} of body '{name}'"
-        given = [self.value(one, where) for one in inertia.entries]
-        if any(one is None for one in given):
-            return
-        found = self.algebra.fault(size_flaw if inertia.solid else flaw, given)
-        if found is not None:
-            place, message, hint = found
-            entry = inertia.entries[place]
-            self._blame(entry, ExpressionError(Span(0, len(entry.text)), message, hint), where)
+            self.blame(definition, error, f"definition '{name}'")
 
     def settle_times(self) -> None:
         """Evaluate the times of ``solve`` that depend on parameters."""
@@ -332,10 +280,10 @@ class Evaluation:
         except Unsound:
             return None
         except ExpressionError as error:
-            self._blame(expression, error, where)
+            self.blame(expression, error, where)
             return None
 
-    def _blame(self, expression: Expression, error: ExpressionError, where: str) -> None:
+    def blame(self, expression: Expression, error: ExpressionError, where: str) -> None:
         """Note a problem of the file, unless the command line is what caused it."""
         causes = {family_name(name): name for name in self.overrides}
         pending = [expression.tree]

@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.content import groups_of
-from lagrange_cli.spec.evaluation import Evaluation, constants_of
+from lagrange_cli.spec.content import groups_by_name, groups_of
+from lagrange_cli.spec.evaluation import Evaluation
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.spec import Coordinate, Expression, Spec
+from lagrange_cli.spec.spec import Coordinate, Expression, Inertia, Spec
 from lagrange_cli.spec.whole import WrittenFamily
 
 
@@ -202,3 +203,58 @@ def of_one(evaluation: Evaluation, name: str, written: Expression | None, defaul
         return default
     value = evaluation.value(written, f"initial value of '{name}'", evaluation.states)
     return 0.0 if value is None else value
+
+
+def constants_of(
+    spec: Spec,
+    overrides: Mapping[str, str],
+    algebra: NumberAlgebra,
+    given: Mapping[str, Any],
+    problems: Problems | None,
+) -> Evaluation:
+    """An evaluation that has all values but the initial state, and has checked the masses."""
+    evaluation = Evaluation(spec, overrides, algebra, given, problems)
+    evaluation.parameters()
+    evaluation.constants()
+    check_masses(evaluation)
+    evaluation.settle_times()
+    return evaluation
+
+
+def check_masses(evaluation: Evaluation) -> None:
+    """Check that each mass is greater than 0, and that the moments of inertia are those of some body."""
+    for particle, group in groups_by_name(evaluation.spec.masses).items():
+        if not isinstance(group, WrittenFamily):
+            _check_mass(evaluation, particle, group)
+            continue
+        for part in group.parts:
+            found = evaluation.together(part, part.item)
+            if found is None or min(found) <= 0:
+                for name, mass in zip(group.names_of_part(part), group.of_part(part)):
+                    _check_mass(evaluation, name, mass)
+    for name, body in evaluation.spec.bodies.items():
+        _check_inertia(evaluation, name, body.inertia)
+
+
+def _check_mass(evaluation: Evaluation, particle: str, mass: Expression) -> None:
+    value = evaluation.value(mass, f"mass of '{particle}'")
+    if value is not None and not evaluation.algebra.positive(value):
+        span = Span(0, len(mass.text))
+        hint = "masses are greater than 0; leave out a particle without mass"
+        error = ExpressionError(span, f"the value {float(value):g} is not positive", hint)
+        evaluation.blame(mass, error, f"mass of '{particle}'")
+
+
+def _check_inertia(evaluation: Evaluation, name: str, inertia: Inertia) -> None:
+    """Check that a solid has sizes greater than 0, and that moments of inertia are those of some body."""
+    from lagrange_cli.spec.bodies.inertia import flaw, size_flaw
+
+    where = f"{inertia.solid or 'inertia'} of body '{name}'"
+    given = [evaluation.value(one, where) for one in inertia.entries]
+    if any(one is None for one in given):
+        return
+    found = evaluation.algebra.fault(size_flaw if inertia.solid else flaw, given)
+    if found is not None:
+        place, message, hint = found
+        entry = inertia.entries[place]
+        evaluation.blame(entry, ExpressionError(Span(0, len(entry.text)), message, hint), where)
