@@ -11,10 +11,14 @@ T = TypeVar("T")
 
 
 class Work(threading.Thread, Generic[T]):
-    """``function`` running in a thread of its own."""
+    """``function`` running in a thread of its own.
+
+    The interpreter waits for its end before it ends itself: a compiler whose process is dismantled under it
+    crashes. (The command line, which an interrupt must end at once, leaves nothing to be dismantled.)
+    """
 
     def __init__(self, function: Callable[[], T]) -> None:
-        super().__init__(daemon=True)  # an interrupt need not wait for it
+        super().__init__()
         self._function = function
         self._error: BaseException | None = None
         self.start()

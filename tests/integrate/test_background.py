@@ -1,5 +1,7 @@
 """Chunks are handed over in another thread, while the next one is computed."""
 
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -86,3 +88,19 @@ def test_the_error_of_the_caller_is_not_hidden_by_one_behind():
     with pytest.raises(KeyError), Pipelined() as behind:
         behind.call(fail)
         raise KeyError
+
+
+def test_the_interpreter_waits_for_work_that_nobody_has_waited_for():
+    """Better code that is compiled for a run which ends before it is ready: LLVM crashed at exit."""
+    script = """
+from time import sleep
+from lagrange_cli.integrate.background import Work
+
+def late():
+    sleep(0.3)
+    print("done", flush=True)
+
+Work(late)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "done\n", "")
