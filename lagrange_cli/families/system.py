@@ -33,7 +33,7 @@ from lagrange_cli.spec.spec import Spec, grouped
 
 FEWEST = 1000
 """Terms of all sums below which members are written out."""
-FEWEST_JOINTED = 20
+FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
 UNKNOWN = "constraints", "nonholonomic", "bodies", "events", "replaced"
 """Parts of a system that are derived member by member."""

@@ -188,7 +188,7 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return f"--form {form} writes out every member of chains and trees"
     if found is not None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
-    kinds = "a constant diagonal mass matrix, or chains and trees of 20 coordinates or more, without kinks"
+    kinds = "a constant diagonal mass matrix, or chains and trees of 12 coordinates or more, without kinks"
     return f"every member is written out, since printing with indices needs {kinds}"
 
 
