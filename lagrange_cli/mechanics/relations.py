@@ -29,6 +29,8 @@ SCALE = 1.7
 """A parameter is multiplied with this, to see what power of it a coefficient is proportional to."""
 ENOUGH = 8
 """The least number of random arguments; the last few of them must have brought nothing new."""
+STATES = 2
+"""Random states at which a combination is looked at that has numbers of its own at each."""
 VALUES_EACH, PRODUCTS = 2, 16
 """Steps of work of the value of a node; and how many products are one."""
 
@@ -61,6 +63,18 @@ class Relations:
             self.graph.work.charge(len(rows) * len(given) ** 2 // PRODUCTS)
             return len(columns) in dependent(rows, len(given))
         return True
+
+    def parts(self, columns: Sequence[Column], target: Column) -> list[int] | None:
+        """The columns, by number, of which ``target`` consists at random states, each with its own numbers;
+        None where it does not. All of them where there are no states at which they have values."""
+        given, found, states = [*columns, target], set[int](), 0
+        for rows in islice(self._states(given, {}), STATES):
+            self.graph.work.charge(len(rows) * len(given) ** 2 // PRODUCTS)
+            relation = dependent(rows, len(given)).get(len(columns))
+            if relation is None:
+                return None
+            found, states = found | relation.keys(), states + 1
+        return sorted(found - {len(columns)}) if states else [*range(len(columns))]
 
     def relations(self, columns: Sequence[Column]) -> list[dict[int, Node]]:
         """Vectors c with sum_i c_i columns_i = 0, by the number i; each is rational, or monomials of
