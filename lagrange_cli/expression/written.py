@@ -36,8 +36,8 @@ def as_written(value: float | Fraction) -> tuple[Fraction, bool, int]:
 
 
 def added(one: Any, other: Any) -> Any:
-    """The sum of two numbers. The difference of doubles is that of the numbers that they were rounded from: 0 for
-    0.30000000000000004 - 0.3."""
+    """The sum of two numbers. The difference of doubles is that of the numbers that they were rounded from:
+    0 for 0.30000000000000004 - 0.3."""
     total, largest = one + other, max(abs(one), abs(other))
     if type(total) is not float or not 0 < abs(total) < largest < math.inf:
         return total
