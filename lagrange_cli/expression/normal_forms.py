@@ -15,6 +15,7 @@ from lagrange_cli.expression.conjugates import conjugate
 from lagrange_cli.expression.node import Kind, Node, in_order
 from lagrange_cli.expression.node_table import NodeTable
 from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, signs
+from lagrange_cli.expression.written import added
 
 SQUARE_ROOT = (0.5,)
 """The exponents of a product that is one."""
@@ -38,15 +39,18 @@ class NormalForms(NodeTable):
         for node, coefficient in terms:
             count += 1
             if node.kind is Kind.NUMBER:
-                constant += coefficient * node.data
+                constant = added(constant, coefficient * node.data)
             elif node.kind is Kind.SUM:
                 count += len(node.arguments)
                 inner, coefficients = node.data
-                constant += coefficient * inner
+                constant = added(constant, coefficient * inner)
                 for argument, factor in zip(node.arguments, coefficients):
-                    collected[argument] = collected.get(argument, 0.0) + coefficient * factor
+                    before = collected.get(argument)
+                    here = coefficient * factor
+                    collected[argument] = 0.0 + here if before is None else added(before, here)
             else:
-                collected[node] = collected.get(node, 0.0) + coefficient
+                before = collected.get(node)
+                collected[node] = 0.0 + coefficient if before is None else added(before, coefficient)
         self.work.charge(count)
         if 0.0 in collected.values():
             collected = {node: c for node, c in collected.items() if c != 0.0}
@@ -87,7 +91,7 @@ class NormalForms(NodeTable):
                 if left is self.one:
                     constant += coefficient * scale
                 else:
-                    total = collected.pop(left, 0.0) + coefficient * scale
+                    total = added(collected.pop(left, 0.0), coefficient * scale)
                     if total != 0.0:
                         collected[left] = total
                         if left.kind is Kind.PRODUCT:

@@ -72,24 +72,27 @@ class Embedding:
                 if slope.kind is Kind.NUMBER:  # a component that is a coordinate
                     found[coordinates[0]] = asked[0] / slope
                     continue
-            if not self._is_possible(coordinates, components, asked):
+            changing = self._changing(coordinates, components, asked)
+            if changing is None:
                 return None
-            changes = self._by_ansatz(coordinates, components, asked)
-            if changes is None and len(coordinates) <= MOST_AT_ONCE:
-                changes = self._by_least_squares(coordinates, components, asked)
+            changes = self._by_ansatz(changing, components, asked)
+            if changes is None:
+                changes = self._one_by_one(changing, components, asked)
             if changes is None or not self._makes(changes, components, asked):
                 return None
             found |= {k: change for k, change in changes.items() if not change.is_zero}
         return found
 
-    def _is_possible(
+    def _changing(
         self, coordinates: Sequence[int], components: Sequence[Component], asked: Sequence[Node]
-    ) -> bool:
-        """Whether the displacements are a combination of dx/dq_k at a random state, as they would have to be
+    ) -> list[int] | None:
+        """The coordinates that change, such as those of the first body of a chain as all of it is turned;
+        None where the displacements are no combination of dx/dq_k at a random state, as they would have to be
         at every one."""
         zero = self._graph.zero
         columns = [[self.slopes[one].get(k, zero) for one in components] for k in coordinates]
-        return Relations(self._graph).may_combine(columns, asked)
+        found = Relations(self._graph).parts(columns, asked)
+        return None if found is None else [coordinates[i] for i in found]
 
     def _makes(
         self, changes: Mapping[int, Node], components: Sequence[Component], asked: Sequence[Node]
@@ -97,10 +100,38 @@ class Embedding:
         """Whether the changes are proven to give the displacements."""
         graph = self._graph
         left = [
-            graph.sum([(one, -1.0), *((slope * changes[k], 1.0) for k, slope in self.slopes[place].items())])
+            graph.sum(
+                [
+                    (one, -1.0),
+                    *((slope * changes[k], 1.0) for k, slope in self.slopes[place].items() if k in changes),
+                ]
+            )
             for place, one in zip(components, asked)
         ]
         return zeros(left) >= {*left}
+
+    def _one_by_one(
+        self, coordinates: Sequence[int], components: Sequence[Component], asked: Sequence[Node]
+    ) -> dict[int, Node] | None:
+        """First those of components that are linear in one coordinate, such as the place of the first body of
+        a chain, then the others by least squares."""
+        graph, found = self._graph, dict[int, Node]()
+        for place, one in zip(components, asked):
+            slopes = {k: slope for k, slope in self.slopes[place].items() if k in coordinates}
+            if len(slopes) == 1:
+                ((k, slope),) = slopes.items()
+                if k not in found and not slope.symbols & self._moving:
+                    found[k] = one / slope
+        left = [k for k in coordinates if k not in found]
+        if len(left) > MOST_AT_ONCE:
+            return None
+        rest = [
+            graph.sum([(one, 1.0), *((self.slopes[place][k] * xi, -1.0) for k, xi in known)])
+            for place, one in zip(components, asked)
+            for known in [[(k, xi) for k, xi in found.items() if k in self.slopes[place]]]
+        ]
+        others = self._by_least_squares(left, components, rest)
+        return None if others is None else found | others
 
     def _by_least_squares(
         self, coordinates: Sequence[int], components: Sequence[Component], asked: Sequence[Node]

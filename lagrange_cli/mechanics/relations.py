@@ -29,6 +29,10 @@ SCALE = 1.7
 """A parameter is multiplied with this, to see what power of it a coefficient is proportional to."""
 ENOUGH = 8
 """The least number of random arguments; the last few of them must have brought nothing new."""
+MOST_SUMS = 8
+"""Sums of parameters that are tried as factors."""
+STATES = 2
+"""Random states at which a combination is looked at that has numbers of its own at each."""
 VALUES_EACH, PRODUCTS = 2, 16
 """Steps of work of the value of a node; and how many products are one."""
 
@@ -62,9 +66,21 @@ class Relations:
             return len(columns) in dependent(rows, len(given))
         return True
 
+    def parts(self, columns: Sequence[Column], target: Column) -> list[int] | None:
+        """The columns, by number, of which ``target`` consists at random states, each with its own numbers;
+        None where it does not. All of them where there are no states at which they have values."""
+        given, found, states = [*columns, target], set[int](), 0
+        for rows in islice(self._states(given, {}), STATES):
+            self.graph.work.charge(len(rows) * len(given) ** 2 // PRODUCTS)
+            relation = dependent(rows, len(given)).get(len(columns))
+            if relation is None:
+                return None
+            found, states = found | relation.keys(), states + 1
+        return sorted(found - {len(columns)}) if states else [*range(len(columns))]
+
     def relations(self, columns: Sequence[Column]) -> list[dict[int, Node]]:
         """Vectors c with sum_i c_i columns_i = 0, by the number i; each is rational, or monomials of
-        parameters."""
+        parameters, perhaps times a sum of these."""
         base = self._dependent(columns, {})
         found: list[dict[int, Node]] = []
         changed: dict[str, dict[int, dict[int, float]]] = {}
@@ -89,8 +105,8 @@ class Relations:
         vector: Mapping[int, float],
         changed: dict[str, dict[int, dict[int, float]]],
     ) -> dict[int, Node] | None:
-        """The coefficients as rational numbers, perhaps with pi, times powers of parameters."""
-        graph = self.graph
+        """The coefficients as rational numbers, perhaps with pi, times powers of parameters, and at most one
+        sum of parameters."""
         names = {
             str(one.data): one
             for one in reachable([node for column in columns for node in column])
@@ -99,31 +115,55 @@ class Relations:
         for name in names:
             if name not in changed:
                 changed[name] = self._dependent(columns, {name: SCALE})
-        values = self._parameters(names, {})
+        sums = [(self.graph.one, 1), *((one, n) for one in self._sums(columns, names) for n in (1, -1))]
+        scalings = [{}, *({name: SCALE} for name in names)]
+        sizes = [
+            evaluate([one for one, _ in sums], self._parameters(names, scaled))[0] for scaled in scalings
+        ]
         made: dict[int, Node] = {}
         for i, value in vector.items():
-            node, rest = graph.one, value
-            for name, symbol in names.items():
-                other = changed[name].get(last, {}).get(i)
-                if other is None or other / value <= 0:
-                    return None
-                power = rational(2 * math.log(other / value) / math.log(SCALE), 1e-5)
-                if power is None or power.denominator != 1:
-                    return None
-                exponent = int(power) // 2 if int(power) % 2 == 0 else float(power) / 2
-                node, rest = (
-                    node * graph.product([(symbol, exponent)]),
-                    rest / values[name] ** float(exponent),
-                )
-            factor = rational(rest)
-            if factor is None:
-                factor = rational(rest * math.pi)
-                if factor is None:
-                    return None
-                node = node / math.pi
-            above, below = (graph.constant(float(x)) for x in (factor.numerator, factor.denominator))
-            made[i] = node * above / below
+            others = [changed[name].get(last, {}).get(i) for name in names]
+            if None in others:
+                return None
+            for one, n in sums:
+                each = [x / size[one] ** n for x, size in zip((value, *others), sizes) if x is not None]
+                monomial = self._monomial(names, each)
+                if monomial is not None:
+                    made[i] = monomial * self.graph.product([(one, n)])
+                    break
+            else:
+                return None
         return made
+
+    def _sums(self, columns: Sequence[Column], names: Mapping[str, Node]) -> list[Node]:
+        """Sums of parameters alone, such as R - r, that a coefficient may contain as a factor."""
+        constant = sum(one.symbols for one in names.values())
+        below = reachable([node for column in columns for node in column])
+        found = [one for one in below if one.kind is Kind.SUM and not one.symbols & ~constant]
+        return [one for one in found if len(one.arguments) > 1 or one.data[0]][:MOST_SUMS]
+
+    def _monomial(self, names: Mapping[str, Node], values: Sequence[float]) -> Node | None:
+        """A rational number, perhaps with pi, times powers of parameters: from its value, and those where one
+        parameter after the other is scaled."""
+        value, *others = values
+        graph, node, rest = self.graph, self.graph.one, value
+        plain = self._parameters(names, {})
+        for other, (name, symbol) in zip(others, names.items()):
+            if other / value <= 0:
+                return None
+            power = rational(2 * math.log(other / value) / math.log(SCALE), 1e-5)
+            if power is None or power.denominator != 1:
+                return None
+            exponent = int(power) // 2 if int(power) % 2 == 0 else float(power) / 2
+            node, rest = node * graph.product([(symbol, exponent)]), rest / plain[name] ** float(exponent)
+        factor = rational(rest)
+        if factor is None:
+            factor = rational(rest * math.pi)
+            if factor is None:
+                return None
+            node = node / math.pi
+        above, below = (graph.constant(float(x)) for x in (factor.numerator, factor.denominator))
+        return node * above / below
 
     def _parameters(self, names: Iterable[str], scaled: Mapping[str, float]) -> dict[str, float]:
         """Values of parameters, the same at every call."""

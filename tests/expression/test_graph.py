@@ -48,6 +48,20 @@ def conditioned(node: Node, values: dict[str, float], bound: float = 1e3) -> boo
     )
 
 
+def test_differences_of_numbers_are_those_of_what_was_written() -> None:
+    graph = Graph()
+    x = graph.symbol("x")
+    for numbers, left in (
+        ((0.1, 0.2, -0.3), 0.0),
+        ((0.6000000000000001, -0.8), -0.2),
+        ((1.7, -0.3, -1.5), -0.1),
+    ):
+        assert graph.sum([(x, one) for one in numbers]) is graph.sum([(x, left)])
+        assert graph.sum([(graph.constant(one), 1.0) for one in numbers]) is graph.constant(left)
+    random = 0.3183098861837907
+    assert graph.sum([(x, random), (x, -0.3)]) is graph.sum([(x, random - 0.3)])
+
+
 def test_sums_that_differ_by_sign_or_powers_of_two_are_one_factor() -> None:
     """So that each pair of bodies has one difference, and one product of it with the inverse cube."""
     algebra = GraphAlgebra()

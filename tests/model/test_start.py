@@ -164,6 +164,23 @@ def test_a_coordinate_that_nothing_determines_needs_a_value():
 
 def test_a_closure_where_two_meet_is_found_to_all_digits():
     assert start(PENDULUM.replace("{initial: -1.2}", "{}"), x=1.3).q == (1.3, 0.0)
+    bent = """
+    parameters: {C: 0.5, S: -1.2}
+    coordinates:
+      {xa: {initial: C}, ya: {initial: S}, xb: {initial: C + 0.7}, yb: {}, xc: {initial: C + 2}, yc: {}}
+    masses: {a: 1, b: 1, c: 1}
+    positions: {a: [xa, ya], b: [xb, yb], c: [xc, yc]}
+    constraints: {rod: norm(a) - 1.3, ab: norm(a - b) - 0.7, bc: norm(b - c) - 1.3}
+    """
+    assert start(bent).q[3::2] == pytest.approx((-1.2, -1.2), rel=4e-16)
+
+
+def test_rods_in_a_line_may_be_too_short_by_rounding():
+    found = start(PENDULUM.replace("{initial: -1.2}", "{}"), x=1.3 + 1e-7)
+    assert found.q == pytest.approx((1.3, 0.0), rel=1e-15)
+    assert [one.name for one in found.changed] == ["x"]
+    (problem,) = refused(PENDULUM.replace("{initial: -1.2}", "{}"), x=1.31)
+    assert "no value of y was found" in problem.message
 
 
 def test_a_time_that_counts():

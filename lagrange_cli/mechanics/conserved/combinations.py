@@ -25,15 +25,21 @@ def combinations(found: Found) -> None:
     if not model.q or len(model.q) > MOST_COMBINED:
         return
     changes = [*elementary(found)]
+    trials = {id(one.change): one for one in found.trials}
     columns = found.noether.conditions(changes)
     number = 0
     for relation in found.relations.relations(columns):
         parts = [(factor, changes[i]) for i, factor in relation.items()]
-        change = in_lowest_terms(found, found.noether.together(scaled(found, parts)))
+        parts = scaled(found, sorted(parts, key=lambda one: id(one[1]) not in trials))
+        named = [(factor, trials[id(one)]) for factor, one in parts if id(one) in trials]
+        change = found.noether.together(parts)
+        others = found.noether.together([one for one in parts if id(one[1]) not in trials])
+        if not named:
+            change = others = in_lowest_terms(found, change)
         node = found.noether.current(change)
         if not is_trivial(found, change, node) and found.noether.keeps(change):
-            name, because = momentum_of(found, change), reason(found.noether, change)
-            new = found.add(name or f"C_{number + 1}", current_text(model, change), because, change)
+            name, because = momentum_of(found, change), reason(found.noether, change, named, others)
+            new = found.add(name or f"C_{number + 1}", current_text(model, others, named), because, change)
             number += new and not name
 
 
@@ -47,7 +53,7 @@ def elementary(found: Found) -> Iterable[Change]:
         gains = dict.fromkeys((*model.q, *(x for each in model.particles for x in each.position)))
         yield from (Change(gain=x) for x in gains if any(x.symbols & q.symbols for q in model.q))
         yield Change(gain=model.time)
-    yield from found.trials
+    yield from (one.change for one in found.trials)
     if "h" not in found.names:
         yield Change(time=one)
     if small:

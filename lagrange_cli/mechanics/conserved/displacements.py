@@ -8,7 +8,7 @@ from functools import cached_property
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.mechanics.conserved.combinations import MOST_COMBINED
-from lagrange_cli.mechanics.conserved.found import Found
+from lagrange_cli.mechanics.conserved.found import Found, Trial
 from lagrange_cli.mechanics.conserved.noether import Change, Parts
 from lagrange_cli.mechanics.conserved.reasons import momentum_text, turning_text, unchanged
 from lagrange_cli.mechanics.embedding import Component, Embedding
@@ -18,18 +18,6 @@ from lagrange_cli.records import dataclass, field
 
 TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
 """The axes that a rotation turns into each other."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A displacement of all particles: the quantity that it may conserve, as a formula, and a description of
-    it, or the reason."""
-
-    name: str
-    change: Change
-    text: str
-    how: str = ""
-    because: str = ""
 
 
 def displacements(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
@@ -51,7 +39,7 @@ def displaced(found: Found) -> None:
             because = one.because or f"{one.how} {unchanged(found.noether, one.change)}"
             found.add(one.name, one.text, because, one.change)
         elif one.how:
-            found.trials.append(one.change)
+            found.trials.append(one)
 
 
 def about_the_centre(found: Found) -> None:
@@ -63,11 +51,11 @@ def about_the_centre(found: Found) -> None:
         if not proven and len(found.model.q) > MOST_COMBINED:
             continue
         change = found.noether.together(parts)
+        text = f"angular momentum about the centre of mass, along {axis}"
+        how = f"turning {everything(found.model)} about the centre of mass around {axis}"
         if not proven:
-            found.trials.append(change)
+            found.trials.append(Trial(f"S_{axis}", change, text, how))
         elif found.is_independent(found.noether.current(change)):
-            text = f"angular momentum about the centre of mass, along {axis}"
-            how = f"turning {everything(found.model)} about the centre of mass around {axis}"
             found.add(f"S_{axis}", text, f"{how} {unchanged(found.noether, change)}", change)
 
 

@@ -24,6 +24,18 @@ class Symmetry:
     node: Node
 
 
+@dataclass(frozen=True)
+class Trial:
+    """A displacement of all particles: the quantity that it may conserve, as a formula, and a description of
+    it, or the reason."""
+
+    name: str
+    change: Change
+    text: str
+    how: str = ""
+    because: str = ""
+
+
 class Found:
     """The ``symmetries`` of a model so far, beyond what is ``known`` of h and of momenta."""
 
@@ -40,7 +52,7 @@ class Found:
         self.kept = [node for name, node in nodes.items() if name in self.names]
         self.lasting = [node for name, node in nodes.items() if breaks.get(name) == ()]
         """The quantities that no event changes."""
-        self.trials: list[Change] = []
+        self.trials: list[Trial] = []
         """Displacements of all particles that conserve nothing by themselves."""
         self.relations = Relations(self.graph, (model.time, *model.q, *model.v))
 

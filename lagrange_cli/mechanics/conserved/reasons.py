@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
@@ -14,6 +15,11 @@ from lagrange_cli.mechanics.conserved.noether import Change, Noether
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.conserved.found import Trial
+
+Named = Sequence[tuple[Node, "Trial"]]
+"""Displacements of all particles, each times a factor."""
 LONGEST = 120
 """Longer formulas are described."""
 
@@ -53,10 +59,11 @@ def unchanged(noether: Noether, change: Change) -> str:
     return f"leaves T unchanged, and U changes by the work of the other forces{constrained}"
 
 
-def current_text(model: Model[Node], change: Change) -> str:
-    """A current in terms of momenta, coordinates and h."""
+def current_text(model: Model[Node], change: Change, named: Named = ()) -> str:
+    """A current in terms of momenta, coordinates and h; those of ``named`` displacements by their names."""
     moving = variables(model)
-    terms = [term(xi, f"p_{model.coordinates[k]}", moving) for k, xi in sorted(change.directions.items())]
+    terms = [term(factor, one.name, moving) for factor, one in named]
+    terms += [term(xi, f"p_{model.coordinates[k]}", moving) for k, xi in sorted(change.directions.items())]
     if change.time is not None and not change.time.is_zero:
         terms.append(term(-change.time, "h", moving))
     if change.gain is not None and not change.gain.is_zero:
@@ -65,8 +72,8 @@ def current_text(model: Model[Node], change: Change) -> str:
     return text if len(text) <= LONGEST else f"a sum of {len(terms)} terms with p_k"
 
 
-def reason(noether: Noether, change: Change) -> str:
-    """Why a current is conserved."""
+def reason(noether: Noether, change: Change, named: Named, others: Change) -> str:
+    """Why the current of a change is conserved, which consists of ``named`` displacements and ``others``."""
     model = noether.model
     gained = change.gain is not None and not is_zero(noether.rate(change.gain))
     ending = "adds only a total time derivative to L" if gained else "leaves L unchanged"
@@ -76,6 +83,12 @@ def reason(noether: Noether, change: Change) -> str:
         ending = "leaves the equations of motion unchanged"
     if model.constraints:
         ending += " where the constraints hold, and is compatible with them"
+    moving = variables(model)
+    if named:
+        turns = [f"{one.how}{by(factor, moving)}" for factor, one in named]
+        turns += [f"changing {changes_text(model, others)}"] if others.directions or others.time else []
+        meaning = "; ".join(f"{one.name} is the {one.text}" for _, one in named)
+        return f"{', and '.join(turns)}, {ending}; {meaning}"
     changed = [(model.coordinates[k], xi) for k, xi in sorted(change.directions.items())]
     names = [name for name, _ in changed]
     if is_constant(model, change) and len(names) > 1:
@@ -83,10 +96,22 @@ def reason(noether: Noether, change: Change) -> str:
         return f"changing {', '.join(names[:-1])} and {names[-1]} together, in the ratio {ratio}, {ending}"
     if is_constant(model, change):
         return f"changing {names[0]} {ending}"
+    return f"an infinitesimal change of {changes_text(model, change)} {ending}"
+
+
+def by(factor: Node, moving: int) -> str:
+    """How far something is displaced."""
+    text = text_of(factor, moving=moving)
+    return "" if text == "1" else f" by {text}"
+
+
+def changes_text(model: Model[Node], change: Change) -> str:
+    """What changes by what."""
+    changed = [(model.coordinates[k], xi) for k, xi in sorted(change.directions.items())]
     changed += [] if change.time is None else [("t", change.time)]
     moving = variables(model)
     text = ", ".join(f"{name} by {text_of(xi, moving=moving)}" for name, xi in changed)
-    return f"an infinitesimal change of {text if len(text) <= LONGEST else 'the coordinates'} {ending}"
+    return text if len(text) <= LONGEST else "the coordinates"
 
 
 def in_lowest_terms(graph: Graph, ratio: Sequence[Node]) -> list[Node]:

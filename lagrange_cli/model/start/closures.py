@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from lagrange_cli.model.start.linear import independent, least_squares, scattered
+from lagrange_cli.model.start.folds import meeting_place
+from lagrange_cli.model.start.linear import damped, independent, least_squares, scattered
 from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface, Values
 from lagrange_cli.records import dataclass
 
@@ -23,8 +25,12 @@ SAME = 1e-6
 """Closures that differ by less, relative to their size, are one."""
 ALMOST = 1e-5
 """The largest residual of constraints, relative to their terms, if given values may still be moved."""
+ROUNDINGS = 8
+"""Roundings by which constraints are off where two closures meet."""
 TURN = 2 * math.pi
 STEPS = 50
+FEW = 8
+"""Places from which a near miss is looked for."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +64,28 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
             return Closures([], left)
         state = tidied(surface, state)
         if not any(alike(surface, state, other) for other in found):
-            found.append(state)
+            found.append(tidied(surface, where_two_meet(surface, state, ROUNDINGS * ROUND) or state))
         if len(found) >= MOST_CLOSURES:
             break
+    if not found and best is None:
+        begins = islice(starts(x, unknown, sizes, len(surface.kept), []), FEW)
+        best = next((state for begin in begins if (state := near_miss(surface, begin))), None)
     return Closures(sorted(found), [], best)
+
+
+def near_miss(surface: Surface, begin: Sequence[float]) -> list[float] | None:
+    """A place where two closures would meet if given values were slightly different, as of a stretched
+    chain whose ends are too far apart by rounding: Newton's method does not converge there."""
+    x, unknown = list(begin), {*surface.unknown}
+    try:
+        for _ in range(STEPS):
+            f, rows = surface.at(x)
+            mine = [{k: a for k, a in rows[i].items() if k in unknown} for i in surface.kept]
+            for k, dx in damped(mine, [float(f[i]) for i in surface.kept], surface.scale).items():
+                x[k] += dx
+        return where_two_meet(surface, x, ALMOST)
+    except (ArithmeticError, np.linalg.LinAlgError):
+        return None
 
 
 def starts(
@@ -143,6 +167,25 @@ def undetermined(surface: Surface, state: Sequence[float]) -> list[int]:
     return [k for k, moves in zip(surface.unknown, np.abs(free).max(axis=0, initial=0.0)) if moves > NEAR]
 
 
+def where_two_meet(surface: Surface, state: list[float], unit: float) -> list[float] | None:
+    """The place near a closure at which it meets another one, to all digits, if the constraints are
+    satisfied there with errors of ``unit`` of their terms."""
+
+    def values(x: Any) -> tuple[Any, Any]:
+        matrix, f = matrix_of(surface, surface.at(placed(x)))
+        return matrix / norms[:, None], f / norms
+
+    def placed(x: Any) -> list[float]:
+        moved = dict(zip(surface.unknown, x.tolist()))
+        return [moved.get(k, one) for k, one in enumerate(state)]
+
+    size = max(map(abs, state), default=1.0) or 1.0
+    rows = surface.at(state)[1]
+    norms = np.array([math.hypot(*map(float, rows[i].values())) or 1.0 for i in surface.kept])
+    found = meeting_place(values, np.array([state[k] for k in surface.unknown]), size)
+    return placed(found) if found is not None and satisfied(surface, placed(found), unit) else None
+
+
 def tidied(surface: Surface, state: list[float]) -> list[float]:
     """0 in place of rounding errors, and angles from -pi to pi."""
     for k in surface.unknown:
@@ -157,14 +200,14 @@ def tidied(surface: Surface, state: list[float]) -> list[float]:
     return state
 
 
-def satisfied(surface: Surface, state: Sequence[float]) -> bool:
-    """Whether a state is a solution, to rounding."""
+def satisfied(surface: Surface, state: Sequence[float], unit: float = NEAR) -> bool:
+    """Whether a state is a solution, with errors of ``unit`` of the terms."""
     try:
         values, rows = surface.at(state)
     except ArithmeticError:
         return False
     return all(
-        abs(float(values[i])) <= NEAR * sum(abs(float(a)) * surface.scale[k] for k, a in rows[i].items())
+        abs(float(values[i])) <= unit * sum(abs(float(a)) * surface.scale[k] for k, a in rows[i].items())
         for i in surface.kept
     )
 
