@@ -17,6 +17,7 @@ from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, accepted
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.parts import Part, Parts, Places, Units
 from lagrange_cli.native.stepping.proof import Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures, followed
@@ -75,7 +76,11 @@ class Steps(ABC):
         rows = followed(given.state, arguments + given.multipliers)
         self._multipliers = given.state.integrals.start + arguments, given.multipliers
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
-        self.sizes = StepSize(lengths, given.tolerance, rest, fades=self.parts == 1)
+        self.noise = self._noise()
+        self.sizes = StepSize(
+            lengths, given.tolerance, rest, fades=self.parts == 1,
+            uncertain=self.noise.rounding if self.noise else None,
+        )  # fmt: skip
         self.quadratures = None
         if rows[1]:
             self.quadratures = Quadratures(
@@ -88,6 +93,13 @@ class Steps(ABC):
         self.proof = self._proof("proven", given.proving[0])
         self.integrands = self._proof("integrands_proven", given.proving[1], rows)
         self.arguments = self._proof("arguments_proven", given.proving[2], rows_of_arguments)
+
+    def _noise(self) -> Noise | None:
+        """What finds velocities that are rounding: only in doubles, where there are several coordinates that
+        are measured each by itself."""
+        if self.parts > 1 or self.state.degrees < 2 or self.given.floors:
+            return None
+        return Noise(self.lengths, self.state, 0.5 * self.bounds.rounding)
 
     @property
     def proofs(self) -> Sequence[Proof]:
@@ -157,6 +169,7 @@ class Steps(ABC):
         if self.quadratures:
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
+        made += [self.noise.function()] if self.noise else []
         texts = clear_function(), self.given.project, self.given.floors
         return [*texts, *guards, *(f.text() for f in made)]
 
@@ -165,8 +178,12 @@ class Steps(ABC):
         if self.given.project:
             f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
 
-    def measure(self, f: Function) -> None:
+    def measure(self, f: Function, now: Now) -> None:
         """Compute the least sizes that velocities are measured by, where there are any."""
+        if self.noise:
+            given = f.pointer("%constants"), now.t + now.low, *self.places(f), f.pointer("%trial")
+            with f.when(self.noise.due(f)), f.when(f.call(Bit, "noise", *given)):
+                self.forget(f)
         if self.given.floors:
             place = f.place("%work", self.lengths.floor, "double")
             f.call(None, "floors", f.pointer("%constants"), f.pointer("%state"), place)
