@@ -79,7 +79,7 @@ class Steps(ABC):
         self.noise = self._noise()
         self.sizes = StepSize(
             lengths, given.tolerance, rest, fades=self.parts == 1,
-            uncertain=self.noise.rounding if self.noise else None,
+            uncertain=self.noise.rounding if self.noise and not lengths.floor else None,
         )  # fmt: skip
         self.quadratures = None
         if rows[1]:
@@ -95,11 +95,16 @@ class Steps(ABC):
         self.arguments = self._proof("arguments_proven", given.proving[2], rows_of_arguments)
 
     def _noise(self) -> Noise | None:
-        """What finds velocities that are rounding: only in doubles, where there are several coordinates that
-        are measured each by itself."""
-        if self.parts > 1 or self.state.degrees < 2 or self.given.floors:
+        """What finds velocities that are rounding: where there are several coordinates that are measured each
+        by itself."""
+        if self.state.degrees < 2 or self.given.floors:
             return None
-        return Noise(self.lengths, self.state, 0.5 * self.bounds.rounding)
+        last = self.state.width if self.parts > 1 else 0
+        return Noise(self.lengths, self.state, 0.5 * self.bounds.rounding, last, self._expanded)
+
+    def _expanded(self, f: Function, time: Pair, unit: Real) -> None:
+        """Compute the series of the state where they belong."""
+        self.compute(f, time, unit, *self.places(f))
 
     @property
     def proofs(self) -> Sequence[Proof]:
@@ -181,10 +186,12 @@ class Steps(ABC):
     def measure(self, f: Function, now: Now) -> None:
         """Compute the least sizes that velocities are measured by, where there are any."""
         if self.noise:
-            given = f.pointer("%constants"), now.t + now.low, *self.places(f), f.pointer("%trial")
-            with f.when(self.noise.due(f)), f.when(f.call(Bit, "noise", *given)):
+            places = f.pointer("%constants"), *self.places(f), f.pointer("%trial")
+            with f.when(self.noise.due(f)), f.when(f.call(Bit, "noise", *places, now.t, now.low, now.unit)):
                 self.forget(f)
-        if self.given.floors:
+            if self.lengths.floor:
+                self.noise.floors(f, now.previous)
+        elif self.given.floors:
             place = f.place("%work", self.lengths.floor, "double")
             f.call(None, "floors", f.pointer("%constants"), f.pointer("%state"), place)
 

@@ -10,12 +10,15 @@ velocities are measured by what it changes them in a step.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.state import LANES, StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.rounding_errors import WAYS, share
 from lagrange_cli.native.stepping.step_size import ENDLESS
+from lagrange_cli.native.stepping.sums import Pair
 from lagrange_cli.records import dataclass
 
 FAINT = 2.0**-52
@@ -29,22 +32,25 @@ LASTS = 32.0
 
 @dataclass(frozen=True)
 class Noise:
-    """Writes ``@noise(constants, t, state, work, trial)``, which writes down how much of each rate is rounding
-    (as a term of the velocity's series), where velocities have third parts; 0 where none of them is faint.
-    The first third part of the state counts the steps until it is ``due`` again.
+    """Writes ``@noise(constants, t, low, unit, state, work, trial)``, which writes down how much of each rate
+    is rounding (``StateLayout.errors``); 0 where no velocity is faint. The first of these numbers counts the
+    steps until it is ``due`` again.
 
-    Coordinates and velocities change by the part ``size`` of them. Returns whether the series in ``%work`` are
-    those of another state.
+    Coordinates and velocities change by the part ``size`` of them, in parts that are ``last`` rows behind.
+    ``expand`` is to compute the series of a state. ``@noise`` returns whether those in ``%work`` are of another
+    one.
     """
 
     lengths: Lengths
     state: StateLayout
     size: float
+    last: int
+    expand: Callable[[Function, Pair, Real], None]
 
     @property
     def place(self) -> int:
-        """So many rows behind velocities."""
-        return self.state.third
+        """So many rows behind velocities they are."""
+        return self.state.errors
 
     @property
     def rounding(self) -> tuple[int, float]:
@@ -54,8 +60,8 @@ class Noise:
 
     def function(self) -> Function:
         """The function."""
-        names = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial"
-        f = Function(f"define internal i1 @noise({names}) #0")
+        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work", "trial"))
+        f = Function(f"define internal i1 @noise({places}, double %t, double %low, double %unit) #0")
         suspicious = self._faint(f)
         with f.when(suspicious):
             self._measure(f)
@@ -91,26 +97,29 @@ class Noise:
         first = LANES * -(-(self.state.memory + 3 * width) // LANES)
         base, half, saved = (f.place("%trial", first + array * width) for array in range(3))
         with lengths.each(f) as row:
-            row.put(row.at("%state"), saved)
+            row.put(row.at("%state", self.last), saved)
         self._clear(f)
-        self._expand(f)
+        t, low, unit = (Real(f, f"%{name}") for name in ("t", "low", "unit"))
+        self.expand(f, (t, low), unit)
+        inverse = lengths.wide(f, f.constant(1.0) / unit)
         with lengths.velocities(f) as row:
-            row.put(row.series()[1], base)
+            row.put(row.series()[1] * inverse, base)
         with f.loop(0, WAYS, tested=False) as way:
             for size in (0.5 * self.size, self.size):
                 with lengths.each(f) as row:
                     old = row.at(saved)
-                    new = old + old * share(f, row, way) * size
-                    row.put(f.select(row.among(0, 2 * lengths.degrees), new, old), "%state")
-                self._expand(f)
+                    most = (row.at("%state") if self.last else old) * size
+                    new = f.select(row.among(0, 2 * lengths.degrees), old + share(f, row, way) * most, old)
+                    row.put(new, "%state", self.last)
+                self.expand(f, (t, low), unit)
                 with lengths.velocities(f) as row:
-                    change = row.series()[1] - row.at(base)
+                    change = row.series()[1] * inverse - row.at(base)
                     if size < self.size:
                         row.put(change, half)
                     else:
                         self._keep(row, row.at(half), change)
         with lengths.each(f) as row:
-            row.put(row.at(saved), "%state")
+            row.put(row.at(saved), "%state", self.last)
 
     def _keep(self, row: Row, half: Real, whole: Real) -> None:
         """Keep the larger change, where rates are smooth."""
@@ -126,6 +135,8 @@ class Noise:
             every = row.moving(f.splat(Bit(f, "true", 1), self.lengths.lanes))
             row.put(f.select(every, f.zero(self.lengths.lanes), before), "%state", self.place)
 
-    def _expand(self, f: Function) -> None:
-        given = (f.pointer(f"%{name}") for name in ("state", "work"))
-        f.call(Bit, "jet", f.pointer("%constants"), Real(f, "%t"), *given)
+    def floors(self, f: Function, h: Real) -> None:
+        """What velocities are measured by over ``h``, where ``Lengths.floor`` is."""
+        lengths, (place, often) = self.lengths, self.rounding
+        with lengths.velocities(f) as row:
+            row.put(row.at("%state", place) * lengths.wide(f, h * often), "%work", lengths.floor)

@@ -46,7 +46,7 @@ class Quadratures:
         *, beyond: int = 0, rest: float = 0.0, known: int = 0,
     ) -> None:  # fmt: skip
         self.lengths, self.bounds, self.tolerance, self._beyond = lengths, bounds, tolerance, beyond
-        self.own = replace(lengths, followed=(first, count), apart=True)
+        self.own = replace(lengths, followed=(first, count), apart=True, floor=0)
         self.known = known
         sizes, often = (
             StepSize(self.own, tolerance, rest, fades=not beyond, prefix="integral_"),
