@@ -224,6 +224,16 @@ def test_velocities_that_are_rounding_do_not_set_the_steps() -> None:
     assert np.ptp(motion["q/x"], axis=0).max() < 1e-12
 
 
+def test_double_double_velocities_that_are_rounding_do_not_set_the_steps(tmp_path: Path) -> None:
+    """The same net: steps were shorter than 1e-10."""
+    (tmp_path / "net.yaml").write_text(PINNED, encoding="utf-8")
+    options = "--precision", "double-double", "--stop", "0.02", "--samples", "2", "--json"
+    run = lagrange("solve", "net.yaml", *options, cwd=tmp_path)
+    summary = json.loads(run.stdout)
+    assert summary["steps"] < 100
+    assert summary["h_drift"] < 1e-31
+
+
 @pytest.mark.parametrize("size", [1e-20, 1e-100, 1e-280])
 def test_small_motions_keep_their_digits(size: float) -> None:
     """A swing that a vertical spring makes grow, and a spring beside it, both of any size."""

@@ -85,7 +85,7 @@ class Steps(ABC):
         if rows[1]:
             self.quadratures = Quadratures(
                 lengths, *rows, given.tolerance, self.bounds, beyond=sums.beyond,
-                rest=AT_REST if given.proving[1] else 0.0, known=0 if sums.beyond else self.state.third,
+                rest=AT_REST if given.proving[1] else 0.0, known=self.state.errors,
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
@@ -228,7 +228,7 @@ class Steps(ABC):
         """Whether the integrals' series do not hold all through the step of ``h`` just taken. Nothing is
         proven where the motion's are not ``sound``: they were cut."""
         places = f.pointer("%trial"), f.pointer("%work")
-        rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h))
+        rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h), h)
         if self.integrands is None:
             return rough
         return rough | (sound & ~self._has_proven(f, now.t + now.low, *places, h, now.unit))
