@@ -170,7 +170,9 @@ class Interface:
         settings."""
         settings = self.rows_of_guards.settings(self.given) if self.guarded else 0
         degrees, quadratures = self.degrees + self.auxiliary, len(self.integrals) - self.stored
-        return StateLayout(degrees, quadratures, self.stored, set=settings, carried=self.carried)
+        return StateLayout(
+            degrees, quadratures, self.stored, set=settings, carried=self.carried, parts=self.parts
+        )
 
     @property
     def guarded(self) -> bool:

@@ -205,7 +205,8 @@ def double_double(equations: Equations) -> Motion:
 
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
-    work = LANES * -(-work // LANES)
+    work, least = (LANES * -(-one // LANES) for one in (work, rows.width))
+    work += least  # what velocities are measured by at least
     project = ""
     if equations.residual.bound:
         from lagrange_cli.native.stepping.projection import in_double_doubles

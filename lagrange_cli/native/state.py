@@ -2,8 +2,8 @@
 
 The rows are what is integrated. In memory they are followed by their low parts, which compensated summation
 keeps (W. Kahan, CACM 8, 1965), and by the clock: t and what the stepper remembers from step to step. The
-numbers of a double-double motion have a third part each, behind the clock. In doubles, the third parts of
-integrals are the rounding errors of their integrands.
+numbers of a double-double motion have a third part each, behind the clock. Rounding errors of rates, where
+they are known, are in the place of these in doubles, and behind them in double-double.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class StateLayout:
     ``quadratures`` are the integrals that change; ``cyclic`` the momenta that are constants of the motion.
     ``set`` numbers behind all parts are changed between steps only: the parameters, where these are kept with
     the state, and what goes with them. So many numbers behind these are ``carried`` by a method from step to
-    step."""
+    step. Numbers are sums of so many ``parts``."""
 
     degrees: int
     quadratures: int = 0
@@ -75,6 +75,7 @@ class StateLayout:
     multipliers: int = 0
     set: int = 0
     carried: int = 0
+    parts: int = 1
 
     @cached_property
     def q(self) -> slice[int, int, None]:
@@ -150,9 +151,15 @@ class StateLayout:
         return self.clock.stop
 
     @cached_property
+    def errors(self) -> int:
+        """Where rounding errors of rates begin, at the rows of these."""
+        return self.third + (self.width if self.parts > 1 else 0)
+
+    @cached_property
     def settings(self) -> slice[int, int, None]:
         """The values that change between steps only."""
-        return slice(self.third + self.width, self.third + self.width + self.set)
+        first = self.errors + self.width
+        return slice(first, first + self.set)
 
     @cached_property
     def memory(self) -> int:
@@ -162,7 +169,7 @@ class StateLayout:
     @cached_property
     def carried_at(self) -> int:
         """Where what is carried begins."""
-        return self.third + self.width + LANES * -(-self.set // LANES)
+        return self.errors + self.width + LANES * -(-self.set // LANES)
 
 
 class Role(IntEnum):

@@ -179,3 +179,73 @@ def test_ledgers_of_a_net_continue_with_the_same_bytes(tmp_path: Path) -> None:
                 parts[f"diagnostics/ledger/{path}"][:].tobytes()
                 == whole[f"diagnostics/ledger/{path}"][:].tobytes()
             )
+
+
+PINNED = """
+sizes: {N: 3}
+parameters: {m: 0.01, k: 50.0, a: 0.1, g: 9.81}
+coordinates:
+  x[i in range(N), j in range(N)]: {initial: a*j}
+  y[i in range(N), j in range(N)]: {initial: a*(i + 1)}
+  z[i in range(N), j in range(N)]: {initial: 0.0}
+masses: {"knot[i in range(N), j in range(N)]": m}
+embedding: {"knot[i in range(N), j in range(N)]": ["x[i,j]", "y[i,j]", "z[i,j]"]}
+potential: >-
+  sum(m*g*z[i,j] for i in range(N) for j in range(N))
+  + sum(k/2*(sqrt((x[i+1,j]-x[i,j])**2 + (y[i+1,j]-y[i,j])**2 + (z[i+1,j]-z[i,j])**2) - a)**2
+      for i in range(N-1) for j in range(N))
+  + sum(k/2*(sqrt((x[i,j+1]-x[i,j])**2 + (y[i,j+1]-y[i,j])**2 + (z[i,j+1]-z[i,j])**2) - a)**2
+      for i in range(N) for j in range(N-1))
+constraints: {"along[j in range(N)]": "x[0,j] - a*j", "across[j in range(N)]": "y[0,j] - a",
+  "up[j in range(N)]": "z[0,j]"}
+"""
+HUNG = """
+parameters: {k: 47.0, a: 1.0, g: 9.81}
+coordinates: {r: {initial: 1.5}, theta: {initial: 0.0}, s: {initial: 0.0}}
+lagrangian: >
+  (r_dot**2 + r**2*theta_dot**2 + s_dot**2)/2 + g*r*cos(theta) - k/2*(r - a)**2 - 37**2*s**2/2
+"""
+WAVE = """
+sizes: {N: 9}
+coordinates: {"x[i in range(N)]": {initial: 0.0}, y: {initial: 0.0, velocity: 1.0}}
+lagrangian: >
+  y_dot**2/2 - (x[0] - y)**2/2
+  + sum(x_dot[i]**2/2 for i in range(N)) - sum((x[i+1] - x[i])**2/2 for i in range(N-1))
+"""
+
+
+def test_velocities_that_are_rounding_do_not_set_the_steps() -> None:
+    """Of a net that hangs from three pins the columns move alike, each in its plane. Their distances are
+    rounding, far below that of their places; steps that followed these were shorter than 2e-6."""
+    motion = follow(PINNED, 1.0, 11)
+    assert motion.outcome.steps < 400
+    h = motion["diagnostics/h"]
+    assert np.ptp(h) < 1e-14
+    assert np.ptp(motion["q/x"], axis=0).max() < 1e-12
+
+
+def test_double_double_velocities_that_are_rounding_do_not_set_the_steps(tmp_path: Path) -> None:
+    """The same net: steps were shorter than 1e-10."""
+    (tmp_path / "net.yaml").write_text(PINNED, encoding="utf-8")
+    options = "--precision", "double-double", "--stop", "0.02", "--samples", "2", "--json"
+    run = lagrange("solve", "net.yaml", *options, cwd=tmp_path)
+    summary = json.loads(run.stdout)
+    assert summary["steps"] < 100
+    assert summary["h_drift"] < 1e-31
+
+
+@pytest.mark.parametrize("size", [1e-20, 1e-100, 1e-280])
+def test_small_motions_keep_their_digits(size: float) -> None:
+    """A swing that a vertical spring makes grow, and a spring beside it, both of any size."""
+    large, small = (follow(HUNG, 20.0, 41, sets={"theta": one, "s": one}) for one in (1e-9, size))
+    swing = large["q/theta"] / 1e-9
+    assert abs(small["q/theta"] / size - swing).max() < 1e-12 * abs(swing).max()
+    assert abs(small["q/s"] / size - np.cos(37.0 * small.t)).max() < 1e-12
+
+
+def test_the_tail_of_a_wave_keeps_its_digits() -> None:
+    """In a chain of springs, the k-th mass begins to move like t^(2k + 1)/(2k + 1)!."""
+    motion = follow(WAVE, 1e-4, 2)
+    for k in range(1, 10):
+        known = 1e-4 ** (2 * k + 1) / math.factorial(2 * k + 1)
+        assert motion["q/x"][-1, k - 1] == pytest.approx(known, rel=1e-7)

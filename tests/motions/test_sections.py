@@ -29,6 +29,7 @@ from tests.support.motion import FULL, prepare, prepared, spec_of
 
 FREE = "coordinates: {x: {initial: 0.0}}\nlagrangian: x_dot**2/2\n"
 SPRING = "parameters: {w: 1.0}\ncoordinates: {x: {initial: 0.0}}\nlagrangian: x_dot**2/2 - w**2*x**2/2\n"
+PLACED = "parameters: {a: 0.3}\ncoordinates: {x: {initial: 1.0}}\nlagrangian: x_dot**2/2 - x**2/2\n"
 PENDULUM = "coordinates: {u: {initial: 1.0}}\nlagrangian: u_dot**2/2 + cos(u)\n"
 THROWN = "coordinates: {y: {initial: 0.0}}\nlagrangian: y_dot**2/2 - y\n"
 FALL = "coordinates: {r: {initial: 1.0}}\nlagrangian: r_dot**2/2 + 1/r\n"
@@ -167,6 +168,30 @@ def test_a_series_that_converges_more_slowly_than_the_motion():
     """sin(40 x) on x = t has 200 zeros in what would be one step."""
     taken = take(FREE, "sin(40*x)", [[0.0, 1.0]], 200, 0)
     assert np.abs(taken.t[0] - math.pi / 40 * np.arange(1, 201)).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("surface", "bound"),
+    [
+        ("sin(x - a) - (x - a)", 3e-14),
+        ("(1 - cos(x - a))*(x - a)", 3e-14),
+        ("x - a - sin(x - a)*cos(x - a)", 3e-14),
+        ("(sin(x - a) - (x - a))*(1 - cos(x - a))", 1e-11),  # of order 5
+    ],
+)
+def test_a_multiple_zero_is_as_accurate_as_a_simple_one(surface, bound):
+    """Where g is (x - a)^3 but for rounding, rounding moves its zero by 1e-5, but not that of g''."""
+    places = np.random.default_rng(7).uniform(-0.95, 0.95, 64)
+    taken = take(PLACED, surface, [[1.0, 0.0]] * 64, 10, 0, parameters=[[a] for a in places])
+    assert taken.reached.tolist() == [10] * 64
+    assert np.abs(taken.states[:, 0] - places[:, None]).max() < bound
+
+
+@pytest.mark.parametrize("apart", [1e-3, 1e-4])
+def test_zeros_that_are_near_each_other_are_not_taken_for_one(apart):
+    taken = take(PLACED, f"(x - a)*(x - a - {apart})*(x - a + {apart})", [[1.0, 0.0]], 3, 0, parameters=[[0.3]])
+    expected = 0.3 + apart * np.array([1, 0, -1])
+    assert np.abs(taken.states[0, 0] - expected).max() < 1e-16 / apart**2
 
 
 def test_surfaces_may_depend_on_velocities_time_and_parameters():

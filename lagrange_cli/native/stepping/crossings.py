@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from functools import reduce
-from operator import add
+from operator import add, and_
 
 from lagrange_cli.native.interface import DIRECTION, PATIENCE, SECTION, STROBE
 from lagrange_cli.native.llvm.function import Function
@@ -45,6 +45,14 @@ from lagrange_cli.records import replace
 CLOSE, QUADRATIC = 2.0**-53, 2.0**-40
 """A root is found when it changes by no more than the one; or, by Newton's method, by the other, the number
 of its digits doubling. Both are parts of the step."""
+FLAT = 2.0**-12
+"""A zero at which the rate of g is this part of its terms may be a multiple one."""
+CLUSTERS, NEWTON = (3, 5, 7), 4
+"""How many zeros may be one but for rounding, where the sign of g changes, and steps of Newton's method that
+find their centre."""
+NEARBY, ALIKE, BLURRED = 2.0**-6, 2.0**10, 2.0**-36
+"""How far from that they are at most, as part of the step; up to what ratio coefficients are of one size; and the
+most that rounding of g is, as part of its terms."""
 ITERATIONS = 100
 """Improvements of a root at most."""
 LONGEST = 1024.0
@@ -249,8 +257,38 @@ class Crossings(Returns):
             pending.set(pending.get() & (change > CLOSE) & ~(inside & (change <= QUADRATIC)))
             with f.when(~f.any(pending.get())):
                 found.leave()
+        total = reduce(add, map(f.magnitude, terms))
+        flat = f.magnitude(rate_of(f, terms, x.get())) <= total * FLAT
+        flat = flat & Bit(f, "%hit")
+        with f.when(f.any(flat)):
+            x.set(f.select(flat, self.centre(f, terms, x.get(), total), x.get()))
         f.give(x.get())
         return f
+
+    def centre(self, f: Function, terms: list[Real], x: Real, total: Real) -> Real:
+        """The centre of the zeros that lie so close around ``x`` that rounding may be all that tells them
+        from one; ``x`` where it is one. The coefficients of g have the sum ``total``.
+
+        Rounding moves the zeros of (t - T)^k by the k-th root of itself, but not their centre: it is the zero of
+        derivative k - 1, which is simple. Seen from there all coefficients below are rounding, of about one
+        size, if there is one zero; if there are several at distances d, they are as d, d^2, .., d^k.
+        """
+        found = f.variable(x)
+        for k in CLUSTERS:
+            at, c = f.variable(x), list[Real]()
+            for again in range(NEWTON + 1):
+                for m, term in enumerate(terms):
+                    f.store(term, "%state", self.piece + m)
+                shifted(f, "%state", self.piece, self.degree, at.get())
+                c = [f.load("%state", self.piece + m) for m in range(k + 1)]
+                if again < NEWTON:
+                    at.set(at.get() - c[k - 1] / (c[k] * float(k)))
+            value = f.magnitude(c[0])
+            noise = f.larger(value, total * NOTHING) * ALIKE
+            close = (f.magnitude(at.get() - x) <= NEARBY) & (value <= total * BLURRED)
+            close = reduce(and_, (f.magnitude(one) <= noise for one in c[1 : k - 1]), close)
+            found.set(f.select(close, at.get(), found.get()))
+        return found.get()
 
 
 def raised(c: list[Real]) -> list[Real]:

@@ -88,9 +88,10 @@ class DoubleDoubleSteps(Steps):
     division = PairDivision
 
     def __init__(self, rows: Rows, given: Given) -> None:
+        floor = given.work - LANES * -(-rows.width // LANES) if given.state.degrees > 1 else 0
         lengths = Lengths(
             given.state.degrees, len(rows.state), rows.width, rows.order, 1, 1, 1,
-            row=2 * rows.beyond, term=1, first=LANES,
+            row=2 * rows.beyond, term=1, first=LANES, floor=floor,
         )  # fmt: skip
         self._low, self._width = rows.beyond, rows.width
         self._sums = PairSums(rows.beyond)
@@ -158,7 +159,10 @@ class DoubleDoubleSteps(Steps):
             farthest.set(f.larger(farthest.get(), place))
             rate, low = (x * inverse for x in self.at_end(f, "slope", row))
             both = f.magnitude(rate) + f.magnitude(row.series()[1] * inverse)
-            for value, pointer in zip((rate, allowed.of(f, lengths, both, lesser), low), expected):
+            most = allowed.of(f, lengths, both, lesser)
+            if self.noise and not lengths.followed[1]:
+                most = most + row.at("%state", self.noise.place)
+            for value, pointer in zip((rate, most, low), expected):
                 row.put(value, pointer)
         f.give(farthest.get())
         return f
@@ -223,7 +227,9 @@ class DoubleDoubleSteps(Steps):
     def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
         one = f.constant(1.0)
         unit = f.select(now.previous.equals(0.0), one, (now.previous.bits() & EXPONENT).number())
-        return replace(now, unit=unit), self.series(f, now.t, now.low, unit)
+        now = replace(now, unit=unit)
+        self.measure(f, now)
+        return now, self.series(f, now.t, now.low, unit)
 
     def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
         unit, h, fresh = f.variable(now.unit), f.variable(now.previous), f.variable(Bit(f, "true"))
@@ -291,6 +297,8 @@ class DoubleDoubleSteps(Steps):
         rest, low = difference((Real(f, "%stop"), f.constant(0.0)), (now.t, now.low))
         h, low = f.select(final, rest, h), f.select(final, low, f.constant(0.0))
         step, (state, work) = self.scaled(f, now.unit, h, low), self.places(f)
+        if self.noise:
+            self.noise.count(f)
         f.call(None, "update", state, work, *step)
         for value, number in zip(pair(f, "add", now.t, now.low, h, low), (Clock.TIME, Clock.TIME_LOW)):
             f.store(value, state, self.state.at(number))

@@ -12,6 +12,7 @@ from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import AT_REST, Given, Steps
+from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
@@ -67,7 +68,7 @@ class DoubleSteps(Steps):
         f.call(None, "clear", f.place("%work", first), f.count(self._work - first))
 
     def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
-        self.measure(f)
+        self.measure(f, now)
         return now, f.call(Bit, "jet", f.pointer("%constants"), now.t + now.low, *self.places(f))
 
     def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
@@ -137,8 +138,10 @@ class DoubleSteps(Steps):
 
     def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
         self.pass_time(f, now, h)
+        if self.noise:
+            self.noise.count(f)
         nothing = self.bounds.nothing(f, h) if self.proof else None
-        return moved(f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing)
+        return moved(f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing, noise=self.noise)
 
 
 def moved(
@@ -150,12 +153,13 @@ def moved(
     low: int,
     nothing: Real | None = None,
     moving: Bit | None = None,
+    noise: Noise | None = None,
 ) -> Real:
     """Take the state to the end of the step, and write down what is expected there; the place farthest from
     0.
 
     Low parts are ``low`` rows behind. Errors of the accelerations up to ``nothing`` are allowed whatever
-    moves. Only motions that are ``moving`` change.
+    moves, and ``noise`` is. Only motions that are ``moving`` change.
     """
     degrees, (rates, allowances) = lengths.degrees, expected
     h = lengths.wide(f, h)
@@ -180,6 +184,8 @@ def moved(
                 c = row.series().terms(1, lengths.order)
             speed = rate(f, c[:-1], h, RATE_CHAINS if lengths.together > 1 else 1)
             most = allowed.of(f, lengths, f.magnitude(speed) + f.magnitude(c[0]), row.floored(lesser))
+            if noise:
+                most = most + row.at("%state", noise.place)
             row.put(speed, rates)
             row.put(most if nothing is None else most + lengths.wide(f, nothing), allowances)
 

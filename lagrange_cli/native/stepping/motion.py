@@ -17,6 +17,7 @@ from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, accepted
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.parts import Part, Parts, Places, Units
 from lagrange_cli.native.stepping.proof import Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures, followed
@@ -75,12 +76,16 @@ class Steps(ABC):
         rows = followed(given.state, arguments + given.multipliers)
         self._multipliers = given.state.integrals.start + arguments, given.multipliers
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
-        self.sizes = StepSize(lengths, given.tolerance, rest, fades=self.parts == 1)
+        self.noise = self._noise()
+        self.sizes = StepSize(
+            lengths, given.tolerance, rest, fades=self.parts == 1,
+            uncertain=self.noise.rounding if self.noise and not lengths.floor else None,
+        )  # fmt: skip
         self.quadratures = None
         if rows[1]:
             self.quadratures = Quadratures(
                 lengths, *rows, given.tolerance, self.bounds, beyond=sums.beyond,
-                rest=AT_REST if given.proving[1] else 0.0, known=0 if sums.beyond else self.state.third,
+                rest=AT_REST if given.proving[1] else 0.0, known=self.state.errors,
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
@@ -88,6 +93,18 @@ class Steps(ABC):
         self.proof = self._proof("proven", given.proving[0])
         self.integrands = self._proof("integrands_proven", given.proving[1], rows)
         self.arguments = self._proof("arguments_proven", given.proving[2], rows_of_arguments)
+
+    def _noise(self) -> Noise | None:
+        """What finds velocities that are rounding: where there are several coordinates that are measured each
+        by itself."""
+        if self.state.degrees < 2 or self.given.floors:
+            return None
+        last = self.state.width if self.parts > 1 else 0
+        return Noise(self.lengths, self.state, 0.5 * self.bounds.rounding, last, self._expanded)
+
+    def _expanded(self, f: Function, time: Pair, unit: Real) -> None:
+        """Compute the series of the state where they belong."""
+        self.compute(f, time, unit, *self.places(f))
 
     @property
     def proofs(self) -> Sequence[Proof]:
@@ -157,6 +174,7 @@ class Steps(ABC):
         if self.quadratures:
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
+        made += [self.noise.function()] if self.noise else []
         texts = clear_function(), self.given.project, self.given.floors
         return [*texts, *guards, *(f.text() for f in made)]
 
@@ -165,9 +183,15 @@ class Steps(ABC):
         if self.given.project:
             f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
 
-    def measure(self, f: Function) -> None:
+    def measure(self, f: Function, now: Now) -> None:
         """Compute the least sizes that velocities are measured by, where there are any."""
-        if self.given.floors:
+        if self.noise:
+            places = f.pointer("%constants"), *self.places(f), f.pointer("%trial")
+            with f.when(self.noise.due(f)), f.when(f.call(Bit, "noise", *places, now.t, now.low, now.unit)):
+                self.forget(f)
+            if self.lengths.floor:
+                self.noise.floors(f, now.previous)
+        elif self.given.floors:
             place = f.place("%work", self.lengths.floor, "double")
             f.call(None, "floors", f.pointer("%constants"), f.pointer("%state"), place)
 
@@ -204,7 +228,7 @@ class Steps(ABC):
         """Whether the integrals' series do not hold all through the step of ``h`` just taken. Nothing is
         proven where the motion's are not ``sound``: they were cut."""
         places = f.pointer("%trial"), f.pointer("%work")
-        rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h))
+        rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h), h)
         if self.integrands is None:
             return rough
         return rough | (sound & ~self._has_proven(f, now.t + now.low, *places, h, now.unit))

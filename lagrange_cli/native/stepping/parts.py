@@ -99,6 +99,8 @@ class Parts:
             self.put(row, (row.at(self.at.begin), row.at(self.at.begin, self.low)), self.at.arrays)
             known = self.quadratures.known
             error = row.at(self.at.begin, known) if known else self.f.zero(self.lengths.lanes)
+            if self.sums.beyond:
+                error = error * self.units.part.get()
             row.put(error, self.array(ROUNDING))
 
     def go(self, place: Pair) -> None:
@@ -183,18 +185,18 @@ class Parts:
 
     def give(self, state: Pointer, third: int, whole: Bit, explained: Bit) -> None:
         """The integrals of all parts as those of the state; no numbers where the parts are not the whole
-        step. Third parts become 0, or in doubles, which have none, the rounding errors of integrands: those
-        of this step if they have ``explained`` why it was divided."""
+        step. ``third`` parts, where there are any, become 0. Rounding errors of integrands are those of this
+        step if they have ``explained`` why it was divided."""
         f, none = self.f, self.f.splat(Real(self.f, NAN, 1), self.own.lanes)
         with self.own.velocities(f) as row:
             value = row.at(self.at.arrays), row.at(self.at.arrays, self.low)
             every = row.moving(f.splat(Bit(f, "true", 1), self.own.lanes))
             self.put(row, choice(f, whole, value, (none, none)), state, every)
-            error = f.zero(self.own.lanes)
-            if self.quadratures.known:
-                before = row.at(self.at.begin, third) * FADING
-                error = f.select(explained, row.at(self.array(ROUNDING)), before)
-            row.put(f.select(every, error, row.at(state, third)), state, third)
+            if self.sums.beyond:
+                row.put(f.select(every, f.zero(self.own.lanes), row.at(state, third)), state, third)
+            known = self.quadratures.known
+            error = f.select(explained, self.rounding(row), row.at(self.at.begin, known) * FADING)
+            row.put(f.select(every, error, row.at(state, known)), state, known)
 
     def lose_samples(self, index: Variable[Integer], last: Integer) -> None:
         """Samples from ``index`` to before ``last`` are nan: the parts have not reached them."""

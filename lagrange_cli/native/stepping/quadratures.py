@@ -46,7 +46,7 @@ class Quadratures:
         *, beyond: int = 0, rest: float = 0.0, known: int = 0,
     ) -> None:  # fmt: skip
         self.lengths, self.bounds, self.tolerance, self._beyond = lengths, bounds, tolerance, beyond
-        self.own = replace(lengths, followed=(first, count), apart=True)
+        self.own = replace(lengths, followed=(first, count), apart=True, floor=0)
         self.known = known
         sizes, often = (
             StepSize(self.own, tolerance, rest, fades=not beyond, prefix="integral_"),
@@ -103,10 +103,10 @@ class Quadratures:
         return f
 
     def rough(self) -> Function:
-        """``@rough(state, work, h)``: whether the last terms of an integral's series over ``h`` matter, or
-        are not finite."""
+        """``@rough(state, work, h, in_time)``: whether the last terms of an integral's series over ``h`` matter,
+        or are not finite; the same length is ``in_time``, where the series has another unit."""
         real, bit = (kind(one, self.lengths.motions) for one in ("double", "i1"))
-        head = f"define internal {bit} @rough(ptr %state, ptr %work, {real} %h) #0"
+        head = f"define internal {bit} @rough(ptr %state, ptr %work, {real} %h, {real} %in_time) #0"
         f = Function(head, self.lengths.motions)
         lengths, top, h = self.own, self.own.top, Real(f, "%h")
         wide, least = lengths.wide(f, h), lengths.wide(f, f.constant(ENOUGH * self.tolerance))
@@ -124,7 +124,7 @@ class Quadratures:
             c = row.series()
             last = f.magnitude(c[top]) * wide + f.magnitude(c[top - 1])
             last = f.select(last.equals(zero), zero, (last * first) * second)
-            size = self.sizes.sizes(row, c, wide)
+            size = self.sizes.sizes(row, c, wide, lengths.wide(f, Real(f, "%in_time")))
             bad.set(bad.get() | (self.sizes.heard(row) & ~(last <= size * least)))
         f.give(lengths.of_motions(f, bad.get()))
         return f

@@ -129,6 +129,7 @@ class RateSteps(DoubleSteps):
         )
         Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
         self.quadratures = None  # integrals are followed as velocities are
+        self.noise = None
         self.lengths = lengths
         self._work, self._rates, self._places = given.work, rates, places
         self._count = layout.rows - layout.degrees
@@ -172,7 +173,7 @@ class RateSteps(DoubleSteps):
     def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
         """The rates; the polynomials follow with the length of the step."""
         state, work, at = f.pointer("%state"), f.pointer("%work"), self._places
-        self.measure(f)
+        self.measure(f, now)
         regular = self._evaluate(f, now.t + now.low, state, work)
         rates = self._rates_at(f, work)
         with self._each(f, self._count) as i:

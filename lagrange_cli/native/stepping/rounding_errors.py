@@ -53,12 +53,12 @@ def _change(parts: Parts, way: Integer, size: float) -> None:
     f, last = parts.f, parts.low if parts.sums.beyond else 0
     with parts.lengths.each(f) as row:
         old = row.at(parts.at.arrays, last)
-        new = old + row.at(parts.at.arrays) * _share(f, row, way) * size
+        new = old + row.at(parts.at.arrays) * share(f, row, way) * size
         row.put(f.select(row.among(*parts.own.leading), old, new), parts.at.arrays, last)
 
 
-def _share(f: Function, row: Row, way: Integer) -> Real:
-    """Numbers from -1 to 1."""
+def share(f: Function, row: Row, way: Integer) -> Real:
+    """Numbers from -1 to 1: by what parts of the greatest change rows are changed."""
     number = row.beyond(0)
     spread = (number * f.splat(way * STRIDE + SPREAD, number.lanes)) & (RANGE - 1)
     return spread.to_real() * (2.0 / RANGE) - 1.0

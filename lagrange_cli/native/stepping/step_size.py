@@ -76,15 +76,16 @@ class StepSize:
         head = head.replace("@", f"@{self.prefix}")
         return Function(head.replace("REAL", "double" if motions == 1 else f"<{motions} x double>"), motions)
 
-    def sizes(self, row: Row, c: Series, h: Real) -> Real:
-        """The largest of a velocity and the next three terms of its series over a step of ``h``."""
+    def sizes(self, row: Row, c: Series, h: Real, in_time: Real | None = None) -> Real:
+        """The largest of a velocity and the next three terms of its series over a step of ``h``; ``in_time``,
+        where the series has another unit."""
         f = row.f
         size = f.magnitude(c[3]) * h
         for m in (2, 1):
             size = f.larger(size, f.magnitude(c[m])) * h
         if self.uncertain:
             shift, times = self.uncertain
-            size = f.larger(size, row.at("%state", shift) * h * times)
+            size = f.larger(size, row.at("%state", shift) * (in_time or h) * times)
         return f.larger(row.floored(f.magnitude(row.at("%state"))), size)
 
     def heard(self, row: Row) -> Bit:

@@ -1,0 +1,142 @@
+"""Velocities that are nothing but rounding: what they are measured by.
+
+Where forces cancel by symmetry, a velocity is 0 but for rounding. It may be 1e-100 while the high coefficients
+of its series, where forces cancel to fewer digits, are 1e-10: no step is short enough for these to be small
+beside it, and in such steps it does not grow. But rounding changes its rate by far more. How much is measured
+as for integrands (``rounding_errors``): by changes of coordinates and velocities in proportion to themselves,
+so that what is small beside nothing but itself keeps all its digits. Rates are known to that only, and
+velocities are measured by what it changes them in a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Real
+from lagrange_cli.native.state import LANES, StateLayout
+from lagrange_cli.native.stepping.lengths import Lengths, Row
+from lagrange_cli.native.stepping.rounding_errors import WAYS, share
+from lagrange_cli.native.stepping.step_size import ENDLESS
+from lagrange_cli.native.stepping.sums import Pair
+from lagrange_cli.records import dataclass
+
+FAINT = 2.0**-52
+"""Velocities below this part of the fastest one may be rounding."""
+SMOOTH = 0.8
+"""Twice half a change may differ from the whole one by this part of it where it is smooth, a cubic even; not
+across a jump, or close to a pole."""
+LASTS = 32.0
+"""For so many steps what was found holds."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Writes ``@noise(constants, t, low, unit, state, work, trial)``, which writes down how much of each rate
+    is rounding (``StateLayout.errors``); 0 where no velocity is faint. The first of these numbers counts the
+    steps until it is ``due`` again.
+
+    Coordinates and velocities change by the part ``size`` of them, in parts that are ``last`` rows behind.
+    ``expand`` is to compute the series of a state. ``@noise`` returns whether those in ``%work`` are of another
+    one.
+    """
+
+    lengths: Lengths
+    state: StateLayout
+    size: float
+    last: int
+    expand: Callable[[Function, Pair, Real], None]
+
+    @property
+    def place(self) -> int:
+        """So many rows behind velocities they are."""
+        return self.state.errors
+
+    @property
+    def rounding(self) -> tuple[int, float]:
+        """The same, and how often it is to be counted in what velocities are measured by: so that they are
+        measured by all that terms of their rates, which may cancel, change in a step."""
+        return self.place, 0.5 / self.size
+
+    def function(self) -> Function:
+        """The function."""
+        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work", "trial"))
+        f = Function(f"define internal i1 @noise({places}, double %t, double %low, double %unit) #0")
+        suspicious = self._faint(f)
+        with f.when(suspicious):
+            self._measure(f)
+        with f.when(~suspicious):
+            self._clear(f)
+        f.store(f.constant(LASTS), "%state", self.place)
+        f.give(suspicious)
+        return f
+
+    def due(self, f: Function) -> Bit:
+        """Whether it is to be called at the beginning of a step."""
+        return f.load("%state", self.place) <= 0.0
+
+    def count(self, f: Function) -> None:
+        """Count a step that was taken."""
+        f.store(f.load("%state", self.place) - 1.0, "%state", self.place)
+
+    def _faint(self, f: Function) -> Bit:
+        """Whether there are velocities that may be rounding."""
+        lengths = self.lengths
+        zero, endless = f.zero(lengths.lanes), lengths.wide(f, f.constant(ENDLESS))
+        fastest, slowest = f.variable(zero), f.variable(endless)
+        with lengths.velocities(f) as row:
+            speed = row.only_velocities(f.magnitude(row.at("%state")))
+            fastest.set(f.larger(fastest.get(), speed))
+            slowest.set(f.smaller(slowest.get(), f.select(speed > 0.0, speed, endless)))
+        most, least = lengths.gather(f, "fmax", fastest.get()), lengths.gather(f, "fmin", slowest.get())
+        return least < most * FAINT
+
+    def _measure(self, f: Function) -> None:
+        """The measurement."""
+        lengths, width = self.lengths, self.state.width
+        first = LANES * -(-(self.state.memory + 3 * width) // LANES)
+        base, half, saved = (f.place("%trial", first + array * width) for array in range(3))
+        with lengths.each(f) as row:
+            row.put(row.at("%state", self.last), saved)
+        self._clear(f)
+        t, low, unit = (Real(f, f"%{name}") for name in ("t", "low", "unit"))
+        self.expand(f, (t, low), unit)
+        inverse = lengths.wide(f, f.constant(1.0) / unit)
+        with lengths.velocities(f) as row:
+            row.put(row.series()[1] * inverse, base)
+        with f.loop(0, WAYS, tested=False) as way:
+            for size in (0.5 * self.size, self.size):
+                with lengths.each(f) as row:
+                    old = row.at(saved)
+                    most = (row.at("%state") if self.last else old) * size
+                    new = f.select(row.among(0, 2 * lengths.degrees), old + share(f, row, way) * most, old)
+                    row.put(new, "%state", self.last)
+                self.expand(f, (t, low), unit)
+                with lengths.velocities(f) as row:
+                    change = row.series()[1] * inverse - row.at(base)
+                    if size < self.size:
+                        row.put(change, half)
+                    else:
+                        self._keep(row, row.at(half), change)
+        with lengths.each(f) as row:
+            row.put(row.at(saved), "%state", self.last)
+
+    def _keep(self, row: Row, half: Real, whole: Real) -> None:
+        """Keep the larger change, where rates are smooth."""
+        f, change = row.f, row.f.magnitude(whole)
+        steady = (f.magnitude((whole - half) - half) <= change * SMOOTH) & (change < ENDLESS)
+        before = row.at("%state", self.place)
+        counts = row.moving(steady) if self.lengths.together > 1 else steady
+        row.put(f.select(counts, f.larger(change, before), before), "%state", self.place)
+
+    def _clear(self, f: Function) -> None:
+        with self.lengths.velocities(f) as row:
+            before = row.at("%state", self.place)
+            every = row.moving(f.splat(Bit(f, "true", 1), self.lengths.lanes))
+            row.put(f.select(every, f.zero(self.lengths.lanes), before), "%state", self.place)
+
+    def floors(self, f: Function, h: Real) -> None:
+        """What velocities are measured by over ``h``, where ``Lengths.floor`` is."""
+        lengths, (place, often) = self.lengths, self.rounding
+        with lengths.velocities(f) as row:
+            row.put(row.at("%state", place) * lengths.wide(f, h * often), "%work", lengths.floor)
