@@ -408,6 +408,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("finished", [True, False])
 @pytest.mark.parametrize(("options", "message"), OTHERS.values(), ids=OTHERS)
 def test_another_run_is_not_continued(folder, interrupted_after, options, message, finished, capsys):
