@@ -47,7 +47,7 @@ STRANGE: list[Any] = [
     None, True, "x", "", -1, 0, 7, 1.5, -0.5, 2**53, 2**64, 10**400, math.nan, math.inf, 1e308, [], {}, [[]],
     [1, 2, 3], ["a", "b"], {"a": None}, "\x1b[31m", "[" * 5000, "9" * 5000,
 ]  # fmt: skip
-SAMPLE = 12
+SAMPLE = 6
 """So many of the cases are given to the command, others each time."""
 
 

@@ -50,6 +50,7 @@ def test_data_is_read_back_by_sympy_and_by_the_file_grammar(name):
         assert agree_at_random(built, own)
 
 
+@pytest.mark.exhaustive(keep=10)
 @pytest.mark.parametrize("name", NAMES)
 def test_data_has_the_keys_of_the_contract(name):
     data = as_data(equations_of(name), "lagrange", {"g": 9.81})
