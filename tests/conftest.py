@@ -49,14 +49,19 @@ def pytest_unconfigure(config):
         shutil.rmtree(config.cache_of_programs, ignore_errors=True)
 
 
-def thorough(config):
+def exhaustive(config):
     return config.option.markexpr == draws.MARKER
+
+
+def thorough(config):
+    """All cases of the exhaustive suites, with more examples, and the code that LLVM makes for users."""
+    return exhaustive(config) and config.option.most is None
 
 
 def pytest_collection_modifyitems(config, items):
     if any("::" in argument for argument in config.args):
         return
-    chosen = draws.sampled(items, config.option.seed, thorough(config), config.option.most)
+    chosen = draws.sampled(items, config.option.seed, exhaustive(config), config.option.most)
     kept = set(chosen)
     config.hook.pytest_deselected(items=[item for item in items if item not in kept])
     items[:] = chosen

@@ -19,7 +19,7 @@ from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.model.model import Model, Particle
-from lagrange_cli.native.compilation.machine import compile_program
+from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.orders import order_for
@@ -114,7 +114,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
 
 def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:
     """(t, q, v, parameters) -> accelerations, from the code that ``solve`` runs."""
-    machine = compile_program(write_family_program(system, {}, FULL_PRECISION, RATES))
+    machine = compile_program(write_family_program(system, {}, FULL_PRECISION, RATES), QUICK)
 
     def accelerations(t: float, q: Array, v: Array, parameters: Array) -> Array:
         rates = Equations.of(machine, parameters).rates(t, np.concatenate([q, v]))

@@ -11,7 +11,7 @@ from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.methods.settling import Settling
 from lagrange_cli.integrate.methods.workspace import outer_rows
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.compilation.machine import compile_program
+from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.elimination import reduced
 from lagrange_cli.native.orders import order_for
 from lagrange_cli.native.program import write_program
@@ -39,7 +39,7 @@ def compiled_values(residual: Residual) -> CompiledValues:
     less = reduced(residual)
     followed = residual if less is None else less.after
     written = write_program(followed, order_for(2.0**-52), {}, plan.observed, observing=residual)
-    machine = compile_program(written)
+    machine = compile_program(written, QUICK)  # a few states are evaluated
     program = machine.program
     n = program.degrees
 

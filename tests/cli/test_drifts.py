@@ -27,6 +27,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "command",
     [

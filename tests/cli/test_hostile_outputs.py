@@ -47,7 +47,7 @@ STRANGE: list[Any] = [
     None, True, "x", "", -1, 0, 7, 1.5, -0.5, 2**53, 2**64, 10**400, math.nan, math.inf, 1e308, [], {}, [[]],
     [1, 2, 3], ["a", "b"], {"a": None}, "\x1b[31m", "[" * 5000, "9" * 5000,
 ]  # fmt: skip
-SAMPLE = 12
+SAMPLE = 6
 """So many of the cases are given to the command, others each time."""
 
 
@@ -265,6 +265,7 @@ def test_what_leads_out_of_an_output_is_not_followed(folder, outputs, name, caps
     assert os.path.exists("pipe")
 
 
+@pytest.mark.exhaustive(keep=8)
 @pytest.mark.parametrize("name", ["out.h5", ".out.h5.checkpoint", ".out.h5.part", ".out.h5.1.part"])
 @pytest.mark.parametrize("kind", ["pipe", "link", "loop", "folder", "sparse", "device"])
 def test_what_is_no_plain_file_of_ours_is_not_read(folder, outputs, name, kind, unopened, capsys):

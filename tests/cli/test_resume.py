@@ -235,7 +235,7 @@ def followed_members(monkeypatch) -> list[int]:
 
 
 def test_a_sweep_that_was_killed_is_kept_and_goes_on(folder, capsys):
-    sweep = ("sweep", DOUBLE, "--over", "theta1=0:2:2001", "--stop", "40", "-o", "out.h5")
+    sweep = ("sweep", DOUBLE, "--over", "theta1=0:2:801", "--stop", "40", "-o", "out.h5")
     expected = whole(folder, *sweep)
     assert killed(folder, *sweep) == LEFT
     assert main([*sweep]) == 5
@@ -408,6 +408,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("finished", [True, False])
 @pytest.mark.parametrize(("options", "message"), OTHERS.values(), ids=OTHERS)
 def test_another_run_is_not_continued(folder, interrupted_after, options, message, finished, capsys):

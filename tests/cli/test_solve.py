@@ -436,6 +436,7 @@ def test_an_h_that_drifts_though_it_is_conserved_is_warned_of(tmp_path, outputs)
     assert ("h drifted by 5.0e-01" in warning) is (outputs != "h")
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("method", ["DOP853", "LSODA", "Radau"])
 @pytest.mark.parametrize(("potential", "warned"), [("tanh(x)", True), ("cos(x)", False)])
 def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, potential, warned):

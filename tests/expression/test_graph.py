@@ -73,7 +73,7 @@ def test_sums_that_differ_by_sign_or_powers_of_two_are_one_factor() -> None:
 
 
 @pytest.mark.exhaustive(keep=6)
-@examples(100)
+@examples(50)
 @given(texts(NAMES), SIGNED)
 @example("(x**2)**0.5", {"x": -1.5, "y": 1.0, "z": 1.0})
 @example("x*(x**2)**-0.5", {"x": -1.5, "y": 1.0, "z": 1.0})
@@ -94,7 +94,7 @@ def test_a_graph_has_the_value_of_its_expression(text: str, values: dict[str, fl
 
 
 @pytest.mark.exhaustive(keep=6)
-@examples(75)
+@examples(40)
 @given(texts(NAMES), POINTS)
 @example("x**y", {"x": 0.7, "y": 1.1, "z": 1.0})
 @example("atan2(x*y, x - 2)", {"x": 0.7, "y": 1.1, "z": 1.0})

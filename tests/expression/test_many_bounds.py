@@ -71,7 +71,7 @@ def sum_of(text: str, condition: str = "") -> Sum:
 
 
 @given(WHOLE, COMPARED)
-@examples(200)
+@examples(100)
 def test_arrays_of_whole_numbers_are_those_of_each_member(text: str, compared: str) -> None:
     outer = sum_of(text, f" if {compared}")
     body = outer.body

@@ -70,7 +70,7 @@ def test_some_of_what_the_fuzzer_kept(folder, name):
 
 
 @settings(
-    max_examples=40, derandomize=True, deadline=None, database=None,
+    max_examples=20, derandomize=True, deadline=None, database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )  # fmt: skip
 @given(st.integers(0, 2**63))

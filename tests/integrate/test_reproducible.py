@@ -93,7 +93,7 @@ class Run:
     size=st.integers(1, 300),
     sense=st.sampled_from([1, -1]),
 )
-@examples(10)
+@examples(5)
 def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size, sense):
     """Forward and backward."""
     whole, pieces = Run(system, samples, 0, sense=sense), Run(system, samples, looks, size, sense)
@@ -119,7 +119,7 @@ def test_a_run_is_really_taken_to_pieces():
 
 
 @given(system=st.sampled_from(list(SYSTEMS)), samples=st.integers(2, 200), finer=st.integers(1, 5))
-@examples(10)
+@examples(5)
 def test_the_samples_asked_for_change_neither_steps_nor_samples(system, samples, finer):
     """At the instants that both have; a power of two makes them the same to the last bit."""
     coarse, fine = Run(system, samples, 0), Run(system, (samples - 1) * 2**finer + 1, 0)

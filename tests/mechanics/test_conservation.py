@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.zero import is_zero
+from tests.support.draws import examples
 from tests.support.motion import residual_of
 
 FORCED = """
@@ -41,6 +42,7 @@ def test_a_force_that_is_tiny_almost_everywhere_is_a_force(potential, force):
     assert not residual.cyclic_momenta
 
 
+@examples(30)
 @given(scale=st.floats(-1e9, 1e9).filter(lambda x: abs(x) > 1e-3), place=st.floats(-100, 100))
 def test_a_function_of_any_scale_is_not_zero(scale, place):
     graph = Graph()
@@ -51,6 +53,7 @@ def test_a_function_of_any_scale_is_not_zero(scale, place):
     assert not is_zero(graph.function("cosh", [u]) - graph.function("sinh", [u]))
 
 
+@examples(30)
 @given(scale=st.floats(0.1, 5))
 def test_identities_of_such_functions_are_seen(scale):
     graph = Graph()

@@ -146,7 +146,7 @@ def unaccounted(motion: Motion, names: tuple[str, ...]) -> float:
 
 
 @pytest.mark.exhaustive
-@examples(3)
+@examples(2)
 @given(systems())
 def test_ledgers_of_random_systems_close(system: str) -> None:
     motion = follow(system, 0.5, 21, outputs=("q", "v", "p", "h", "ledger"))

@@ -79,7 +79,7 @@ def test_a_driven_damped_oscillator_before_its_start(method, tolerance, wrong):
         assert np.max(np.abs(motion[f"diagnostics/ledger/{ledger}"])) < 10 * wrong * size
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("name", "stop"), THERE_AND_BACK.items())
 def test_there_and_back(name, stop):
     """Every quantity of the way back is that of the way there, and S changes its sign and its start."""

@@ -29,7 +29,7 @@ def difference(one: Motion, other: Motion) -> float:
     return found
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("stop", [4.0, -4.0])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_motions_multipliers_and_ledgers_are_the_same(name, stop):
@@ -120,7 +120,7 @@ def constrained(draw: st.DrawFn) -> str:
 
 
 @given(constrained())
-@examples(4)
+@examples(2)
 def test_any_linear_constraints(text):
     asked = {"stop": 1.0, "samples": 5, "outputs": "all"}
     one, other = (motion_of(text, eliminated=yes, **asked) for yes in (True, False))

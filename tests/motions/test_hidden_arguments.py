@@ -38,6 +38,7 @@ def test_no_event_is_missed(argument):
     assert np.allclose(motion["events/e/t"], HIDDEN[argument], rtol=0, atol=1e-13)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("argument", HIDDEN)
 def test_no_change_of_a_condition_is_missed(argument):
     """y' is the time for which the argument was positive."""
@@ -54,6 +55,7 @@ def test_nor_in_double_double():
     assert np.allclose(motion["events/e/t"], HIDDEN[argument], rtol=0, atol=1e-14)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("argument", "end", "events"),
     [

@@ -37,7 +37,7 @@ POTENTIALS = {
 """Each with its width and as a function of x over that."""
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("potential", POTENTIALS)
 @pytest.mark.parametrize("initial", [-1.0, -2.9])
 def test_a_particle_that_runs_over_a_narrow_potential(potential, initial):
@@ -155,6 +155,7 @@ def test_a_force_with_a_high_power_of_a_sine_begins_from_rest(power):
     assert abs(motion["v/x"][-1] - impulse) <= 1e-13
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("width", [1e-2, 1e-5, 1e-9])
 @pytest.mark.parametrize(
     "form",
@@ -169,6 +170,7 @@ def test_exponentials_that_overflow_where_nothing_else_does(form, width):
     assert 0 < 5 - motion["q/x"][-1] < 3 * width
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("power", range(24, 66, 8))
 def test_a_well_of_a_high_power_confines(power):
     motion = follow(LINE.format(initial=0, velocity=1, potential=f"0.6*sin(x)**{power}"), 60.0, 601)
@@ -177,6 +179,7 @@ def test_a_well_of_a_high_power_confines(power):
     assert motion.outcome.h_drift <= 1e-14
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "potential",
     [
@@ -217,6 +220,7 @@ def test_a_motion_ends_at_a_pole(potential):
     assert abs(motion.outcome.t - float(time)) <= 1e-12
 
 
+@pytest.mark.exhaustive(keep=8)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_systems_shipped_hide_no_forces(name):
     """It costs a row of the state."""

@@ -62,7 +62,7 @@ def test_samples_do_not_change_the_parts_of_a_step():
     assert many[::10000].tolist() == few.tolist()
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "force",
     ["", "- x**2/2", "- x**2/2 - x**4/40", "+ cos(x)"],
@@ -109,7 +109,7 @@ def test_behind_a_pole_an_integral_is_no_number():
     assert [*motion.outcome.unknown] == ["diagnostics/action"]
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     "form", ["abs(t - {c})**({p})", "x_dot*abs(x - {c})**({p})", "{p}*log(abs(t - {c}))"]
 )
@@ -147,7 +147,7 @@ def test_the_balance_of_the_root_of_a_distance():
     assert np.max(np.abs(motion["diagnostics/ledger/h"])) <= 1e-11
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 @pytest.mark.parametrize("width", [2e-4, 6e-3])
 @pytest.mark.parametrize(

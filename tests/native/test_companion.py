@@ -9,11 +9,10 @@ import pytest
 
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.native.interface import CONSTANTS
 from lagrange_cli.native.numbers.beside import beside
 from lagrange_cli.run.derive import derive_system
-from tests.support.motion import spec_of
+from tests.support.motion import prepare, spec_of
 
 SPRING = """
 parameters: {m: 4.1, k: 4.2}

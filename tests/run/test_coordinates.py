@@ -113,7 +113,7 @@ def test_a_generalized_force_that_is_not_transformed_is_seen():
 
 
 def test_an_event_that_sets_what_is_replaced_may_change_what_is_conserved():
-    derived = derive(read_spec(CHAIN, "a.yaml"), coordinates="modes")
+    derived = derive(read_spec(CHAIN.replace("N: 3", "N: 2"), "a.yaml"), coordinates="modes")
     momentum = next(one for one in derived.equations.conserved if one.quantity == "p_a[0]")
     assert momentum.breaks == ("hit",)
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.series.factoring import associate, factors_of, reciprocals, steps
+from tests.support.draws import examples
 
 POWERS = st.dictionaries(st.sampled_from("abcdef"), st.sampled_from([1, 2, 3, 4, 7, -1, -2, 0.5]), min_size=2)
 
@@ -19,6 +20,7 @@ def products_of(graph: Graph, powers: list[dict[str, float]]) -> list[Node]:
     return list(dict.fromkeys(made))
 
 
+@examples(40)
 @given(st.lists(POWERS, min_size=1, max_size=12))
 def test_every_product_is_made_from_two_that_make_it(powers: list[dict[str, float]]) -> None:
     graph = Graph()

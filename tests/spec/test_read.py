@@ -227,7 +227,7 @@ PIECES += ["**", "\t", "#", "!", "? ", "<<: ", "---\n", "θ", "9", "lagrangian: 
 FRAGMENTS = st.sampled_from([*PENDULUM.splitlines(keepends=True), *PIECES])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.one_of(st.binary(max_size=200), st.text(max_size=200), st.lists(FRAGMENTS, max_size=30).map("".join))
 )

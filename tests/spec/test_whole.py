@@ -27,6 +27,7 @@ from lagrange_cli.spec.together import Together
 from lagrange_cli.spec.values import Values, resolve_values
 from lagrange_cli.spec.whole import Part
 from tests.support.command import SYSTEMS
+from tests.support.draws import examples
 
 FAMILIES = """\
 sizes: {N: 7, M: 3}
@@ -150,6 +151,7 @@ def test_numbers_found_together_are_those_found_one_by_one(
     assert [(name, x.hex()) for name, x in one] == [(name, x.hex()) for name, x in other]
 
 
+@pytest.mark.exhaustive(keep=10)
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -237,6 +239,7 @@ def test_members_that_follow_from_later_ones_come_after_them() -> None:
     assert resolve_values(spec).q[0] == resolve_values(read_spec(FAMILIES, "a.yaml")).q[0]
 
 
+@pytest.mark.exhaustive(keep=30)
 @pytest.mark.parametrize(
     "statements",
     [
@@ -313,6 +316,7 @@ def test_the_first_number_that_two_ranges_have_in_common(one: range, other: rang
     assert next(common(one, other), None) == next((x for x in one if x in other), None)
 
 
+@examples(40)
 @given(st.lists(RANGES.filter(lambda one: one.step > 0 and len(one) > 0), min_size=1, max_size=3))
 def test_places_of_a_grid_are_numbered_in_order(ranges: Sequence[range]) -> None:
     places = [*product(*ranges)]

@@ -137,7 +137,7 @@ CUTS = st.lists(
 
 @given(CUTS, st.sampled_from([1.0, -1.0]))
 @example([(15.5, True), (16.0, False), (STOP, True)], 1.0)
-@settings(examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(examples(12), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_the_bytes_do_not_depend_on_how_much_is_appended_at_a_time(tmp_path, small, cuts, sense):
     assert written(tmp_path / "a.h5", cuts, sense=sense) == written(tmp_path / "b.h5", sense=sense)
 

@@ -90,7 +90,7 @@ def test_whole_chunks_of_the_file_and_parts_of_them_follow_one_another(tmp_path,
 
 
 @given(st.lists(st.integers(0, 11), min_size=1, max_size=8), st.integers(1, 7))
-@settings(examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(examples(15), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_the_bytes_do_not_depend_on_how_many_samples_are_appended_at_a_time(tmp_path, pieces, rows):
     found = []
     for each in (pieces, (sum(pieces),)):

@@ -2,8 +2,9 @@
 
 ``@pytest.mark.exhaustive(keep=4)`` marks a suite of too many cases for every day. Usually four of them are
 run, other ones each time; the last lines of the run give the seed, and ``--seed`` repeats the draw.
-``-m exhaustive`` runs all cases of all such suites (or ``most`` of them), and with ``--most 10`` ten of each.
-A case that is named on the command line is always run.
+``-m exhaustive`` runs all cases of all such suites (or ``most`` of them), and hypothesis tries more examples;
+with ``--most 10`` ten cases of each are run, with the examples of every day. A case that is named on the
+command line is always run.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from hypothesis import settings
 
 MARKER = "exhaustive"
 THOROUGH = 5
-"""So many times as many examples are tried under ``-m exhaustive``."""
+"""So many times as many examples are tried under ``-m exhaustive`` without ``--most``."""
 _thorough = False
 
 
@@ -27,7 +28,7 @@ def be_thorough() -> None:
 
 
 def examples(count: int) -> settings:
-    """Hypothesis tries ``count`` examples, and ``THOROUGH`` times as many under ``-m exhaustive``."""
+    """Hypothesis tries ``count`` examples, and ``THOROUGH`` times as many where all cases are run."""
     return settings(max_examples=count * THOROUGH if _thorough else count)
 
 

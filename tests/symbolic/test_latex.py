@@ -11,10 +11,11 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.limits import Work
 from lagrange_cli.run.equations import FORMS
 from lagrange_cli.symbolic.latex import as_latex
-from lagrange_cli.symbolic.latex_lines import WIDTH, breaks, broken, width
+from lagrange_cli.symbolic.latex_lines import ROUNDING, WIDTH, breaks, broken, width
 from lagrange_cli.symbolic.layouts import wrap
 from lagrange_cli.symbolic.work import counting
 from tests.support.command import lagrange
+from tests.support.draws import examples
 from tests.support.systems import NAMES, derived, equations_of, equations_with, has_form
 
 PARSER = MathTextParser("agg")
@@ -30,7 +31,7 @@ def settable(formula):
         PARSER.parse(f"${text.strip()}$")
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_formula_can_be_set_and_fits_a_line(name, form):
@@ -83,6 +84,7 @@ def test_parentheses_around_fractions_get_a_fixed_size_where_they_are_broken():
 TERMS = st.sampled_from(["a b", r"\frac{a + b}{c}", "(x - y) z", r"\left(\frac{x}{2} + y\right) w"])
 
 
+@examples(30)
 @given(st.lists(TERMS), st.floats(5, 80))
 def test_breaking_loses_nothing(terms, most):
     formula = " + ".join(["q", *terms])
@@ -91,7 +93,7 @@ def test_breaking_loses_nothing(terms, most):
     assert joined.split() == formula.split()
     for line in lines:
         inner = [place for place in breaks(line) if place.index] if line.count("(") == line.count(")") else []
-        assert width(line) <= most or not [place for place in inner if place.depth == 0]
+        assert width(line) <= most + ROUNDING or not [place for place in inner if place.depth == 0]
 
 
 def steps_of(function, *arguments):

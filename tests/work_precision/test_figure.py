@@ -26,21 +26,24 @@ def texts(path):
     return {"".join(each.itertext()).strip() for each in root.iter(f"{SVG}text")}
 
 
-def test_an_svg_holds_title_axes_and_the_name_of_every_curve(tmp_path):
-    path = tmp_path / "a.svg"
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    path = tmp_path_factory.mktemp("drawn") / "a.svg"
     write_picture(str(path), PICTURE)
+    return path
+
+
+def test_an_svg_holds_title_axes_and_the_name_of_every_curve(drawn, tmp_path):
     expected = {"a & b <c>", "error", "run time (s)", "taylor", "DOP853", "Radau", "required error"}
-    assert expected <= texts(path)
-    first = path.read_bytes()
-    write_picture(str(path), PICTURE)
-    assert path.read_bytes() == first
+    assert expected <= texts(drawn)
+    again = tmp_path / "a.svg"
+    write_picture(str(again), PICTURE)
+    assert again.read_bytes() == drawn.read_bytes()
 
 
-def test_names_of_curves_that_end_together_are_moved_apart(tmp_path):
-    path = tmp_path / "a.svg"
-    write_picture(str(path), PICTURE)
+def test_names_of_curves_that_end_together_are_moved_apart(drawn):
     heights = {}
-    for each in ElementTree.parse(path).getroot().iter(f"{SVG}text"):
+    for each in ElementTree.parse(drawn).getroot().iter(f"{SVG}text"):
         place = re.search(r"(?:rotate|translate)\(.* (-?[\d.]+)\)$", each.attrib.get("transform", ""))
         heights["".join(each.itertext()).strip()] = float(place[1] if place else "nan")
     assert heights["DOP853"] - heights["Radau"] >= 11  # points

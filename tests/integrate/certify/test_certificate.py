@@ -149,7 +149,7 @@ def test_the_estimate_is_near_the_true_error(
     system: str, known: Callable[[], Callable[[Number], list[Number]]], stop: float, method: str
 ) -> None:
     """All inputs are doubles, so that the problem is run as it is written."""
-    data, _ = certified(system, stop, 601, method)
+    data, _ = certified(system, stop, 301, method)
     with mpmath.workdps(50):
         exact, names = known(), [path for path in data if path.startswith("q/")]
         truth = [exact(Number(t)) for t in data["t"].tolist()]

@@ -91,6 +91,7 @@ STAGES: dict[str, Callable[[Model[Node]], Any]] = {
 }
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("stage", STAGES)
 def test_twice_as_many_members_take_twice_the_steps(stage):
     text = (SYSTEMS / "chain.yaml").read_bytes()

@@ -130,7 +130,7 @@ def check(text):
 
 
 @given(particles())
-@examples(8)
+@examples(4)
 def test_particles_conserve_what_is_claimed(text):
     check(text)
 

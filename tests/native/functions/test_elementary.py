@@ -168,7 +168,7 @@ PARTS = st.lists(st.floats(-1, 1), min_size=LANES, max_size=LANES)
 
 
 @given(FLOATS, FLOATS, PARTS)
-@settings(max_examples=300)
+@settings(max_examples=150)
 def test_lanes_have_the_bits_of_single_doubles(x: list[float], y: list[float], part: list[float]) -> None:
     """Whatever their neighbours hold."""
     low = np.array(part) * np.spacing(np.minimum(np.abs(x), 1e300))

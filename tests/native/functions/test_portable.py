@@ -201,6 +201,7 @@ def test_what_is_called_is_found() -> None:
     assert undefined(emitted(program, "aarch64-unknown-linux-gnu", "", "")) == {"sin"}
 
 
+@pytest.mark.exhaustive(keep=8)
 @pytest.mark.parametrize("optimize", [0, 2])
 @pytest.mark.parametrize("name", ARITY)
 def test_the_simplest_processor_computes_the_same_bits(name: str, optimize: int) -> None:

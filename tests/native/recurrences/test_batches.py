@@ -85,7 +85,7 @@ def always_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(arrangement, "FEWEST", 0)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 def test_batches_follow_the_same_motion_as_straight_code(
     count: int, monkeypatch: pytest.MonkeyPatch, always_in_batches: None

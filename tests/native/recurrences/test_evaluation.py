@@ -29,7 +29,7 @@ def system_of(expressions: list[str]) -> str:
 
 
 @pytest.mark.exhaustive(keep=6)
-@examples(13)
+@examples(6)
 @given(
     st.lists(texts(NAMES), min_size=8, max_size=12), st.lists(st.floats(-1.5, 1.5), min_size=5, max_size=5)
 )

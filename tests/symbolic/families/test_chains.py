@@ -158,6 +158,7 @@ def test_one_bob_is_a_pendulum() -> None:
     assert "l*theta_ddot[0] + g*N*sin(theta[0]) = 0   [theta[0], divided by m*l]" in lines
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("text", [N_PENDULUM, pendulum(10, "(i - 1)//2"), SPACE])
 def test_no_expression_grows_with_the_chain_nor_does_the_work(text: str) -> None:
     def counted(count: int) -> tuple[int, int]:
