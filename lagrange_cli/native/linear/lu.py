@@ -7,13 +7,16 @@ the doubles that numbers begin with.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic
+from typing import Generic, TypeAlias
 
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.records import dataclass
+
+Make: TypeAlias = "Callable[[Function], Written[V]]"
+"""Makes a kind of numbers that is written into a function."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +67,9 @@ class Elimination(Function, Generic[V]):
     """A function of a block ``%a`` of ``n`` rows, with its pivots behind it. What ``kind`` writes goes into
     it. A number takes so many ``doubles``."""
 
-    def __init__(self, make: Callable[[], Written[V]], result: str, name: str, more: str = "") -> None:
+    def __init__(self, make: Make[V], result: str, name: str, more: str = "") -> None:
         super().__init__(f"define internal {result} @{name}(ptr noalias %a, {more}i64 %n) #0")
-        self.kind = make()
-        self.kind.body.lines = self.sink
+        self.kind = make(self)
         self.n = Integer(self, "%n")
         self.doubles = self.kind.parts
         self.width = self.n * self.doubles
@@ -94,7 +96,7 @@ class Elimination(Function, Generic[V]):
             self.store(value, second, k)
 
 
-def factor_general(make: Callable[[], Written[V]]) -> str:
+def factor_general(make: Make[V]) -> str:
     """``i1 @factor_general(a, n)``: whether ``a`` is regular. Then L is below its diagonal, U above, and the
     inverses of U's diagonal between them; the rows that rows were exchanged with are behind it."""
     f = Elimination(make, "i1", "factor_general")
@@ -132,7 +134,7 @@ def factor_general(make: Callable[[], Written[V]]) -> str:
     return f.text()
 
 
-def solve_general(make: Callable[[], Written[V]]) -> str:
+def solve_general(make: Make[V]) -> str:
     """``@solve_general(a, b, n)`` with ``a`` as ``@factor_general`` leaves it: ``b`` becomes the solution."""
     f = Elimination(make, "void", "solve_general", "ptr noalias %b, ")
     kind, n, parts = f.kind, f.n, f.doubles

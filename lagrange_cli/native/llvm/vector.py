@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import ClassVar, TypeVar
 
 from lagrange_cli.native.llvm.length import allow
-from lagrange_cli.native.llvm.text import literal, operand
+from lagrange_cli.native.llvm.text import literal, operand, opposite
 
 V = TypeVar("V", bound="Value")
 
@@ -18,8 +18,10 @@ V = TypeVar("V", bound="Value")
 class Body:
     """The instructions of one function of ``lanes`` doubles."""
 
-    PREFIX = "%v"
-    """The prefix of the names of values."""
+    cost = 1
+    """The relative time that its instructions take to compile."""
+    operations = 0
+    """The floating-point operations that kinds of numbers have counted, each as often as it is executed."""
 
     def __init__(self, lanes: int) -> None:
         self.lanes = lanes
@@ -29,8 +31,8 @@ class Body:
 
     def define(self, text: str) -> str:
         """A new value. Raises ``TooLarge`` where a function has more of them than can be compiled."""
-        allow(self._count)
-        name = f"{self.PREFIX}{self._count}"
+        allow(self._count, self.cost)
+        name = f"%v{self._count}"
         self._count += 1
         self.line(f"  {name} = {text}")
         return name
@@ -214,6 +216,8 @@ class Real(Value):
     __lt__, __le__, __gt__, __ge__ = map(_relation, ("olt", "ole", "ogt", "oge"))
 
     def __neg__(self) -> Real:
+        if self.name.startswith("0x"):
+            return Real(self.body, opposite(self.name), self.lanes)
         return self.made(f"fneg {self.kind} {self.name}")
 
     def equals(self, other: Real | float) -> Bit:

@@ -23,14 +23,12 @@ Condition: TypeAlias = Any
 
 
 class Body(Protocol):
-    """The function that code is written into."""
+    """The function that code is written into, and the operations counted in it."""
 
-    lines: list[str]
     operations: int
 
     def line(self, text: str) -> None: ...
     def define(self, text: str) -> str: ...
-    def allow(self, instructions: int) -> None: ...
 
 
 class NumberKind(Protocol[V]):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.declarations import LIBRARY
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal
 from lagrange_cli.native.llvm.vector import kind, suffix
 from lagrange_cli.native.numbers.double import Emitter
@@ -24,8 +25,8 @@ class LaneEmitter(Emitter):
     REAL, BIT, TAG, ALIGN = VECTOR, BITS, suffix(LANES), 8 * LANES
     one, zero, true = splat("double", ONE), splat("double", ZERO), splat("i1", "true")
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, body: Function) -> None:
+        super().__init__(body)
         self._angles: dict[Operand, list[Operand]] = {}
 
     def number(self, value: Number) -> Value:
@@ -38,7 +39,7 @@ class LaneEmitter(Emitter):
     def function(self, name: str, *arguments: Value) -> Operand:
         """A function, of all lanes (``functions.elementary``); sine and cosine of one angle together."""
         if name in ("sin", "cos"):
-            self.operations += 1
+            self.body.operations += 1
             return self._turned(self.written(arguments[0]))[name == "cos"]
         if name == "exp":
             return self.call(f"exp.{LANES}", *arguments, None)

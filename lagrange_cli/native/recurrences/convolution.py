@@ -56,7 +56,7 @@ def load(emitter: Emitter, group: Group, base: str, offset: int) -> Operand:
 
 def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: Operand | None) -> Operand:
     """``a * b + total``, lane by lane."""
-    emitter.operations += len(group.dots) * emitter.repeated
+    emitter.body.operations += len(group.dots) * emitter.repeated
     kind = vector(group)
     if total is None:
         return emitter.define(f"fmul {kind} {a}, {b}")
