@@ -11,7 +11,7 @@ from typing import Generic, TypeAlias
 
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.records import dataclass
 
@@ -39,17 +39,17 @@ class LargeGeneral(Generic[V]):
 
     def factor(self, matrix: list[list[V | None]]) -> str:
         """Store the block and factor it; an i1 that tells whether it is regular."""
+        f = self.kind.body
         for i, entry in enumerate(entry for row in matrix for entry in row):
             self._store(entry, i)
-        return self.kind.body.define(f"call i1 @factor_general({self._address(0)}, i64 {self.size})")
+        return f.call(Bit, "factor_general", self._address(0), f.count(self.size), lanes=1).name
 
     def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
         """x with M x = ``scale * right``."""
-        first = self.size * (self.size + 1)
+        f, first = self.kind.body, self.size * (self.size + 1)
         for i, value in enumerate(right):
             self._store(self.kind.mul(value, scale), first + i)
-        places = f"{self._address(0)}, {self._address(first)}"
-        self.kind.body.line(f"  call void @solve_general({places}, i64 {self.size})")
+        f.call(None, "solve_general", self._address(0), self._address(first), f.count(self.size))
         return [self.kind.load("%work", self._index(first + i), 1) for i in range(self.size)]
 
     def _index(self, number: int) -> int:
@@ -58,9 +58,8 @@ class LargeGeneral(Generic[V]):
     def _store(self, value: V | None, number: int) -> None:
         self.kind.store(value, "%work", self._index(number), 1)
 
-    def _address(self, number: int) -> str:
-        place = f"getelementptr inbounds double, ptr %work, i64 {self._index(number)}"
-        return f"ptr {self.kind.body.define(place)}"
+    def _address(self, number: int) -> Pointer:
+        return self.kind.body.place("%work", self._index(number), "double")
 
 
 class Elimination(Function, Generic[V]):

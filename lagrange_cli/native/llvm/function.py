@@ -88,12 +88,18 @@ class Function(Flow):
         return Real(self, self.define(text), lanes)
 
     def store_row(
-        self, value: Real, base: Pointer | str, index: Integer | int | str, *, aligned: bool = False
+        self,
+        value: Real,
+        base: Pointer | str,
+        index: Integer | int | str,
+        *,
+        aligned: bool = False,
+        volatile: bool = False,
     ) -> None:
         """The same, stored."""
-        place = self.place(base, index, "double")
+        place, word = self.place(base, index, "double"), "store volatile" if volatile else "store"
         align = 8 * value.lanes if aligned else 8
-        self.line(f"  store {value.kind} {value.name}, ptr {place.name}, align {align}")
+        self.line(f"  {word} {value.kind} {value.name}, ptr {place.name}, align {align}")
 
     def look_at(self, base: Pointer | str, index: int) -> Integer:
         """An integer that another thread may change at any time."""

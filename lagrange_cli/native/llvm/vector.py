@@ -140,12 +140,13 @@ class Body:
         text = f"shufflevector {a.kind} {a.name}, {a.kind} {other}, <{len(lanes)} x i32> <{listed}>"
         return type(a)(self, self.define(text), len(lanes))
 
-    def joined(self, values: Sequence[V]) -> V:
-        """Single values as the lanes of a vector."""
-        made, vector = "poison", kind(values[0].type, len(values))
+    def joined(self, values: Sequence[V], lanes: int = 0) -> V:
+        """Single values as the lanes of a vector, which may have more."""
+        lanes = lanes or len(values)
+        made, vector = "poison", kind(values[0].type, lanes)
         for i, one in enumerate(values):
             made = self.define(f"insertelement {vector} {made}, {one.kind} {one.name}, i64 {i}")
-        return type(values[0])(self, made, len(values))
+        return type(values[0])(self, made, lanes)
 
     def zero(self, lanes: int) -> Real:
         """0 in every lane."""

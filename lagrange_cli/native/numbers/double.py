@@ -169,7 +169,7 @@ class Emitter:
 
     def place(self, pointer: str, index: int | str) -> Operand:
         """The address of ``pointer[index]``."""
-        return self.define(f"getelementptr inbounds {self.REAL}, ptr {pointer}, i64 {index}")
+        return self.body.place(pointer, index, self.REAL).name
 
     def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Operand:
         return self.define(f"load {self.REAL}, ptr {self.place(pointer, index)}, align {self.ALIGN}")
