@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import partial
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.functions.double_double import functions
@@ -22,8 +23,9 @@ ONCE, LONG = "prepare_once", "prepare_long"
 
 def prepare_beside(constants: Constants, given: Mapping[str, Node], factor: int) -> tuple[str, int]:
     """``write_prepare`` for a companion; parameters are given in two parts."""
-    once, size = write_prepare(Emitter(), constants, given, f"internal void @{ONCE}")
-    long, _ = write_prepare(BesidePairs(factor), constants, given, f"internal void @{LONG}")
+    once, size = write_prepare(Emitter, constants, given, f"internal void @{ONCE}")
+    make = partial(BesidePairs, factor=factor)
+    long, _ = write_prepare(make, constants, given, f"internal void @{LONG}")
     return "\n".join([*_definitions(long), once, long, _prepare(size)]), size
 
 

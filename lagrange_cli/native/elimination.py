@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.elimination.reduction import Elimination, eliminated
 from lagrange_cli.mechanics.formulations import if_affordable
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.variables import numbered
-from lagrange_cli.native.linear.saddle import elimination
+from lagrange_cli.native.linear.symmetric import elimination
 from lagrange_cli.native.motions import is_large
 from lagrange_cli.series.program import SeriesProgram
 

@@ -65,7 +65,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
         at = pack.places
         places = Places(at["state"], at["state"] + pack.degrees, width, at["time"], at["time_low"])
         project = in_lanes(residual, places, constants)
-    prepare, size = write_prepare(Emitter(), constants, parameters, "internal void @prepare_lane")
+    prepare, size = write_prepare(Emitter, constants, parameters, "internal void @prepare_lane")
     pack = replace(pack, constants=size)
     given = order, tolerance, len(program.parameters)
     if section:

@@ -11,6 +11,7 @@ from lagrange_cli.mechanics.defect import Defect, defect, terms_of
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES, STEPPING
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.evaluation import Constants
@@ -51,7 +52,7 @@ class Equations:
     """The integrands of quadratures, if any of them has to be proven."""
     arguments: Sequence[Node]
     """The arguments of guards, likewise."""
-    emitter: Callable[[], Emitter]
+    emitter: Callable[[Function], Emitter]
     """The writers for doubles."""
     in_two: bool
     """Whether steps to roots are (see ``stepping.guards``)."""
@@ -122,16 +123,16 @@ def double(equations: Equations) -> Motion:
     from lagrange_cli.native.stepping.doubles import DoubleSteps, lengths_of
 
     residual, series, order = equations.residual, equations.series, equations.highest
-    emitter, layout = equations.emitter(), arrange(series, order)
-    jet, work = write_jet(residual, series, equations.constants, emitter, layout)
+    layout = arrange(series, order)
+    jet, work, operations = write_jet(residual, series, equations.constants, equations.emitter, layout)
     project = ""
     if residual.bound and equations.steps:
         from lagrange_cli.native.stepping.projection import in_doubles
 
-        project = in_doubles(residual, equations.state, equations.constants, equations.emitter())
+        project = in_doubles(residual, equations.state, equations.constants, equations.emitter)
     lengths = lengths_of(layout, equations.state.degrees)
     work, steps = with_steps(equations, lengths, DoubleSteps, work, project)
-    return Motion([*numbers("", order + 4), jet, *steps], work, emitter.operations, (0, 1, layout.width))
+    return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 1, layout.width))
 
 
 def batched(equations: Equations) -> Motion | None:

@@ -5,7 +5,7 @@ Where numbers have low parts, all rows of these follow after all of the high par
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.explicit import Unknowns
@@ -23,7 +23,7 @@ them."""
 
 def write_values(
     name: str,
-    kind: Written[V],
+    make: Callable[[Function], Written[V]],
     time: Node,
     symbols: Sequence[Node],
     rows: int,
@@ -41,7 +41,7 @@ def write_values(
     """
     head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
     f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
-    kind.body.lines, stride = f.sink, Integer(f, "%stride")
+    kind, stride = make(f), Integer(f, "%stride")
     room = 0
     if unknowns is not None:
         room = len(symbols) if unknowns.quiet is not None else len(unknowns.holders)
@@ -60,7 +60,7 @@ def write_values(
         for row, node in enumerate(nodes):
             kind.store(known[node], "%results", *place(row, len(nodes)))
     f.give()
-    return f.text(), kind.body.operations
+    return f.text(), f.operations
 
 
 def solve_for(
@@ -105,23 +105,30 @@ def solve_for(
 
 
 def write_prepare(
-    kind: Written[V], constants: Constants, parameters: Mapping[str, Node], name: str = "void @prepare"
+    make: Callable[[Function], Written[V]],
+    constants: Constants,
+    parameters: Mapping[str, Node],
+    name: str = "void @prepare",
 ) -> tuple[str, int]:
     """The function that fills ``%constants`` from the parameters' values, and how many doubles it fills."""
-    placed = [(node, kind.parts * slot, kind.parts - 1) for node, slot in constants.slots.items()]
-    return write_map(kind, parameters, placed, name), kind.parts * len(constants.slots)
+    text, parts = write_map(make, parameters, [*constants.slots.items()], name)
+    return text, parts * len(constants.slots)
 
 
 def write_map(
-    kind: Written[V], parameters: Mapping[str, Node], placed: Sequence[tuple[Node, int, int]], name: str
-) -> str:
-    """A function that puts nodes at their places in ``%constants``, low parts so far behind the high ones."""
+    make: Callable[[Function], Written[V]],
+    parameters: Mapping[str, Node],
+    placed: Sequence[tuple[Node, int]],
+    name: str,
+) -> tuple[str, int]:
+    """A function that puts nodes at their places in ``%constants``; and the doubles of a number."""
+    f = Function(f"define {name}(ptr noalias %parameters, ptr noalias %constants) nounwind")
+    kind = make(f)
     known: dict[Node, V | None] = {}
     for i, node in enumerate(parameters.values()):
         known[node] = kind.load("%parameters", i, len(parameters))
-    emit_values(kind, [node for node, _, _ in placed], known, None)
-    for node, place, apart in placed:
-        kind.store(known[node], "%constants", place, apart)
-    lines = "\n".join(kind.body.lines)
-    head = f"{name}(ptr noalias %parameters, ptr noalias %constants) nounwind"
-    return f"define {head} {{\n{lines}\n  ret void\n}}\n"
+    emit_values(kind, [node for node, _ in placed], known, None)
+    for node, place in placed:
+        kind.store(known[node], "%constants", kind.parts * place, kind.parts - 1)
+    f.give()
+    return f.text(), kind.parts

@@ -27,7 +27,7 @@ def batched_values(
         with f.loop(0, len(nodes)) as row:
             f.store(values.root(row), "%results", stride * row + i)
     f.give()
-    return f.text(), values.emitter.operations
+    return f.text(), f.operations
 
 
 def batched_prepare(parameters: Mapping[str, Node], tables: Tables) -> tuple[str, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.constraints import Constraints
@@ -18,6 +18,8 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
 from lagrange_cli.native.followed import followed
 from lagrange_cli.native.interface import STEPPING, Interface
+from lagrange_cli.native.llvm import length
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.motions import Equations, motion_of
 from lagrange_cli.native.numbers.beside import BesideEmitter
 from lagrange_cli.native.numbers.double import Emitter
@@ -27,6 +29,9 @@ from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import MULTIPLIERS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.numbers.double_double import DoubleDouble
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ def write_program(
     accelerations: Sequence[Node] = (),
     tolerance: float = 2.0**-52,
     store_momenta: bool = False,
-    kind: Callable[[], Written[Any]] = Emitter,
+    kind: type[Emitter] | type[DoubleDouble] = Emitter,
     proven: bool = False,
     unproven: bool = False,
     factor: int | None = None,
@@ -68,13 +73,16 @@ def write_program(
     ``observing``, by default ``residual``. Raises ``TooLarge`` where the program has more instructions than
     can be compiled. Steps of a ``scheme`` are taken on rates (``stepping.schemes``), instead of series.
     """
-    emitter: Callable[[], Emitter] = Emitter if factor is None else partial(BesideEmitter, factor)
-    kind = emitter if kind is Emitter else kind
+    emitter: Callable[[Function], Emitter] = Emitter
+    if factor is not None:
+        emitter = partial(BesideEmitter, factor=factor)
+    parts = kind.parts
+    make: Callable[[Function], Written[Any]] = emitter if kind is Emitter else kind
     observing = observing or residual
     seen = one_sided(residual.graph, [*observed.values()], residual.variables)
     sampled = saturated_each(residual.graph, seen, residual.variables)
     unknowns, quantities = at_a_held_state(observing, sampled) or at_a_state(observing, sampled)
-    model, constants, parts = whole(residual, observing), Constants(), kind().parts
+    model, constants = whole(residual, observing), Constants()
     stepping = order >= STEPPING and not scheme
     more = followed(
         residual, integrands, stepping=stepping, store_momenta=store_momenta, proven=proven, unproven=unproven
@@ -141,7 +149,7 @@ def write_program(
 
     def values(name: str, symbols: Sequence[Node], nodes: Iterable[Node], **more: Any) -> tuple[str, int]:
         rows = interface.rows
-        return write_values(name, kind(), model.time, symbols, rows, [*nodes], constants, **more)
+        return write_values(name, make, model.time, symbols, rows, [*nodes], constants, **more)
 
     batches = made.tables
     if batches is not None and unknowns is None:
@@ -155,7 +163,7 @@ def write_program(
         given = model.time, [*residual.state_q, *residual.state_v], interface.inner.width
         own = [*residual.multipliers]
         written = partial(write_values, at_one_time=parts > 1, unknowns=unknowns_of(residual))
-        texts.append(written(MULTIPLIERS, kind(), *given, own, constants)[0])
+        texts.append(written(MULTIPLIERS, make, *given, own, constants)[0])
     if linearized:
         texts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
     if interface.events:
@@ -177,7 +185,7 @@ def write_program(
 
         prepare, size = batched_prepare(set_ones, batches)
     elif factor is None:
-        prepare, size = write_prepare(kind(), constants, set_ones)
+        prepare, size = write_prepare(make, constants, set_ones)
     else:
         from lagrange_cli.native.companion import prepare_beside
 
@@ -189,7 +197,7 @@ def write_program(
         from lagrange_cli.native.functions.elementary import definitions
 
         text += definitions(text)
-    kind().body.allow(text.count(" = "))
+    length.allow(text.count(" = "), parts)
     return Program(
         **{**interface.as_data(), "constants": size, "work": made.work, "series_at": made.series_at},
         text=text,

@@ -60,9 +60,9 @@ def place(spec: Spec, points: Sequence[Node], free: Sequence[str] = ()) -> tuple
         return "", 0
     symbol, constants = symbols_like(points[0]), Constants()
     q = [symbol(name) for name in (*(one.name for one in spec.coordinates), *free)]
-    text, _ = write_values("place", Emitter(), symbol(TIME), q, len(q), [*points], constants)
+    text, _ = write_values("place", Emitter, symbol(TIME), q, len(q), [*points], constants)
     named = {one.name: symbol(one.name) for one in spec.parameters}
-    prepare, count = write_prepare(Emitter(), constants, named, "void @prepare_place")
+    prepare, count = write_prepare(Emitter, constants, named, "void @prepare_place")
     return f"{text}\n{prepare}", count
 
 
@@ -87,7 +87,7 @@ def derived(spec: Spec, sizes: Sequence[Node]) -> str:
 
 def function(name: str, parameters: Mapping[str, Node], nodes: Sequence[Node]) -> str:
     """A function of parameters that puts ``nodes`` one after the other."""
-    return write_map(Emitter(), parameters, [(node, i, 0) for i, node in enumerate(nodes)], f"void @{name}")
+    return write_map(Emitter, parameters, [(node, i) for i, node in enumerate(nodes)], f"void @{name}")[0]
 
 
 def array_sizes(program: Interface) -> dict[str, int]:

@@ -50,14 +50,11 @@ class Evaluation:
     tables: Tables
     known: Mapping[Node, str]
     """Operands of symbols that are no slots, in every lane: t."""
-    emitter: LaneEmitter = field(default_factory=LaneEmitter)
+    emitter: LaneEmitter
     scales: Mapping[Array, tuple[Real, Real]] = field(default_factory=dict)
     """What numbers of arrays are multiplied by, in two parts."""
     share: Callable[[Evaluation, Loop], bool] = lambda evaluation, loop: False
     """Writes a loop that several threads share, if it is one."""
-
-    def __post_init__(self) -> None:
-        self.emitter.lines = self.f.sink
 
     def write(self, totals: Sequence[Total]) -> None:
         """Compute them."""

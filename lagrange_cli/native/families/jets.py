@@ -68,7 +68,8 @@ class SeriesJet:
     ) -> None:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
-        self.f, self.emitter = Function(HEAD), LaneEmitter()
+        self.f = Function(HEAD)
+        self.emitter = LaneEmitter(self.f)
         self.width, self.degrees = layout.width, system.q.count
         self.work = 0
         base = self.f.place("%constants", self.f.load_integer("@scratch"), "double")

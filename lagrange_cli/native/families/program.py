@@ -29,11 +29,13 @@ from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Board, Interface
+from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
@@ -165,7 +167,7 @@ class _Writer:
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.scalars}\n" + listed
         text += definitions(text)
-        Emitter().allow(text.count(" = "))
+        length.allow(text.count(" = "))
         return Program(
             **{
                 **interface.as_data(), "constants": self.scalars + self.size, "work": work,
@@ -194,7 +196,7 @@ class _Writer:
         places.update(arrays)
         return Evaluation(
             f, self.slots, places.__getitem__, self.tables,
-            {self.system.time: f.splat(time, LANES).name},
+            {self.system.time: f.splat(time, LANES).name}, LaneEmitter(f),
         )  # fmt: skip
 
     def jet(self) -> Jet:
@@ -317,8 +319,7 @@ class _Writer:
             [one for one in self.lasting.fixed if isinstance(one, Total)]
         )
         inner.give()
-        emitter = Emitter()
-        emitter.lines = f.sink
+        emitter = Emitter(f)
         slots, symbols = self.tables.constants.slots, self.system.parameters
         inside = 0
         for node in slots:

@@ -194,7 +194,7 @@ class Sharing:
         inner.f.give()
         self.tiles.append(inner.f.text())
         self.parts.append(strips.shared)
-        evaluation.emitter.operations += inner.emitter.operations
+        evaluation.f.operations += inner.f.operations
         places = (f.pointer(name) for name in ("%state", "%work"))
         f.call(None, f"share{number}", f.pointer("%constants"), Real(f, "%t", 1), *places)
         return True

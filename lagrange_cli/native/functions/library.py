@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.functions.double_double import LN2, PI, cosh_within, leg, refined_angle, sinh_within
 from lagrange_cli.native.functions.formulas import LEAST_NORMAL
 from lagrange_cli.native.functions.payne_hanek import LEAST_WIDE
-from lagrange_cli.native.llvm.text import ONE, ZERO, Value, literal
-from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, function
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Real
+from lagrange_cli.native.numbers.double_double import Pair, apply, called, choose, pair
 
 ARC_TANGENT = (
     1.0, -0.3333314528, 0.1999355085, -0.1420889944, 0.1065626393, -0.0752896400, 0.0429096138,
@@ -29,160 +29,160 @@ LARGE, SMALL = 2.0**500, 2.0**-500
 OVERFLOWING = 700.0
 """The hyperbolic functions' argument from which e^-x no longer counts."""
 
-INFINITY, NAN = literal(float("inf")), literal(float("nan"))
-Formula = Callable[..., "Pair | Value"]
+INFINITY, NAN = float("inf"), float("nan")
+Formula = Callable[..., "Pair | Real"]
 
 
 def texts() -> Iterator[str]:
     """The texts of all of them (see ``FORMULAS``)."""
     for name, (count, formula) in FORMULAS.items():
-        body, arguments = DoubleDoubleBody(), [f"%a{i}" for i in range(count)]
-        made = formula(body, *arguments)
-        result = rounded(body, made) if isinstance(made, Pair) else made
-        body.line(f"  ret double {body.written(result)}")
-        yield function(f"double @{name}({', '.join(f'double {a}' for a in arguments)})", body)
+        f = Function(f"define internal double @{name}({', '.join(f'double %a{i}' for i in range(count))}) #0")
+        made = formula(*(Real(f, f"%a{i}") for i in range(count)))
+        f.give(rounded(made) if isinstance(made, Pair) else made)
+        yield f.text()
 
 
-def pair(e: DoubleDoubleBody, x: Value) -> Pair:
-    """A double as a number of two."""
-    return Pair(e, x, ZERO)
+def rounded(value: Pair) -> Real:
+    """The double nearest to a number."""
+    high, low = value.parts
+    return high + low
 
 
-def rounded(e: DoubleDoubleBody, value: Pair) -> Value:
-    """The double nearest to it."""
-    return e.add(value.high, value.low)
-
-
-def signed(e: DoubleDoubleBody, size: Value, x: Value) -> Value:
+def signed(size: Real, x: Real) -> Real:
     """``size`` with the sign of x, zeros' too."""
-    bits = e.define(f"bitcast double {x} to i64")
-    return e.select(e.define(f"icmp slt i64 {bits}, 0"), e.neg(size), size)
+    return x.body.select(x.bits().compared("slt", 0), -size, size)
 
 
-def turned(which: int, e: DoubleDoubleBody, x: Value) -> Value:
+def of_double(name: str, *arguments: Real) -> Real:
+    """A function of ``elementary`` of one double."""
+    listed = ", ".join(f"double {one.name}" for one in arguments)
+    return arguments[0].made(f"call double @{name}.1({listed})")
+
+
+def exponential(x: Real) -> Real:
+    """e^x"""
+    return of_double("exp", x, x.body.constant(0.0))
+
+
+def turned(which: int, x: Real) -> Real:
     """Sine (0) or cosine (1) of x."""
-    both = elementary.sine_and_cosine(1)
-    made = e.define(f"call {both} @sin_cos.1(double {e.written(x)}, double {ZERO})")
-    return e.define(f"extractvalue {both} {made}, {which}")
+    return called(x.body, "sin_cos.1", x, x.body.constant(0.0)).parts[which]
 
 
-def tangent(e: DoubleDoubleBody, x: Value) -> Value:
+def tangent(x: Real) -> Real:
     """tan x."""
-    near = e.compare("olt", e.magnitude(x), LEAST_WIDE)
-    wide = e.apply("wide_sin", x) / e.apply("wide_cos", x)
-    return rounded(e, e.choose(near, e.apply("tan", pair(e, x)), wide))
+    near = x.body.magnitude(x) < LEAST_WIDE
+    wide = apply("wide_sin", x) / apply("wide_cos", x)
+    return rounded(choose(near, apply("tan", Pair(x)), wide))
 
 
-def normal(e: DoubleDoubleBody, x: Value) -> tuple[str, Value]:
+def normal(x: Real) -> tuple[Bit, Real]:
     """Whether x > 0 is denormal, and x, raised if it is."""
-    tiny = e.both(e.compare("ogt", x, 0.0), e.compare("olt", x, LEAST_NORMAL))
-    return tiny, e.select(tiny, e.mul(x, literal(2.0**RAISED)), x)
+    tiny = (x > 0.0) & (x < LEAST_NORMAL)
+    return tiny, x.body.select(tiny, x * 2.0**RAISED, x)
 
 
-def beyond_log(e: DoubleDoubleBody, x: Value) -> Value:
+def beyond_log(x: Real) -> Real:
     """ln x of what is not a normal positive number."""
-    tiny, raised = normal(e, x)
-    made: Value = e.call("log.1", e.select(tiny, raised, ONE))
-    made = e.sub(made, literal(float(RAISED * LN2)))
-    other = e.select(e.compare("olt", x, 0.0), NAN, x)
-    other = e.select(e.compare("oeq", x, 0.0), literal(float("-inf")), other)
-    return e.select(tiny, made, other)
+    body, (tiny, raised) = x.body, normal(x)
+    made = of_double("log", body.select(tiny, raised, body.constant(1.0))) - float(RAISED * LN2)
+    other = body.select(x < 0.0, body.constant(NAN), x)
+    other = body.select(x.equals(0.0), body.constant(-INFINITY), other)
+    return body.select(tiny, made, other)
 
 
-def beyond_pow(e: DoubleDoubleBody, x: Value, y: Value) -> Value:
+def beyond_pow(x: Real, y: Real) -> Real:
     """x^y where it is not a product of normal numbers, or x is not positive; C's special values."""
-    size = e.magnitude(x)
-    tiny, raised = normal(e, size)
-    log = e.apply("log", pair(e, raised))
-    log = e.choose(tiny, log - e.pair(RAISED * LN2), log)
-    made = rounded(e, e.apply("exp", pair(e, y) * log))
-    exponent = e.mul(y, e.intrinsic("log", size))
-    made = e.select(e.compare("olt", exponent, -746.0), ZERO, made)
-    made = e.select(e.compare("ogt", exponent, 710.0), INFINITY, made)
-    made = e.select(e.compare("oeq", size, 1.0), ONE, made)
-    half = e.mul(y, literal(0.5))
-    whole = e.compare("oeq", e.intrinsic("floor", y), y)
-    odd = e.both(whole, e.compare("one", e.intrinsic("floor", half), half))
-    real = e.define(f"or i1 {whole}, {e.compare('oeq', size, float('inf'))}")
-    of_negative = e.select(real, e.select(odd, e.neg(made), made), NAN)
-    made = e.select(e.compare("olt", x, 0.0), of_negative, made)
-    return e.select(e.compare("oeq", y, 0.0), ONE, made)
+    body, size = x.body, x.body.magnitude(x)
+    zero, one, infinity = (body.constant(value) for value in (0.0, 1.0, INFINITY))
+    tiny, raised = normal(size)
+    log = apply("log", Pair(raised))
+    log = choose(tiny, log - pair(body, RAISED * LN2), log)
+    made = rounded(apply("exp", Pair(y) * log))
+    exponent = y * body.function("log", size)
+    made = body.select(exponent < -746.0, zero, made)
+    made = body.select(exponent > 710.0, infinity, made)
+    made = body.select(size.equals(1.0), one, made)
+    half, whole = y * 0.5, body.function("floor", y).equals(y)
+    odd = whole & body.function("floor", half).compared("one", half)
+    real = whole | size.equals(INFINITY)
+    of_negative = body.select(real, body.select(odd, -made, made), body.constant(NAN))
+    made = body.select(x < 0.0, of_negative, made)
+    return body.select(y.equals(0.0), one, made)
 
 
-def angle(e: DoubleDoubleBody, y: Pair, x: Pair) -> Pair:
+def angle(y: Pair, x: Pair) -> Pair:
     """The angle of the point (x, y), which is neither very far nor very near."""
-    across, along = e.magnitude(y.high), e.magnitude(x.high)
-    steep = e.compare("ogt", across, along)
-    shorter, longer = e.select(steep, along, across), e.select(steep, across, along)
-    nowhere = e.compare("oeq", e.add(across, along), 0.0)
-    ratio = e.select(nowhere, ZERO, e.div(shorter, longer))
-    square = e.mul(ratio, ratio)
-    total = literal(ARC_TANGENT[-1])
+    body = y.high.body
+    across, along = body.magnitude(y.high), body.magnitude(x.high)
+    steep = across > along
+    shorter, longer = body.select(steep, along, across), body.select(steep, across, along)
+    nowhere = (across + along).equals(0.0)
+    ratio = body.select(nowhere, body.constant(0.0), shorter / longer)
+    square = ratio * ratio
+    total = body.constant(ARC_TANGENT[-1])
     for one in reversed(ARC_TANGENT[:-1]):
-        total = e.add(e.mul(total, square), literal(one))
-    first = e.mul(total, ratio)
-    first = e.select(steep, e.sub(literal(float(PI / 2)), first), first)
-    first = e.select(e.compare("olt", x.high, 0.0), e.sub(literal(float(PI)), first), first)
-    start = pair(e, signed(e, first, y.high))
-    return e.choose(nowhere, start, refined_angle(e, start, y, x))
+        total = total * square + one
+    first = total * ratio
+    first = body.select(steep, body.constant(float(PI / 2)) - first, first)
+    first = body.select(x.high < 0.0, body.constant(float(PI)) - first, first)
+    start = Pair(signed(first, y.high))
+    return choose(nowhere, start, refined_angle(start, y, x))
 
 
-def atan2(e: DoubleDoubleBody, y: Value, x: Value) -> Value:
+def atan2(y: Real, x: Real) -> Real:
     """The angle of any point."""
-    across, along = e.magnitude(y), e.magnitude(x)
-    far = e.larger(across, along)
-    factor = e.select(e.compare("ogt", far, LARGE), literal(SMALL), ONE)
-    factor = e.select(e.compare("olt", far, SMALL), literal(LARGE), factor)
-    endless = e.compare("oeq", far, float("inf"))
+    body = y.body
+    zero, one, small, large = (body.constant(value) for value in (0.0, 1.0, SMALL, LARGE))
+    across, along = body.magnitude(y), body.magnitude(x)
+    far = body.function("maxnum", across, along)
+    factor = body.select(far < SMALL, large, body.select(far > LARGE, small, one))
+    endless = far.equals(INFINITY)
     sides = []
-    for one, size in ((y, across), (x, along)):
-        unit = e.select(e.compare("oeq", size, float("inf")), ONE, ZERO)
-        unit = e.select(e.compare("uno", size, 0.0), NAN, unit)
-        sides.append(pair(e, signed(e, e.select(endless, unit, e.mul(size, factor)), one)))
-    return rounded(e, angle(e, *sides))
+    for side, size in ((y, across), (x, along)):
+        unit = body.select(size.equals(INFINITY), one, zero)
+        unit = body.select(size.compared("uno", 0.0), body.constant(NAN), unit)
+        sides.append(Pair(signed(body.select(endless, unit, size * factor), side)))
+    return rounded(angle(*sides))
 
 
-def growing(within: Callable[[DoubleDoubleBody, Pair], Pair]) -> Formula:
+def growing(within: Callable[[Pair], Pair], x: Real) -> Real:
     """sinh or cosh: e^|x| / 2 where the other half does not count."""
-
-    def formula(e: DoubleDoubleBody, x: Value) -> Value:
-        size = e.magnitude(x)
-        half = rounded(e, e.apply("exp", pair(e, size) - e.pair(LN2)))
-        half = e.select(e.compare("oeq", size, float("inf")), size, half)
-        half = half if within is cosh_within else signed(e, half, x)
-        return e.select(e.compare("olt", size, OVERFLOWING), rounded(e, within(e, pair(e, x))), half)
-
-    return formula
+    body, size = x.body, x.body.magnitude(x)
+    half = rounded(apply("exp", Pair(size) - pair(body, LN2)))
+    half = body.select(size.equals(INFINITY), size, half)
+    half = half if within is cosh_within else signed(half, x)
+    return body.select(size < OVERFLOWING, rounded(within(Pair(x))), half)
 
 
-def tanh(e: DoubleDoubleBody, x: Value) -> Value:
+def tanh(x: Real) -> Real:
     """1 to the last digit beyond 40."""
-    number = pair(e, x)
-    made = rounded(e, sinh_within(e, number) / cosh_within(e, number))
-    made = e.select(e.compare("ogt", x, 40.0), ONE, made)
-    return e.select(e.compare("olt", x, -40.0), literal(-1.0), made)
+    body, number = x.body, Pair(x)
+    made = rounded(sinh_within(number) / cosh_within(number))
+    made = body.select(x > 40.0, body.constant(1.0), made)
+    return body.select(x < -40.0, body.constant(-1.0), made)
 
 
 FORMULAS: Mapping[str, tuple[int, Formula]] = {
     "portable.sin": (1, partial(turned, 0)),
     "portable.cos": (1, partial(turned, 1)),
-    "portable.exp": (1, lambda e, x: e.call("exp.1", x, None)),
-    "portable.log": (1, lambda e, x: e.call("log.1", x)),
-    "portable.pow": (2, lambda e, x, y: e.call("pow.1", x, y)),
-    "portable.log2": (1, lambda e, x: e.mul(e.call("log.1", x), literal(float(1 / LN2)))),
-    "portable.exp2": (1, lambda e, x: e.call("exp.1", e.mul(x, literal(float(LN2))), None)),
+    "portable.exp": (1, exponential),
+    "portable.log": (1, partial(of_double, "log")),
+    "portable.pow": (2, partial(of_double, "pow")),
+    "portable.log2": (1, lambda x: of_double("log", x) * float(1 / LN2)),
+    "portable.exp2": (1, lambda x: exponential(x * float(LN2))),
     "portable.tan": (1, tangent),
-    "portable.atan": (1, lambda e, x: atan2(e, x, ONE)),
-    "portable.asin": (1, lambda e, x: angle(e, pair(e, x), leg(e, pair(e, x)))),
-    "portable.acos": (1, lambda e, x: angle(e, leg(e, pair(e, x)), pair(e, x))),
+    "portable.atan": (1, lambda x: atan2(x, x.body.constant(1.0))),
+    "portable.asin": (1, lambda x: angle(Pair(x), leg(Pair(x)))),
+    "portable.acos": (1, lambda x: angle(leg(Pair(x)), Pair(x))),
     "portable.atan2": (2, atan2),
-    "portable.sinh": (1, growing(sinh_within)),
-    "portable.cosh": (1, growing(cosh_within)),
+    "portable.sinh": (1, partial(growing, sinh_within)),
+    "portable.cosh": (1, partial(growing, cosh_within)),
     "portable.tanh": (1, tanh),
-    "beyond.sin": (1, lambda e, x: e.apply("wide_sin", x)),
-    "beyond.cos": (1, lambda e, x: e.apply("wide_cos", x)),
-    "beyond.exp": (1, lambda e, x: e.apply("exp", pair(e, x))),
+    "beyond.sin": (1, partial(apply, "wide_sin")),
+    "beyond.cos": (1, partial(apply, "wide_cos")),
+    "beyond.exp": (1, lambda x: apply("exp", Pair(x))),
     "beyond.log": (1, beyond_log),
     "beyond.pow": (2, beyond_pow),
-}  # fmt: skip
+}
 """By name, how many doubles a function takes, and what it is; ``beyond`` the range of ``elementary``."""

@@ -6,9 +6,11 @@ computed, x being an integer times a power of two, by integers of 256 bits of th
 
 from __future__ import annotations
 
+from functools import partial
+
 from lagrange_cli.native.functions.double_double import PI, turned
-from lagrange_cli.native.llvm.text import Operand, literal
-from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define
+from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.numbers.double_double import Pair, apply, choose, define, pair
 
 LEAST_WIDE = 2.0**20
 """Angles below it are none of these."""
@@ -45,54 +47,47 @@ def table() -> str:
     return f"@two_over_pi = private constant [{len(digits)} x i8] [{listed}], align 8\n"
 
 
-def reduced(e: DoubleDoubleBody, size: Operand) -> tuple[str, Pair]:
+def reduced(size: Real) -> tuple[Integer, Pair]:
     """``size`` in right angles: the nearest integer (its two last bits count), and what is left."""
-    bits = e.define(f"bitcast double {size} to i64")
-    exponent = e.integer("sub", e.integer("lshr", bits, MANTISSA), BIAS)
-    mantissa = e.integer("or", e.integer("and", bits, (1 << MANTISSA) - 1), 1 << MANTISSA)
+    body, bits = size.body, size.bits()
+    exponent = bits.operation("lshr", MANTISSA) - BIAS
+    mantissa = (bits & (1 << MANTISSA) - 1) | 1 << MANTISSA
     # So many digits of 2/pi are left out that the product has ``FRACTION`` bits of fraction: whole bytes, and
     # the mantissa is moved to make up for what these are too much.
-    out = e.integer("sub", BITS - FRACTION, exponent)
-    byte = e.integer("lshr", e.integer("add", out, 7), 3)
-    mantissa = e.integer("shl", mantissa, e.integer("sub", e.integer("shl", byte, 3), out))
-    place = e.define(f"getelementptr inbounds i8, ptr @two_over_pi, i64 {byte}")
-    factor = e.define(f"zext i64 {mantissa} to i128")
-    carry, words = "0", []
+    out = body.count(BITS - FRACTION) - exponent
+    byte = (out + 7).operation("lshr", 3)
+    mantissa = mantissa << (byte << 3) - out
+    place = body.define(f"getelementptr inbounds i8, ptr @two_over_pi, i64 {byte.name}")
+    factor = body.define(f"zext i64 {mantissa.name} to i128")
+    carry, words = "0", list[Integer]()
     for i in range(WORDS):
-        at = e.define(f"getelementptr inbounds i8, ptr {place}, i64 {8 * i}")
-        digits = e.define(f"zext i64 {e.define(f'load i64, ptr {at}, align 1')} to i128")
-        product = e.define(f"add i128 {e.define(f'mul i128 {factor}, {digits}')}, {carry}")
-        words.append(e.define(f"trunc i128 {product} to i64"))
-        carry = e.define(f"lshr i128 {product}, {WORD}")
+        at = body.define(f"getelementptr inbounds i8, ptr {place}, i64 {8 * i}")
+        digits = body.define(f"zext i64 {body.define(f'load i64, ptr {at}, align 1')} to i128")
+        product = body.define(f"add i128 {body.define(f'mul i128 {factor}, {digits}')}, {carry}")
+        words.append(Integer(body, body.define(f"trunc i128 {product} to i64")))
+        carry = body.define(f"lshr i128 {product}, {WORD}")
     top = words[-1]
-    count = e.integer("lshr", e.integer("add", top, 1 << (WORD - 3)), WORD - 2)
-    rest = e.integer("sub", top, e.integer("shl", count, WORD - 2))
-    total = e.pair(0)
-    scale = 2.0 ** (PIECE - WORD + 2)
+    count = (top + (1 << (WORD - 3))).operation("lshr", WORD - 2)
+    rest = top - (count << WORD - 2)
+    total, scale = pair(body, 0), 2.0 ** (PIECE - WORD + 2)
     for shift, word in (("ashr", rest), ("lshr", words[-2]), ("lshr", words[-3])):
-        upper, lower = e.integer(shift, word, PIECE), e.integer("and", word, (1 << PIECE) - 1)
-        for piece in (upper, lower):
-            number = e.define(f"sitofp i64 {piece} to double")
-            total = total + Pair(e, e.mul(number, literal(scale)), None)
+        for piece in (word.operation(shift, PIECE), word & (1 << PIECE) - 1):
+            total = total + Pair(piece.to_real() * scale)
             scale /= 2.0**PIECE
     return count, total
 
 
-def _wide(cosine: bool) -> str:
-    def formula(e: DoubleDoubleBody, x: Operand) -> Pair:
-        size = e.magnitude(x)
-        finite = e.compare("olt", size, float("inf"))
-        wide = e.both(finite, e.compare("oge", size, LEAST_WIDE))
-        count, rest = reduced(e, e.select(wide, size, literal(LEAST_WIDE)))
-        rest = rest * e.pair(PI / 2)
-        made = turned(e, count, cosine, e.apply("sin", rest), e.apply("cos", rest))
-        if not cosine:
-            made = e.choose(e.compare("olt", x, 0.0), -made, made)
-        return e.choose(finite, made, e.pair(float("nan")))
-
-    return define("wide_cos" if cosine else "wide_sin", "d", formula)
+def _wide(x: Real, *, cosine: bool) -> Pair:
+    body, size = x.body, x.body.magnitude(x)
+    finite = size < float("inf")
+    count, rest = reduced(body.select(finite & (size >= LEAST_WIDE), size, body.constant(LEAST_WIDE)))
+    rest = rest * pair(body, PI / 2)
+    made = turned(count, cosine, apply("sin", rest), apply("cos", rest))
+    if not cosine:
+        made = choose(x < 0.0, -made, made)
+    return choose(finite, made, pair(body, float("nan")))
 
 
 def wide_functions() -> tuple[str, ...]:
     """``@pair_wide_sin`` and ``@pair_wide_cos`` of a double of either sign, from ``LEAST_WIDE`` on."""
-    return _wide(cosine=False), _wide(cosine=True)
+    return tuple(define(f"wide_{name}", "d", partial(_wide, cosine=name == "cos")) for name in ("sin", "cos"))

@@ -1,9 +1,8 @@
 """Code that factors the mass matrix once a step and solves with it at every order.
 
-Each diagonal block on its own. A definite block by Cholesky's method in the form L D L^T, which needs no
-pivoting (Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.1); any other by Gaussian elimination
-with partial pivoting. Small blocks are unrolled, with exchanges as selections; large ones call functions
-of ``cholesky`` and ``lu``.
+Each diagonal block on its own. A definite block, and one with constraints, in the form L D L^T, which needs
+no pivoting (``symmetric``); any other by Gaussian elimination with partial pivoting. Small blocks are
+unrolled, with exchanges as selections; large ones call functions of ``cholesky`` and ``lu``.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Generic, Protocol
 
 from lagrange_cli.native.linear.pivots import FLOOR
-from lagrange_cli.native.linear.saddle import factor_loose_saddle, factor_saddle
+from lagrange_cli.native.linear.symmetric import factor_loose, factor_symmetric
 from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
 from lagrange_cli.records import dataclass, field
 
@@ -58,12 +57,12 @@ class Factorization(Generic[V]):
     ) -> tuple[Factored[V], Condition]:
         """A factored block, and whether it is regular; its last rows are those of ``constraints``. In a
         ``loose`` one these alone determine some coordinates."""
-        if definite and constraints:
-            factor = factor_loose_saddle if loose else factor_saddle
-            return factor(self.kind, matrix, len(matrix) - constraints)
         name = "definite" if definite else "general"
+        if definite and (constraints or len(matrix) <= self.unrolled[name]):
+            factor = factor_loose if loose and constraints else factor_symmetric
+            return factor(self.kind, matrix, len(matrix) - constraints)
         if len(matrix) <= self.unrolled[name]:
-            return (factor_definite if definite else factor_general)(self.kind, matrix)
+            return factor_general(self.kind, matrix)
         block = self.large[name](self.place, len(matrix))
         self.place += block.doubles
         self.functions.update(dict.fromkeys(block.functions))
@@ -73,29 +72,6 @@ class Factorization(Generic[V]):
 def all_unrolled(kind: NumberKind[V]) -> Factorization[V]:
     """A factorization in blocks of any size, without memory."""
     return Factorization(kind, 0, {}, dict.fromkeys(UNROLLED, ANY_SIZE))
-
-
-@dataclass(frozen=True)
-class Definite(Generic[V]):
-    """L D L^T of a block: ``lower[j][i]`` for i < j, and the reciprocals of D."""
-
-    kind: NumberKind[V]
-    lower: tuple[tuple[V | None, ...], ...]
-    reciprocal: tuple[V | None, ...]
-
-    def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
-        """x with M x = ``scale * right``."""
-        kind, x = self.kind, list(right)
-        size = len(x)
-        for j in range(size):
-            for i in range(j):
-                x[j] = kind.fms(self.lower[j][i], x[i], x[j])
-        scales = [kind.mul(reciprocal, scale) for reciprocal in self.reciprocal]
-        x = [kind.mul(value, factor) for value, factor in zip(x, scales)]
-        for j in reversed(range(size)):
-            for i in range(j + 1, size):
-                x[j] = kind.fms(self.lower[i][j], x[i], x[j])
-        return x
 
 
 @dataclass(frozen=True)
@@ -132,29 +108,6 @@ def exchange(
     """Exchange ``a[i]`` and ``b[k]`` where ``swap`` holds."""
     if a[i] is not None or b[k] is not None:
         a[i], b[k] = kind.select(swap, b[k], a[i]), kind.select(swap, a[i], b[k])
-
-
-def factor_definite(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[Definite[V], Condition]:
-    """L D L^T of a symmetric positive block, and whether it is regular."""
-    size = len(matrix)
-    lower: list[list[V | None]] = [[] for _ in range(size)]
-    scaled: list[list[V | None]] = [[] for _ in range(size)]  # L[j][i] * D[i]
-    reciprocal: list[V | None] = []
-    regular = kind.true
-    for j in range(size):
-        for i in range(j):
-            value = matrix[j][i]
-            for m in range(i):
-                value = kind.fms(scaled[j][m], lower[i][m], value)
-            scaled[j].append(value)
-            lower[j].append(kind.mul(value, reciprocal[i]))
-        pivot = matrix[j][j]
-        for m in range(j):
-            pivot = kind.fms(scaled[j][m], lower[j][m], pivot)
-        floor = kind.mul(kind.number(FLOOR * kind.unit), matrix[j][j]) if j else None
-        regular = kind.both(regular, kind.compare("ogt", pivot, floor))
-        reciprocal.append(kind.div(kind.one, pivot))
-    return Definite(kind, tuple(map(tuple, lower)), tuple(reciprocal)), regular
 
 
 def factor_general(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[General[V], Condition]:

@@ -11,7 +11,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.linear.triangular import solve_definite, solver_of
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Value, literal
+from lagrange_cli.native.llvm.text import Value
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.records import dataclass
@@ -55,18 +55,19 @@ class LargeDefinite:
             for k in range(j, self.size):
                 self.emitter.store(row[k], "%work", place + self.stride * j + k)
             self.emitter.store(row[j], "%work", pivots + j)
-        sizes = f"i64 {self.size}, i64 {self.stride}, double {literal(FLOOR * self.emitter.unit)}"
-        return self.emitter.define(f"call i1 @factor_definite({self._addresses(2)}, {sizes})")
+        f = self.emitter.body
+        sizes = f.count(self.size), f.count(self.stride), f.constant(FLOOR * self.emitter.unit)
+        return f.call(Bit, "factor_definite", *self._addresses(2), *sizes).name
 
     def solve(self, right: list[Value], scale: Value) -> list[Value]:
         """x with M x = ``scale * right``."""
         place = self._places[2]
         self.emitter.store_rows(self.stride, [self.emitter.mul(x, scale) for x in right], "%work", place)
-        self.emitter.line(f"  call void @{solver_of(self.stride)}({self._addresses(3)})")
+        self.emitter.body.call(None, solver_of(self.stride), *self._addresses(3))
         return [self.emitter.load("%work", place + j) for j in range(self.size)]
 
-    def _addresses(self, count: int) -> str:
-        return ", ".join(f"ptr {self.emitter.place('%work', place)}" for place in self._places[:count])
+    def _addresses(self, count: int) -> list[Pointer]:
+        return [self.emitter.body.place("%work", place) for place in self._places[:count]]
 
 
 def factor_definite() -> str:

@@ -7,13 +7,16 @@ the doubles that numbers begin with.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic
+from typing import Generic, TypeAlias
 
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.records import dataclass
+
+Make: TypeAlias = "Callable[[Function], Written[V]]"
+"""Makes a kind of numbers that is written into a function."""
 
 
 @dataclass(frozen=True)
@@ -36,17 +39,17 @@ class LargeGeneral(Generic[V]):
 
     def factor(self, matrix: list[list[V | None]]) -> str:
         """Store the block and factor it; an i1 that tells whether it is regular."""
+        f = self.kind.body
         for i, entry in enumerate(entry for row in matrix for entry in row):
             self._store(entry, i)
-        return self.kind.body.define(f"call i1 @factor_general({self._address(0)}, i64 {self.size})")
+        return f.call(Bit, "factor_general", self._address(0), f.count(self.size), lanes=1).name
 
     def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
         """x with M x = ``scale * right``."""
-        first = self.size * (self.size + 1)
+        f, first = self.kind.body, self.size * (self.size + 1)
         for i, value in enumerate(right):
             self._store(self.kind.mul(value, scale), first + i)
-        places = f"{self._address(0)}, {self._address(first)}"
-        self.kind.body.line(f"  call void @solve_general({places}, i64 {self.size})")
+        f.call(None, "solve_general", self._address(0), self._address(first), f.count(self.size))
         return [self.kind.load("%work", self._index(first + i), 1) for i in range(self.size)]
 
     def _index(self, number: int) -> int:
@@ -55,19 +58,17 @@ class LargeGeneral(Generic[V]):
     def _store(self, value: V | None, number: int) -> None:
         self.kind.store(value, "%work", self._index(number), 1)
 
-    def _address(self, number: int) -> str:
-        place = f"getelementptr inbounds double, ptr %work, i64 {self._index(number)}"
-        return f"ptr {self.kind.body.define(place)}"
+    def _address(self, number: int) -> Pointer:
+        return self.kind.body.place("%work", self._index(number), "double")
 
 
 class Elimination(Function, Generic[V]):
     """A function of a block ``%a`` of ``n`` rows, with its pivots behind it. What ``kind`` writes goes into
     it. A number takes so many ``doubles``."""
 
-    def __init__(self, make: Callable[[], Written[V]], result: str, name: str, more: str = "") -> None:
+    def __init__(self, make: Make[V], result: str, name: str, more: str = "") -> None:
         super().__init__(f"define internal {result} @{name}(ptr noalias %a, {more}i64 %n) #0")
-        self.kind = make()
-        self.kind.body.lines = self.sink
+        self.kind = make(self)
         self.n = Integer(self, "%n")
         self.doubles = self.kind.parts
         self.width = self.n * self.doubles
@@ -94,7 +95,7 @@ class Elimination(Function, Generic[V]):
             self.store(value, second, k)
 
 
-def factor_general(make: Callable[[], Written[V]]) -> str:
+def factor_general(make: Make[V]) -> str:
     """``i1 @factor_general(a, n)``: whether ``a`` is regular. Then L is below its diagonal, U above, and the
     inverses of U's diagonal between them; the rows that rows were exchanged with are behind it."""
     f = Elimination(make, "i1", "factor_general")
@@ -132,7 +133,7 @@ def factor_general(make: Callable[[], Written[V]]) -> str:
     return f.text()
 
 
-def solve_general(make: Callable[[], Written[V]]) -> str:
+def solve_general(make: Make[V]) -> str:
     """``@solve_general(a, b, n)`` with ``a`` as ``@factor_general`` leaves it: ``b`` becomes the solution."""
     f = Elimination(make, "void", "solve_general", "ptr noalias %b, ")
     kind, n, parts = f.kind, f.n, f.doubles

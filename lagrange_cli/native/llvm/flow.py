@@ -71,24 +71,10 @@ class Loop:
         self._function.branch(condition, self._again, self._after)
 
 
-class _Lines(list[str]):
-    """The lines of the block that a function is being written in."""
-
-    def __init__(self, function: Flow) -> None:
-        self._function = function
-
-    def append(self, line: str) -> None:
-        self._function.lines.append(line)
-
-
 class Flow(Body):
-    """The blocks of one function. Instructions after the end of a block are dropped. Another writer, whose
-    names differ, can have ``sink`` as its lines."""
-
-    PREFIX = "%f"
+    """The blocks of one function. Instructions after the end of a block are dropped."""
 
     def __init__(self, head: str, lanes: int = 1) -> None:
-        self.sink: list[str] = _Lines(self)
         self._blocks: list[Block] = []
         self._open: Block | None = None
         """The block that ends with the condition of a ``when`` that has just been written."""

@@ -63,7 +63,7 @@ class Function(Flow):
         """An argument that is a place in memory."""
         return Pointer(self, name, 1)
 
-    def place(self, base: Pointer | str, index: Integer | int, type: str = "") -> Pointer:
+    def place(self, base: Pointer | str, index: Integer | int | str, type: str = "") -> Pointer:
         """The address of ``base[index]``: of doubles of the body's lanes, or of ``type``."""
         name, at = (one.name if isinstance(one, Value) else one for one in (base, index))
         text = f"getelementptr inbounds {type or self.real}, ptr {name}, i64 {at}"
@@ -80,7 +80,7 @@ class Function(Flow):
         self.line(f"  store {value.kind} {value.name}, ptr {place.name}, align {8 * value.lanes}")
 
     def load_row(
-        self, base: Pointer | str, index: Integer | int, lanes: int, *, aligned: bool = False
+        self, base: Pointer | str, index: Integer | int | str, lanes: int, *, aligned: bool = False
     ) -> Real:
         """``lanes`` doubles side by side from ``base[index]`` on, where ``base`` counts single ones."""
         place = self.place(base, index, "double")
@@ -88,12 +88,18 @@ class Function(Flow):
         return Real(self, self.define(text), lanes)
 
     def store_row(
-        self, value: Real, base: Pointer | str, index: Integer | int, *, aligned: bool = False
+        self,
+        value: Real,
+        base: Pointer | str,
+        index: Integer | int | str,
+        *,
+        aligned: bool = False,
+        volatile: bool = False,
     ) -> None:
         """The same, stored."""
-        place = self.place(base, index, "double")
+        place, word = self.place(base, index, "double"), "store volatile" if volatile else "store"
         align = 8 * value.lanes if aligned else 8
-        self.line(f"  store {value.kind} {value.name}, ptr {place.name}, align {align}")
+        self.line(f"  {word} {value.kind} {value.name}, ptr {place.name}, align {align}")
 
     def look_at(self, base: Pointer | str, index: int) -> Integer:
         """An integer that another thread may change at any time."""

@@ -24,6 +24,11 @@ def literal(value: float | Fraction) -> Value:
     return "0x" + struct.pack(">d", value).hex().upper()
 
 
+def opposite(constant: Operand) -> Operand:
+    """A constant with the other sign."""
+    return f"0x{int(constant, 16) ^ 1 << 63:016X}"
+
+
 def operand(value: Value) -> Operand:
     """A value as an instruction needs it: 0 written out."""
     return ZERO if value is None else value

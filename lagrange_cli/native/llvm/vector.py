@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import ClassVar, TypeVar
 
 from lagrange_cli.native.llvm.length import allow
-from lagrange_cli.native.llvm.text import literal, operand
+from lagrange_cli.native.llvm.text import literal, operand, opposite
 
 V = TypeVar("V", bound="Value")
 
@@ -18,8 +18,10 @@ V = TypeVar("V", bound="Value")
 class Body:
     """The instructions of one function of ``lanes`` doubles."""
 
-    PREFIX = "%v"
-    """The prefix of the names of values."""
+    cost = 1
+    """The relative time that its instructions take to compile."""
+    operations = 0
+    """The floating-point operations that kinds of numbers have counted, each as often as it is executed."""
 
     def __init__(self, lanes: int) -> None:
         self.lanes = lanes
@@ -29,8 +31,8 @@ class Body:
 
     def define(self, text: str) -> str:
         """A new value. Raises ``TooLarge`` where a function has more of them than can be compiled."""
-        allow(self._count)
-        name = f"{self.PREFIX}{self._count}"
+        allow(self._count, self.cost)
+        name = f"%v{self._count}"
         self._count += 1
         self.line(f"  {name} = {text}")
         return name
@@ -138,12 +140,13 @@ class Body:
         text = f"shufflevector {a.kind} {a.name}, {a.kind} {other}, <{len(lanes)} x i32> <{listed}>"
         return type(a)(self, self.define(text), len(lanes))
 
-    def joined(self, values: Sequence[V]) -> V:
-        """Single values as the lanes of a vector."""
-        made, vector = "poison", kind(values[0].type, len(values))
+    def joined(self, values: Sequence[V], lanes: int = 0) -> V:
+        """Single values as the lanes of a vector, which may have more."""
+        lanes = lanes or len(values)
+        made, vector = "poison", kind(values[0].type, lanes)
         for i, one in enumerate(values):
             made = self.define(f"insertelement {vector} {made}, {one.kind} {one.name}, i64 {i}")
-        return type(values[0])(self, made, len(values))
+        return type(values[0])(self, made, lanes)
 
     def zero(self, lanes: int) -> Real:
         """0 in every lane."""
@@ -214,6 +217,8 @@ class Real(Value):
     __lt__, __le__, __gt__, __ge__ = map(_relation, ("olt", "ole", "ogt", "oge"))
 
     def __neg__(self) -> Real:
+        if self.name.startswith("0x"):
+            return Real(self.body, opposite(self.name), self.lanes)
         return self.made(f"fneg {self.kind} {self.name}")
 
     def equals(self, other: Real | float) -> Bit:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from lagrange_cli.native.interface import CONSTANTS
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value, literal
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DoubleDouble, Pair
@@ -29,8 +30,8 @@ class BesideEmitter(Emitter):
     """Doubles, with numbers in expressions that are beside those of the run; for functions that have none of
     these, no ``factor`` is needed."""
 
-    def __init__(self, factor: int = 0) -> None:
-        super().__init__()
+    def __init__(self, body: Function, factor: int = 0) -> None:
+        super().__init__(body)
         self._factor = factor
 
     def number(self, value: Number) -> Value:
@@ -40,8 +41,8 @@ class BesideEmitter(Emitter):
 class BesidePairs(DoubleDouble):
     """Double-double numbers, likewise; ``CONSTANTS`` times their difference is that of ``BesideEmitter``."""
 
-    def __init__(self, factor: int) -> None:
-        super().__init__()
+    def __init__(self, body: Function, factor: int) -> None:
+        super().__init__(body)
         self._factor = factor // CONSTANTS
 
     def number(self, value: Number) -> Pair | None:

@@ -1,6 +1,6 @@
-"""Text of LLVM IR, one instruction at a time, in static single assignment form.
+"""Doubles as a kind of numbers.
 
-A value is the text of an operand (``%12`` or a hexadecimal constant), or None for a number known to be 0, so
+A value is the text of an operand (``%v12`` or a hexadecimal constant), or None for a number known to be 0, so
 that additions and multiplications with 0 are never written.
 """
 
@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.declarations import INTRINSICS
-from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal, opposite
 from lagrange_cli.native.numbers.kind import Number
 
 
@@ -21,7 +21,7 @@ def fused(text: str) -> str:
 
 
 class Emitter:
-    """The body of one function of doubles, as a ``NumberKind``: values are operands' texts.
+    """Doubles as a ``NumberKind``, written into a function's ``body``: values are operands' texts.
 
     What is written for another type differs in the class's constants only.
     """
@@ -29,45 +29,20 @@ class Emitter:
     REAL, BIT, TAG, ALIGN = "double", "i1", "f64", 8
     one, zero, true = ONE, ZERO, "true"
     parts, unit, fused, products = 1, 2.0**-53, True, 16
-    COST = 1
-    """The relative time that its instructions take to compile."""
 
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-        self.operations = 0
-        """Floating-point operations, each as often as it is executed."""
+    def __init__(self, body: Function) -> None:
+        self.body, self.define, self.line = body, body.define, body.line
         self.repeated = 1
         """The number of times that the present code is executed."""
-        self._count = 0
         self._depth: dict[str, int] = {}
 
     @property
-    def body(self) -> Emitter:
-        """Itself: it is its own emitter."""
-        return self
-
-    def fresh(self) -> str:
-        """A new name. Raises ``TooLarge`` where a function has more of them than can be compiled."""
-        self._count += 1
-        self.allow(self._count)
-        return f"%v{self._count}"
-
-    def allow(self, instructions: int) -> None:
-        """Raises ``TooLarge`` where so many cannot be compiled."""
-        length.allow(instructions, self.COST)
-
-    def line(self, text: str) -> None:
-        """One line as it is: a label, a branch, a store."""
-        self.lines.append(text)
-
-    def define(self, text: str) -> Operand:
-        """A new value defined by ``text``."""
-        name = self.fresh()
-        self.lines.append(f"  {name} = {text}")
-        return name
+    def operations(self) -> int:
+        """Floating-point operations of the function so far."""
+        return self.body.operations
 
     def _arithmetic(self, text: str, *operands: Value) -> Operand:
-        self.operations += self.repeated
+        self.body.operations += self.repeated
         name = self.define(text)
         self._depth[name] = 1 + max(map(self.depth, operands), default=0)
         return name
@@ -112,7 +87,7 @@ class Emitter:
 
     def opposite(self, constant: Operand) -> Operand:
         """A constant with the other sign."""
-        return f"0x{int(constant, 16) ^ 1 << 63:016X}"
+        return opposite(constant)
 
     def mul(self, a: Value, b: Value) -> Value:
         if a is None or b is None:
@@ -194,7 +169,7 @@ class Emitter:
 
     def place(self, pointer: str, index: int | str) -> Operand:
         """The address of ``pointer[index]``."""
-        return self.define(f"getelementptr inbounds {self.REAL}, ptr {pointer}, i64 {index}")
+        return self.body.place(pointer, index, self.REAL).name
 
     def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Operand:
         return self.define(f"load {self.REAL}, ptr {self.place(pointer, index)}, align {self.ALIGN}")

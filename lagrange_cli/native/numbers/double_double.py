@@ -11,86 +11,80 @@ import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from lagrange_cli.native.llvm.text import ONE, Operand, Value, literal
-from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import Operand, literal
+from lagrange_cli.native.llvm.vector import Bit, Body, Real, Value
+from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
+from lagrange_cli.native.numbers.error_free import operators_two_product as two_product
+from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.numbers.kind import Composed, Number
 from lagrange_cli.records import dataclass
 
 TYPE = "{ double, double }"
-MINUS_ONE = "0xBFF0000000000000"
+MINUS_ONE = literal(-1.0)
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A number: ``high`` is the double nearest to it, ``low`` what is left. Has operators, for formulas."""
+    """A number: ``high`` is the double nearest to it, ``low`` what is left (None: nothing). Has operators."""
 
-    body: DoubleDoubleBody
-    high: Value
-    low: Value
+    high: Real
+    low: Real | None = None
+
+    @property
+    def parts(self) -> tuple[Real, Real]:
+        """Both, 0 written out."""
+        return self.high, self.high.body.constant(0.0) if self.low is None else self.low
 
     def __add__(self, other: Pair) -> Pair:
-        return self.body.apply("add", self, other)
+        return apply("add", self, other)
 
     def __sub__(self, other: Pair) -> Pair:
         return self + -other
 
     def __neg__(self) -> Pair:
-        return Pair(self.body, self.body.neg(self.high), self.body.neg(self.low))
+        return Pair(-self.high, None if self.low is None else -self.low)
 
     def __mul__(self, other: Pair) -> Pair:
-        return self.body.apply("mul", self, other)
+        return apply("mul", self, other)
 
     def __truediv__(self, other: Pair) -> Pair:
-        return self.body.apply("div", self, other)
+        return apply("div", self, other)
 
-    def scaled(self, factor: Value) -> Pair:
+    def scaled(self, factor: Real | float) -> Pair:
         """Its product with a double."""
-        return self.body.apply("scale", self, factor)
+        return apply("scale", self, factor)
 
-    def divided(self, by: Value) -> Pair:
+    def divided(self, by: Real) -> Pair:
         """Its quotient by a double."""
-        return self.body.apply("divide", self, by)
+        return apply("divide", self, by)
 
 
-class DoubleDoubleBody(Emitter):
-    """The body of one function over such numbers and doubles; its own arithmetic is that of doubles."""
+def apply(name: str, first: Pair | Real, *others: Pair | Real | float) -> Pair:
+    """``@pair_name`` of numbers and doubles."""
+    body, flat = (first.high if isinstance(first, Pair) else first).body, list[Real]()
+    for one in (first, *others):
+        flat += one.parts if isinstance(one, Pair) else [Real(body, body.of(one), 1)]
+    body.operations += 1
+    return called(body, f"pair_{name}", *flat)
 
-    COST = 2
 
-    def pair(self, value: Number) -> Pair:
-        """A constant, rounded to a double-double."""
-        high, low = split(Fraction(value)) if math.isfinite(value) else (float(value), 0.0)
-        return Pair(self, literal(high), literal(low))
+def called(body: Body, name: str, *arguments: Value) -> Pair:
+    """A call of ``@name``, which gives a number."""
+    listed = ", ".join(f"{one.kind} {one.name}" for one in arguments)
+    made = body.define(f"call {TYPE} @{name}({listed})")
+    return Pair(*(Real(body, body.define(f"extractvalue {TYPE} {made}, {i}"), 1) for i in (0, 1)))
 
-    def apply(self, name: str, *arguments: Pair | Value) -> Pair:
-        """``@pair_name`` of numbers and doubles."""
-        flat = [x for one in arguments for x in ((one.high, one.low) if isinstance(one, Pair) else (one,))]
-        self.operations += self.repeated
-        listed = ", ".join([f"double {self.written(x)}" for x in flat])
-        return self.unpacked(self.define(f"call {TYPE} @pair_{name}({listed})"))
 
-    def unpacked(self, made: Operand) -> Pair:
-        """The number that a function has returned."""
-        return Pair(self, *(self.define(f"extractvalue {TYPE} {made}, {i}") for i in (0, 1)))
+def pair(body: Body, value: Number) -> Pair:
+    """A constant, rounded to a double-double."""
+    high, low = split(Fraction(value)) if math.isfinite(value) else (float(value), 0.0)
+    return Pair(body.constant(high), body.constant(low) if low else None)
 
-    def integer(self, operation: str, a: int | str, b: int | str) -> str:
-        """An operation on two integers."""
-        return self.define(f"{operation} i64 {a}, {b}")
 
-    def compare(self, relation: str, a: Value, b: Value | float) -> Operand:
-        return super().compare(relation, a, b if b is None or isinstance(b, str) else literal(b))
-
-    def choose(self, condition: str, yes: Pair, no: Pair) -> Pair:
-        """One of two numbers."""
-        high, low = (self.select(condition, a, b) for a, b in ((yes.high, no.high), (yes.low, no.low)))
-        return Pair(self, high, low)
-
-    def returned(self, value: Pair) -> None:
-        """Return a number."""
-        half = self.define(f"insertvalue {TYPE} poison, double {self.written(value.high)}, 0")
-        whole = self.define(f"insertvalue {TYPE} {half}, double {self.written(value.low)}, 1")
-        self.line(f"  ret {TYPE} {whole}")
+def choose(condition: Bit, yes: Pair, no: Pair) -> Pair:
+    """One of two numbers."""
+    return Pair(*(condition.body.select(condition, a, b) for a, b in zip(yes.parts, no.parts)))
 
 
 class DoubleDouble(Composed[Pair]):
@@ -99,43 +93,46 @@ class DoubleDouble(Composed[Pair]):
     parts, unit, products = 2, 2.0**-106, 64
     true = "true"
 
-    def __init__(self) -> None:
-        self.body = DoubleDoubleBody()
-        self.one = self.body.pair(1)
+    def __init__(self, body: Function) -> None:
+        self.body, self.one = body, pair(body, 1)
+        body.cost = self.parts
 
     def number(self, value: Number) -> Pair | None:
-        return None if value == 0 else self.body.pair(value)
+        return None if value == 0 else pair(self.body, value)
+
+    def written(self, value: Pair | None) -> Pair:
+        """A number, 0 written out."""
+        return pair(self.body, 0) if value is None else value
 
     def times(self, a: Pair, b: Pair) -> Pair:
         for one, other in ((a, b), (b, a)):
             if one.low is None:
-                if one.high in (ONE, MINUS_ONE):
-                    return other if one.high == ONE else -other
+                if one.high.name in (self.one.high.name, MINUS_ONE):
+                    return -other if one.high.name == MINUS_ONE else other
                 return other.scaled(one.high)
         return a * b
 
     def function(self, name: str, *arguments: Pair | None) -> Pair:
-        return self.body.apply(name, *(self.body.pair(0) if a is None else a for a in arguments))
+        return apply(name, *map(self.written, arguments))
 
     def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Pair:
-        body, place = self.body, self.body.place(pointer, index)
-        return Pair(body, body.load(place, 0), body.load(place, beyond) if beyond else None)
+        place = self.body.place(pointer, index, "double")
+        return Pair(*(self.body.load_row(place, at, 1) for at in ((0, beyond) if beyond else (0,))))
 
     def store(self, value: Pair | None, pointer: str, index: int | str, beyond: int | str = 0) -> None:
-        place = self.body.place(pointer, index)
-        for offset, part in zip((0, beyond), (value.high, value.low) if value else (None, None)):
-            self.body.store(part, place, offset)
+        place = self.body.place(pointer, index, "double")
+        for at, part in zip((0, beyond), self.written(value).parts):
+            self.body.store_row(part, place, at)
 
     def compare(self, relation: str, a: Pair | None, b: Pair | None) -> Operand:
         """Whether the nearest doubles are in a relation."""
-        return self.body.compare(relation, *(None if x is None else x.high for x in (a, b)))
+        return self.written(a).high.compared(relation, self.written(b).high).name
 
     def both(self, a: Operand, b: Operand) -> Operand:
-        return self.body.both(a, b)
+        return (Bit(self.body, a, 1) & Bit(self.body, b, 1)).name
 
     def select(self, condition: Operand, yes: Pair | None, no: Pair | None) -> Pair:
-        zero = self.body.pair(0)
-        return self.body.choose(condition, yes or zero, no or zero)
+        return choose(Bit(self.body, condition, 1), self.written(yes), self.written(no))
 
 
 def split(value: Fraction) -> tuple[float, float]:
@@ -147,64 +144,61 @@ def split(value: Fraction) -> tuple[float, float]:
     return high, float(value - Fraction(high))
 
 
-def function(head: str, body: DoubleDoubleBody) -> str:
-    """A function's text."""
-    lines = "\n".join(body.lines)
-    return f"define internal {head} #0 {{\nentry:\n{lines}\n}}\n"
-
-
-def define(name: str, kinds: str, formula: Callable[..., Pair | tuple[Value, Value]]) -> str:
+def define(name: str, kinds: str, formula: Callable[..., Pair]) -> str:
     """The text of ``@pair_name``; ``kinds``: p for an argument that is a number, d for one double."""
-    body = DoubleDoubleBody()
-    given: list[Pair | Operand] = [
-        f"%a{i}" if kind == "d" else Pair(body, f"%a{i}", f"%b{i}") for i, kind in enumerate(kinds)
-    ]
-    made = formula(body, *given)
-    body.returned(made if isinstance(made, Pair) else Pair(body, *made))
     heads = ", ".join(f"double %a{i}" + (f", double %b{i}" if k == "p" else "") for i, k in enumerate(kinds))
-    return function(f"{TYPE} @pair_{name}({heads})", body)
+    f = Function(f"define internal {TYPE} @pair_{name}({heads}) #0")
+    f.cost = DoubleDouble.parts
+    given = [Pair(Real(f, f"%a{i}"), Real(f, f"%b{i}")) for i in range(len(kinds))]
+    f.give(*formula(*(one.high if kind == "d" else one for one, kind in zip(given, kinds))).parts)
+    return f.text()
 
 
-def _add(e: DoubleDoubleBody, a: Pair, b: Pair) -> tuple[Value, Value]:
-    high, error = two_sum(e, a.high, b.high)
-    low, rest = two_sum(e, a.low, b.low)
-    high, error = fast_sum(e, high, e.add(error, low))
-    return fast_sum(e, high, e.add(error, rest))
+def _add(a: Pair, b: Pair) -> Pair:
+    (high, a_low), (other, b_low) = a.parts, b.parts
+    high, error = two_sum(high, other)
+    low, rest = two_sum(a_low, b_low)
+    high, error = fast_sum(high, error + low)
+    return Pair(*fast_sum(high, error + rest))
 
 
-def _mul(e: DoubleDoubleBody, a: Pair, b: Pair) -> tuple[Value, Value]:
-    product, error = two_product(e, a.high, b.high)
-    cross = e.exact_fma(a.low, b.high, e.exact_fma(a.high, b.low, e.mul(a.low, b.low)))
-    return fast_sum(e, product, e.add(error, cross))
+def _mul(a: Pair, b: Pair) -> Pair:
+    (high, low), (other, lower), fma = a.parts, b.parts, a.high.body.fma
+    product, error = two_product(high, other)
+    cross = fma(low, other, fma(high, lower, low * lower))
+    return Pair(*fast_sum(product, error + cross))
 
 
-def _scale(e: DoubleDoubleBody, a: Pair, b: Operand) -> tuple[Value, Value]:
-    product, error = two_product(e, a.high, b)
-    return fast_sum(e, product, e.exact_fma(a.low, b, error))
+def _scale(a: Pair, b: Real) -> Pair:
+    high, low = a.parts
+    product, error = two_product(high, b)
+    return Pair(*fast_sum(product, b.body.fma(low, b, error)))
 
 
-def _div(e: DoubleDoubleBody, a: Pair, b: Pair) -> Pair:
-    first = e.div(a.high, b.high)
+def _div(a: Pair, b: Pair) -> Pair:
+    first = a.high / b.high
     rest = a - b.scaled(first)
-    second = e.div(rest.high, b.high)
+    second = rest.high / b.high
     rest = rest - b.scaled(second)
-    third = e.div(rest.high, b.high)
-    return Pair(e, *fast_sum(e, first, second)) + Pair(e, third, None)
+    third = rest.high / b.high
+    return Pair(*fast_sum(first, second)) + Pair(third)
 
 
-def _divide(e: DoubleDoubleBody, a: Pair, b: Operand) -> tuple[Value, Value]:
-    first = e.div(a.high, b)
-    product, error = two_product(e, first, b)
-    rest = e.add(e.sub(e.sub(a.high, product), error), a.low)
-    return fast_sum(e, first, e.div(rest, b))
+def _rest(a: Pair, b: Real, c: Real) -> Real:
+    """What is left of a beside b c."""
+    (high, low), (product, error) = a.parts, two_product(b, c)
+    return ((high - product) - error) + low
 
 
-def _sqrt(e: DoubleDoubleBody, a: Pair) -> Pair:
-    first = e.intrinsic("sqrt", a.high)
-    square, error = two_product(e, first, first)
-    rest = e.add(e.sub(e.sub(a.high, square), error), a.low)
-    root = Pair(e, *fast_sum(e, first, e.div(rest, e.add(first, first))))
-    return e.choose(e.compare("oeq", a.high, None), e.pair(0), root)
+def _divide(a: Pair, b: Real) -> Pair:
+    first = a.high / b
+    return Pair(*fast_sum(first, _rest(a, first, b) / b))
+
+
+def _sqrt(a: Pair) -> Pair:
+    first = a.high.body.function("sqrt", a.high)
+    root = Pair(*fast_sum(first, _rest(a, first, first) / (first + first)))
+    return choose(a.high.equals(0.0), pair(a.high.body, 0), root)
 
 
 def operations() -> Sequence[str]:

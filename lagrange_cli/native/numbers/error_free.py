@@ -28,10 +28,17 @@ class Products(Sums[V], Protocol[V]):
 
 
 class Operators:
-    """Sums of whatever has operators: arrays, formulas."""
+    """Sums and products of whatever has operators: arrays, formulas."""
 
     add = staticmethod(operator.add)
     sub = staticmethod(operator.sub)
+    mul = staticmethod(operator.mul)
+    neg = staticmethod(operator.neg)
+
+    @staticmethod
+    def exact_fma(a: Any, b: Any, c: Any) -> Any:
+        """For values of ``llvm.vector``."""
+        return a.body.fma(a, b, c)
 
 
 OPERATORS: Any = Operators()
@@ -68,3 +75,8 @@ def operators_two_sum(a: V, b: V) -> tuple[V, V]:
 def operators_fast_sum(a: V, b: V) -> tuple[V, V]:
     """``fast_sum`` of what has operators."""
     return cast("tuple[V, V]", fast_sum(OPERATORS, a, b))
+
+
+def operators_two_product(a: V, b: V) -> tuple[V, V]:
+    """``two_product`` of formulas."""
+    return cast("tuple[V, V]", two_product(OPERATORS, a, b))

@@ -15,22 +15,13 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, ca
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lagrange_cli.native.llvm.function import Function
+
 V = TypeVar("V")
 
 Number: TypeAlias = "float | Fraction"
 Condition: TypeAlias = Any
 """Whether something holds: as text, or a truth value."""
-
-
-class Body(Protocol):
-    """The function that code is written into."""
-
-    lines: list[str]
-    operations: int
-
-    def line(self, text: str) -> None: ...
-    def define(self, text: str) -> str: ...
-    def allow(self, instructions: int) -> None: ...
 
 
 class NumberKind(Protocol[V]):
@@ -101,10 +92,9 @@ class NumberKind(Protocol[V]):
 
 
 class Written(NumberKind[V], Protocol[V]):
-    """A kind that writes code."""
+    """A kind that writes code, into a function's ``body``."""
 
-    @property
-    def body(self) -> Body: ...
+    body: Function
 
 
 class Composed(Generic[V]):

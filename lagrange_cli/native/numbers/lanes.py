@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.declarations import LIBRARY
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal
-from lagrange_cli.native.llvm.vector import kind, suffix
+from lagrange_cli.native.llvm.vector import Real, kind, suffix
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Number
 
@@ -24,8 +25,8 @@ class LaneEmitter(Emitter):
     REAL, BIT, TAG, ALIGN = VECTOR, BITS, suffix(LANES), 8 * LANES
     one, zero, true = splat("double", ONE), splat("double", ZERO), splat("i1", "true")
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, body: Function) -> None:
+        super().__init__(body)
         self._angles: dict[Operand, list[Operand]] = {}
 
     def number(self, value: Number) -> Value:
@@ -38,7 +39,7 @@ class LaneEmitter(Emitter):
     def function(self, name: str, *arguments: Value) -> Operand:
         """A function, of all lanes (``functions.elementary``); sine and cosine of one angle together."""
         if name in ("sin", "cos"):
-            self.operations += 1
+            self.body.operations += 1
             return self._turned(self.written(arguments[0]))[name == "cos"]
         if name == "exp":
             return self.call(f"exp.{LANES}", *arguments, None)
@@ -49,16 +50,11 @@ class LaneEmitter(Emitter):
     def _turned(self, angle: Operand) -> list[Operand]:
         """Its sine and cosine."""
         if angle not in self._angles:
-            both = f"{{ {VECTOR}, {VECTOR} }}"
-            made = self.define(f"call {both} @sin_cos.{LANES}({VECTOR} {angle}, {VECTOR} {self.zero})")
-            self._angles[angle] = [self.define(f"extractvalue {both} {made}, {i}") for i in (0, 1)]
+            given = [Real(self.body, one, LANES) for one in (angle, self.zero)]
+            self._angles[angle] = [one.name for one in self.body.parts(f"sin_cos.{LANES}", given, *given)]
         return self._angles[angle]
 
     def everywhere(self, table: str, first: str, index: int) -> Operand:
         """The one double ``table[first + index]`` in every lane."""
-        row = self.define(f"getelementptr inbounds double, ptr {table}, i64 {first}")
-        place = self.define(f"getelementptr inbounds double, ptr {row}, i64 {index}")
-        one = self.define(f"load double, ptr {place}, align 8")
-        lane = self.define(f"insertelement {VECTOR} poison, double {one}, i64 0")
-        zeros = f"<{LANES} x i32> zeroinitializer"
-        return self.define(f"shufflevector {VECTOR} {lane}, {VECTOR} poison, {zeros}")
+        row = self.body.place(table, first, "double")
+        return self.body.splat(self.body.load_row(row, index, 1), LANES).name

@@ -9,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import ONE, Operand, Value, literal, operand
-from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.llvm.text import ONE, Value, literal, operand
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.layout import FIRST, Group
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 
-Vectors: TypeAlias = "tuple[Operand, Operand]"
+Vectors: TypeAlias = "tuple[Real, Real]"
 """A vector of the first operands, and one of the second ones."""
 
 CHAINS = 4
@@ -24,112 +24,93 @@ TOGETHER = 8
 """Groups that are summed in one loop: their sums stay in registers."""
 
 
-def vector(group: Group) -> str:
-    """The type of the group's vectors."""
-    return f"<{group.width} x double>"
-
-
-def packed(emitter: Emitter, group: Group, values: Sequence[Value]) -> Operand:
+def packed(f: Function, group: Group, values: Sequence[Value]) -> Real:
     """A vector of the group, a value for each of its dot products; the other lanes are not used."""
-    whole = "poison"
-    for lane, value in enumerate(values):
-        whole = emitter.define(f"insertelement {vector(group)} {whole}, double {operand(value)}, i64 {lane}")
-    return whole
+    return f.joined([Real(f, operand(one), 1) for one in values], group.width)
 
 
-def store(emitter: Emitter, group: Group, pair: Vectors, base: str, m: int) -> None:
+def store(f: Function, group: Group, pair: Vectors, base: Pointer | str, m: int) -> None:
     """Keep vector m of both operands, counted from ``base``.
 
     (Volatile, so that it is stored as one: a vector of which halves are stored cannot be loaded until both
     have reached memory.)
     """
     for place, value in zip((group.first, group.second), pair):
-        address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + group.width * m}")
-        emitter.line(f"  store volatile {vector(group)} {value}, ptr {address}, align {8 * group.width}")
+        f.store_row(value, base, place + group.width * m, aligned=True, volatile=True)
 
 
-def load(emitter: Emitter, group: Group, base: str, offset: int) -> Operand:
+def load(f: Function, group: Group, base: Pointer | str, offset: int) -> Real:
     """A vector of the group from memory."""
-    address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {offset}")
-    return emitter.define(f"load {vector(group)}, ptr {address}, align {8 * group.width}")
+    return f.load_row(base, offset, group.width, aligned=True)
 
 
-def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: Operand | None) -> Operand:
+def multiply_add(emitter: Emitter, group: Group, a: Real, b: Real, total: Real | None) -> Real:
     """``a * b + total``, lane by lane."""
-    emitter.operations += len(group.dots) * emitter.repeated
-    kind = vector(group)
-    if total is None:
-        return emitter.define(f"fmul {kind} {a}, {b}")
-    return emitter.define(
-        f"call {kind} @llvm.fmuladd.v{group.width}f64({kind} {a}, {kind} {b}, {kind} {total})"
-    )
+    emitter.body.operations += len(group.dots) * emitter.repeated
+    return a * b if total is None else emitter.body.fused(a, b, total)
 
 
 def sum_unrolled(
-    emitter: Emitter, group: Group, last: int, base: str, n: int, recent: Mapping[int, Vectors]
-) -> Operand | None:
+    emitter: Emitter, group: Group, last: int, base: Pointer | str, n: int, recent: Mapping[int, Vectors]
+) -> Real | None:
     """sum_{m=1}^{last} a[m] b[n-m] of vectors, ``n`` counted from ``base``; None for no terms.
 
     It begins with those in the middle, which have been known for longest. The ``recent`` ones, by their
     indices, need not be loaded.
     """
-    totals: list[Operand | None] = [None] * CHAINS
+    totals: list[Real | None] = [None] * CHAINS
     for turn, m in enumerate(sorted(range(FIRST, last + 1), key=lambda m: max(m, last + FIRST - m))):
         a, b = recent.get(m, (None, None))[0], recent.get(n - m, (None, None))[1]
-        a = a or load(emitter, group, "%work", group.first + group.width * m)
-        b = b or load(emitter, group, base, group.second + group.width * (n - m))
+        a = a or load(emitter.body, group, "%work", group.first + group.width * m)
+        b = b or load(emitter.body, group, base, group.second + group.width * (n - m))
         totals[turn % CHAINS] = multiply_add(emitter, group, a, b, totals[turn % CHAINS])
     some = [total for total in totals if total is not None]
     while len(some) > 1:
-        some.append(emitter.define(f"fadd {vector(group)} {some.pop(0)}, {some.pop(0)}"))
+        some.append(some.pop(0) + some.pop(0))
     return some[0] if some else None
 
 
-def sum_in_loop(
-    f: Function, emitter: Emitter, groups: Sequence[Group], k: Integer, stages: range
-) -> list[Operand]:
+def sum_in_loop(emitter: Emitter, groups: Sequence[Group], k: Integer, stages: range) -> list[Real]:
     """sum_{m=1}^{n-1} a[m] b[n-m] of vectors with n = ``k`` + level of each group, the newest at last.
 
     ``k`` is each of ``stages``.
     """
-    lowest = min(group.level for group in groups)
+    f, lowest = emitter.body, min(group.level for group in groups)
     totals = [f.variable(f.zero(group.width)) for group in groups]
     emitter.repeated = sum(max(0, stage + lowest - FIRST - 2) for stage in stages)
     with f.loop(FIRST + 1, k + (lowest - FIRST)) as m:
         opposite = k - m
         widths = dict.fromkeys(group.width for group in groups)
-        bases = {w: (moved(emitter, m.name, w), moved(emitter, opposite.name, w)) for w in widths}
+        bases = {w: (moved(f, m, w), moved(f, opposite, w)) for w in widths}
         for group, total in zip(groups, totals):
             first, second = bases[group.width]
-            a = load(emitter, group, first, group.first)
-            b = load(emitter, group, second, group.second + group.width * group.level)
-            added = multiply_add(emitter, group, a, b, total.get().name)
-            total.set(Real(f, added, group.width))
+            a = load(f, group, first, group.first)
+            b = load(f, group, second, group.second + group.width * group.level)
+            total.set(multiply_add(emitter, group, a, b, total.get()))
     emitter.repeated = len(stages)
-    sums = [total.get().name for total in totals]
+    sums = [total.get() for total in totals]
     for i, group in enumerate(groups):
-        base = moved(emitter, k.name, group.width)
+        base = moved(f, k, group.width)
         for ahead in range(lowest - FIRST, group.level):  # m = k + ahead
-            a = load(emitter, group, base, group.first + group.width * ahead)
-            b = load(emitter, group, "%work", group.second + group.width * (group.level - ahead))
+            a = load(f, group, base, group.first + group.width * ahead)
+            b = load(f, group, "%work", group.second + group.width * (group.level - ahead))
             sums[i] = multiply_add(emitter, group, a, b, sums[i])
-        a = load(emitter, group, "%work", group.first + group.width * FIRST)
-        b = load(emitter, group, base, group.second + group.width * (group.level - FIRST))
+        a = load(f, group, "%work", group.first + group.width * FIRST)
+        b = load(f, group, base, group.second + group.width * (group.level - FIRST))
         sums[i] = multiply_add(emitter, group, a, b, sums[i])
     return sums
 
 
-def moved(emitter: Emitter, index: str, width: int) -> Operand:
+def moved(f: Function, index: Integer, width: int) -> Pointer:
     """``%work`` moved on by so many vectors."""
-    doubles = emitter.define(f"mul i64 {index}, {width}")
-    return emitter.define(f"getelementptr inbounds double, ptr %work, i64 {doubles}")
+    return f.place("%work", index * width)
 
 
-def take(emitter: Emitter, stage: Stage[str], group: Group, total: Operand | None) -> None:
+def take(emitter: Emitter, stage: Stage[str], group: Group, total: Real | None) -> None:
     """``stage.sums`` from the vector sums of a group; to be added is what its vectors do not hold."""
     table = stage.expansion.table
     for lane, (dot, (first, second)) in enumerate(zip(group.dots, group.shifts)):
-        start = total and emitter.define(f"extractelement {vector(group)} {total}, i64 {lane}")
+        start = None if total is None else emitter.body.lane(total, lane).name
         n = dot.level
         terms: Factors[str] = []
         for m in range(1, first + 1):
@@ -151,4 +132,4 @@ def vectors(emitter: Emitter, stage: Stage[str], group: Group) -> Vectors:
         value = stage.at(dot.a, a)
         first.append(emitter.mul(stage.number(a), value) if dot.weighted else value)
         second.append(stage.at(dot.b, b))
-    return packed(emitter, group, first), packed(emitter, group, second)
+    return packed(emitter.body, group, first), packed(emitter.body, group, second)

@@ -13,9 +13,8 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Value, literal
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, DoubleDoubleBody, Pair
+from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, Pair, called
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
@@ -36,7 +35,7 @@ class Memory:
     expansion: Expansion[Pair]
     kind: DoubleDouble
     rows: Rows
-    inverse: Value
+    inverse: Real
 
 
 class Firsts(dict[int, "Pair | None"]):
@@ -54,27 +53,23 @@ class InMemory(Stage[Pair]):
 
     whole = True
 
-    def __init__(self, memory: Memory, k: int | str) -> None:
+    def __init__(self, memory: Memory, k: int | Integer) -> None:
         super().__init__(memory.expansion)
-        self.k, self._memory, self._body = k, memory, memory.kind.body
-        self._base, self._offset = ("%work", k) if isinstance(k, int) else (self._body.place("%work", k), 0)
+        self.k, self._memory, f = k, memory, memory.kind.body
+        self._base, self._offset = ("%work", k) if isinstance(k, int) else (f.place("%work", k).name, 0)
 
-    def index(self, ahead: int) -> int | str:
-        """k + ahead."""
-        return self.k + ahead if isinstance(self.k, int) else self._body.integer("add", self.k, ahead)
-
-    def real(self, ahead: int) -> Value:
-        """The same as a double."""
-        n = self.index(ahead)
-        return literal(n) if isinstance(n, int) else self._body.define(f"sitofp i64 {n} to double")
+    def real(self, ahead: int) -> Real:
+        """k + ahead as a double."""
+        n = self.k + ahead
+        return n.to_real() if isinstance(n, Integer) else self._memory.kind.body.constant(float(n))
 
     def slot(self, row: int, ahead: int) -> int:
         """Where coefficient k + ahead of a row is, from ``_base`` on."""
         return self._memory.rows.row(row) + self._offset + ahead
 
-    def rate(self, ahead: int) -> Value:
+    def rate(self, ahead: int) -> Real:
         """The factor of coefficient k + ahead in a derivative."""
-        return self._body.mul(self.real(ahead), self._memory.inverse)
+        return self.real(ahead) * self._memory.inverse
 
     def is_index(self, ahead: int, index: int) -> bool:
         return isinstance(self.k, int) and self.k + ahead == index
@@ -113,20 +108,19 @@ class InMemory(Stage[Pair]):
     def dot(
         self, index: int, a: int, b: int, ahead: int, weighted: bool = False
     ) -> tuple[Pair | None, Factors[Pair]]:
-        rows = self._memory.rows
+        rows, f, n = self._memory.rows, self._memory.kind.body, self.k + ahead
         first = rows.row(rows.weighted[a] if weighted else a)
-        places = ", ".join(f"ptr {self._body.place('%work', row)}" for row in (first, rows.row(b)))
-        made = self._body.define(f"call {TYPE} @convolve({places}, i64 {self.index(ahead)})")
-        return self._body.unpacked(made), []
+        places = (f.place("%work", row) for row in (first, rows.row(b)))
+        return called(f, "convolve", *places, f.count(n) if isinstance(n, int) else n), []
 
     def write(self) -> None:
         """Compute and store the stage's coefficients."""
         series, k = self.expansion.program.series, self.k
-        known = [i for i, one in enumerate(series) if isinstance(k, str) or k + one.level >= 0]
+        known = [i for i, one in enumerate(series) if isinstance(k, Integer) or k + one.level >= 0]
         self.evaluate(known)
         if k == 0:
             self.expansion.factor()
-        if isinstance(k, str) or k >= 0:
+        if isinstance(k, Integer) or k >= 0:
             self.solve()
         for index, row in self._memory.rows.weighted.items():
             level, value = series[index].level, self.top.get(index)
@@ -138,30 +132,28 @@ def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str
     """The text of ``i1 @jet(constants, t, its low part, scale, state, work)``, false where M is singular, and
     of what it calls; the doubles of ``work``; and the number of operations."""
     heads = "ptr %constants, double %t, double %tl, double %scale, ptr %state, ptr %work"
-    f, kind = Function(f"define internal i1 @jet({heads}) #0"), DoubleDouble()
-    program, model, body = rows.program, residual.model, kind.body
-    body.lines = f.sink
-    body.line(f"  call void @clear(ptr %work, i64 {rows.blocks})")
-    time = Pair(body, "%t", "%tl")
+    f = Function(f"define internal i1 @jet({heads}) #0")
+    kind, program, time = DoubleDouble(f), rows.program, Pair(Real(f, "%t"), Real(f, "%tl"))
+    f.call(None, "clear", f.pointer("%work"), f.count(rows.blocks))
     large = dict.fromkeys(UNROLLED, partial(LargeGeneral[Pair], kind))
     factorization = Factorization(kind, rows.blocks, large, UNROLLED)
     expansion = Expansion(residual, program, kind, constants, factorization, time, rows.width)
     if residual.cyclic_momenta:
         symbols = (*residual.state_q, *residual.state_v)
         known = {x: kind.load("%state", i, rows.width) for i, x in enumerate(symbols)}
-        known[model.time] = time
+        known[residual.model.time] = time
         expansion.cyclic = cyclic_values(kind, residual, program, rows.width, {**known}, constants)[0]
-    memory = Memory(expansion, kind, rows, body.div(literal(1.0), "%scale"))
+    memory = Memory(expansion, kind, rows, f.constant(1.0) / Real(f, "%scale"))
     last = rows.order - 2
     rolled = min(max(1, 2 - min(one.level for one in program.series)), last + 1)
     for k in range(-2, rolled):
         InMemory(memory, k).write()
     expansion.table = [Firsts(memory, row) for row in range(len(program.series))]
     with f.loop(rolled, last + 1) as counter:
-        InMemory(memory, counter.name).write()
+        InMemory(memory, counter).write()
     f.give(Bit(f, expansion.regular))
     text = "".join([*factorization.functions, convolve(rows.beyond), f.text()])
-    return text, factorization.place, body.operations
+    return text, factorization.place, f.operations
 
 
 def convolve(beyond: int) -> str:
@@ -171,15 +163,12 @@ def convolve(beyond: int) -> str:
     there are zeros before coefficients 0. A lane has the sum of every eighth term, and apart from it all that
     was rounded off.
     """
-    f, body = Function(f"define internal {TYPE} @convolve(ptr %a, ptr %b, i64 %n) #0"), DoubleDoubleBody()
-    body.lines = f.sink
+    f = Function(f"define internal {TYPE} @convolve(ptr %a, ptr %b, i64 %n) #0")
     n, zero = Integer(f, "%n"), f.splat(f.constant(0.0), LANES)
     high_sum, low_sum = f.variable(zero), f.variable(zero)
-    order = ", ".join(f"i32 {LANES - 1 - lane}" for lane in range(LANES))
 
     def backward(index: Integer) -> Real:
-        row = f.load_row("%b", index, LANES)
-        return row.made(f"shufflevector {row.kind} {row.name}, {row.kind} poison, <{LANES} x i32> <{order}>")
+        return f.shuffle(f.load_row("%b", index, LANES), [*reversed(range(LANES))])
 
     with f.loop(0, n + 1, LANES, tested=False) as m:
         high, low = (f.load_row("%a", m + part, LANES, aligned=True) for part in (0, beyond))
@@ -196,6 +185,5 @@ def convolve(beyond: int) -> str:
             (*two_sum(one, other), low + lower) for (one, low), (other, lower) in zip(sums[::2], sums[1::2])
         ]
         sums = [(total, error + low) for total, error, low in pairs]
-    high, low = fast_sum(*sums[0])
-    body.returned(Pair(body, high.name, low.name))
+    f.give(*fast_sum(*sums[0]))
     return f.text()

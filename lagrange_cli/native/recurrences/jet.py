@@ -6,6 +6,7 @@ The first stages are unrolled; the later ones are loops over the stage k.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
@@ -36,13 +37,17 @@ LOWEST = 3
 
 
 def write_jet(
-    residual: Residual, program: SeriesProgram, constants: Constants, emitter: Emitter, layout: Layout
-) -> tuple[str, int]:
-    """IR that computes coefficients of q, v and the integrals into ``%work``, false where M is singular; and
-    the doubles of ``%work``."""
+    residual: Residual,
+    program: SeriesProgram,
+    constants: Constants,
+    make: Callable[[Function], Emitter],
+    layout: Layout,
+) -> tuple[str, int, int]:
+    """IR that computes coefficients of q, v and the integrals into ``%work``, false where M is singular; the
+    doubles of ``%work``; and the number of operations."""
     arguments = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work"
     f = Function(f"define internal i1 @jet({arguments}) #0")
-    emitter.lines = f.sink
+    emitter = make(f)
     expansion = compensated_expansion(emitter, residual, program, constants, layout.width, layout.doubles)
     memory = Memory(f, expansion, emitter, layout)
     last = layout.order - 2
@@ -61,7 +66,8 @@ def write_jet(
     finish(memory)
     f.give(Bit(f, expansion.regular))
     factorization = expansion.factorization
-    return "\n".join([f.text(), *factorization.functions]), LANES * -(-factorization.place // LANES)
+    text = "\n".join([f.text(), *factorization.functions])
+    return text, LANES * -(-factorization.place // LANES), f.operations
 
 
 def first_rolled(program: SeriesProgram, layout: Layout) -> int:

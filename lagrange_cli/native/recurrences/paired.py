@@ -52,8 +52,8 @@ def write_paired_jet(
     """The function's IR: coefficients of q, v and the integrals into ``%work``; a bit for each lane, not set
     where M is singular."""
     arguments = f"ptr noalias %constants, {VECTOR} %t, ptr noalias %state, ptr noalias %work"
-    f, emitter = Function(f"define internal {BITS} @paired_jet({arguments}) #0", LANES), LaneEmitter()
-    emitter.lines = f.sink
+    f = Function(f"define internal {BITS} @paired_jet({arguments}) #0", LANES)
+    emitter = LaneEmitter(f)
     expansion = compensated_expansion(emitter, residual, program, constants, width, 0)
     memory = Memory(f, expansion, emitter, layout)
     last = layout.order - 2

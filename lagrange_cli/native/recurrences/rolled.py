@@ -8,7 +8,7 @@ from typing import TypeAlias
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value
-from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.convolution import (
     TOGETHER,
@@ -75,7 +75,7 @@ class Opening(Unrolled[str]):
             m, recent = self.k + group.level, memory.recent.setdefault(group, {})
             if m >= FIRST:
                 recent[m] = vectors(emitter, self, group)
-                store(emitter, group, recent[m], "%work", m)
+                store(emitter.body, group, recent[m], "%work", m)
                 recent.pop(m - RECENT, None)
         if self.k >= 0:
             emitter.store_rows(layout.width, memory.state(self), "%work", layout.width * (self.k + 1))
@@ -103,7 +103,7 @@ class Rolled(LoopStage):
         """Coefficients k + level - 1 of series, those before, ..: those of ``before`` that are read."""
         self._before, self._start = before, memory.f.here
         self._known: dict[tuple[str, int], Value] = {}
-        self._bases: dict[int, str] = {}
+        self._bases: dict[int, Pointer] = {}
 
     def older(self, index: int, ahead: int) -> Value:
         age = self.expansion.program.series[index].level - ahead
@@ -124,14 +124,14 @@ class Rolled(LoopStage):
         key = (str(index), ahead)
         if key not in self._known:
             layout = self.memory.layout
-            base = self._base(layout.stride(index))
+            base = self._base(layout.stride(index)).name
             self._known[key] = self.emitter.load(base, layout.slot(index, ahead))
         return self._known[key]
 
-    def _base(self, width: int) -> str:
+    def _base(self, width: int) -> Pointer:
         """``%work`` moved on by k vectors of that width."""
         if width not in self._bases:
-            self._bases[width] = moved(self.emitter, self.k.name, width)
+            self._bases[width] = moved(self.emitter.body, self.k, width)
         return self._bases[width]
 
     def tabulated(self, name: str, ahead: int) -> Value:
@@ -152,14 +152,14 @@ class Rolled(LoopStage):
             for part in (groups[: layout.motion], groups[layout.motion :]):
                 for start in range(0, len(part), TOGETHER):
                     some = part[start : start + TOGETHER]
-                    sums = sum_in_loop(self.memory.f, emitter, some, self.k, self.stages)
+                    sums = sum_in_loop(emitter, some, self.k, self.stages)
                     for group, total in zip(some, sums):
                         take(emitter, self, group, total)
         moving = self.compute()
         for group in groups:
-            store(emitter, group, vectors(emitter, self, group), self._base(group.width), group.level)
+            store(emitter.body, group, vectors(emitter, self, group), self._base(group.width), group.level)
         for index in moving:
             if index in layout.rows:
                 level = self.expansion.program.series[index].level
-                emitter.store(self.top[index], self._base(1), layout.slot(index, level))
-        emitter.store_rows(layout.width, self.memory.state(self), self._base(layout.width), layout.width)
+                emitter.store(self.top[index], self._base(1).name, layout.slot(index, level))
+        emitter.store_rows(layout.width, self.memory.state(self), self._base(layout.width).name, layout.width)

@@ -38,6 +38,7 @@ from lagrange_cli.records import dataclass
 
 C = TypeVar("C")
 
+HEAD = "define void @project(ptr %constants, ptr %state) #0"
 LOOSE = 2.0
 """The largest residual of a constraint, in units of rounding of its terms."""
 
@@ -71,21 +72,20 @@ class Projection(Generic[V, C]):
     """Writes ``@project(constants, state)``; for ``lanes``, ``@project_lanes``, which moves those that are
     %moving only."""
 
+    f: Function
     residual: Residual
     places: Places
     constants: Constants
     numbers: Numbers[V, C]
-    lanes: int = 1
+
+    @property
+    def lanes(self) -> int:
+        """Motions at once."""
+        return self.f.lanes
 
     def text(self) -> str:
         """The function's IR."""
-        head = "void @project(ptr %constants, ptr %state"
-        if self.lanes > 1:
-            head = f"internal void @project_lanes(ptr %constants, ptr %state, <{self.lanes} x i1> %moving"
-        f = Function(f"define {head}) #0", self.lanes)
-        kind, careful, at = self.numbers.kind, self.numbers.careful, self.places
-        kind.body.lines = f.sink
-        state = self._state()
+        f, careful, at, state = self.f, self.numbers.careful, self.places, self._state()
         time = careful.load("%state", at.time, at.time_low - at.time)
         if self.residual.multipliers:
             self._move(f, time, *state)
@@ -214,21 +214,27 @@ def afterwards(
     return symbols, kicks, later
 
 
-def in_doubles(residual: Residual, layout: StateLayout, constants: Constants, emitter: Emitter) -> str:
+def in_doubles(
+    residual: Residual, layout: StateLayout, constants: Constants, make: Callable[[Function], Emitter]
+) -> str:
     """``@project`` for a state of doubles with low parts."""
-    return Projection(residual, places_of(layout), constants, doubles(emitter)).text()
+    f = Function(HEAD)
+    return Projection(f, residual, places_of(layout), constants, doubles(make(f))).text()
 
 
 def in_lanes(residual: Residual, places: Places, constants: Constants) -> str:
     """The same for eight motions."""
-    return Projection(residual, places, constants, doubles(LaneEmitter()), LANES).text()
+    given = f"ptr %constants, ptr %state, <{LANES} x i1> %moving"
+    f = Function(f"define internal void @project_lanes({given}) #0", LANES)
+    return Projection(f, residual, places, constants, doubles(LaneEmitter(f))).text()
 
 
 def in_double_doubles(residual: Residual, layout: StateLayout, constants: Constants) -> str:
     """The same for double-double, without the third parts."""
-    kind = DoubleDouble()
+    f = Function(HEAD)
+    kind = DoubleDouble(f)
     numbers = Numbers(kind, kind, lambda x: x, lambda x: x)
-    return Projection(residual, places_of(layout), constants, numbers).text()
+    return Projection(f, residual, places_of(layout), constants, numbers).text()
 
 
 def places_of(layout: StateLayout) -> Places:

@@ -33,8 +33,7 @@ class BatchProjection:
 
     def __init__(self, residual: Residual, layout: StateLayout, tables: Tables) -> None:
         self.f = Function("define void @project(ptr %constants, ptr %state) #0")
-        self.emitter = LaneEmitter()
-        self.emitter.lines = self.f.sink
+        self.emitter = LaneEmitter(self.f)
         self.residual, self.tables, self.at = residual, tables, places_of(layout)
         model = residual.model
         self.size, self.constraints = len(model.q), Constraints(model)

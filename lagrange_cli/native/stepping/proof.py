@@ -78,8 +78,7 @@ class Proof:
         places = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work"
         given = f"{places}, double %h, double %unit, double %beyond"
         f = Function(f"define internal i1 @{self.name}({given}) #0")
-        emitter = Emitter()
-        emitter.lines = f.sink
+        emitter = Emitter(f)
         disks = Disks(f, emitter, LANES)
         emitter.parts = disks.parts = self.parts  # constants have as many
         self._extents(f)

@@ -13,9 +13,8 @@ from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.stack import with_stack
 from lagrange_cli.native.llvm import length
-from lagrange_cli.native.llvm.flow import Flow
-from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.numbers.double_double import DoubleDoubleBody
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.numbers.double_double import DoubleDouble
 from tests.support.command import SYSTEMS, lagrange_process
 from tests.support.motion import residual_of
 
@@ -62,19 +61,16 @@ def test_values_that_do_not_fit_the_stack_of_the_process(tmp_path):
 
 def test_functions_of_too_many_instructions_are_refused(monkeypatch):
     monkeypatch.setattr(length, "MOST_INSTRUCTIONS", 100)
-    body = Emitter()
-    for _ in range(100):
-        body.fresh()
+    f = Function("define void @long()")
+    for _ in range(101):
+        f.define("fadd double 0.0, 0.0")
     with pytest.raises(TooLarge, match=r"more than 100 instructions; .*--method DOP853.*=instructions="):
-        body.fresh()
-    twice = DoubleDoubleBody()
+        f.define("fadd double 0.0, 0.0")
+    twice = Function("define void @long()")
+    DoubleDouble(twice)
     with pytest.raises(TooLarge, match="more than 50 instructions"):
-        for _ in range(51):
-            twice.fresh()
-    flow = Flow("define void @long()")
-    with pytest.raises(TooLarge, match="more than 100 instructions"):
-        for _ in range(102):
-            flow.define("fadd double 0.0, 0.0")
+        for _ in range(52):
+            twice.define("fadd double 0.0, 0.0")
 
 
 def test_programs_of_too_many_instructions_are_refused(monkeypatch):

@@ -200,11 +200,9 @@ def test_every_function_of_the_language_in_lanes(name: str, count: int) -> None:
     """The C library's tanh is off by 2 units itself."""
     x, y = RANDOM.uniform(0.05, 0.95, (2, COUNT))
     arguments = [x, y][:count]
-    kind = LaneEmitter()
 
     def write(f: Function, values: Sequence[Real]) -> list[Real]:
-        kind.lines = f.sink
-        return [Real(f, kind.function(name, *(x.name for x in values)))]
+        return [Real(f, LaneEmitter(f).function(name, *(x.name for x in values)))]
 
     program = over_columns(write, len(arguments), LANES)
     found = compiled(program + definitions(program), 1)(*arguments)[0]

@@ -11,7 +11,9 @@ from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
 from lagrange_cli.native.linear.blocks import UNROLLED, Factorization
 from lagrange_cli.native.linear.cholesky import LargeDefinite
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal
+from lagrange_cli.native.llvm.vector import Bit
 from lagrange_cli.native.numbers.double import Emitter
 
 SCALE = -0.5
@@ -22,7 +24,8 @@ def solver(size, level):
 
     The solution is of ``SCALE`` times the right-hand side.
     """
-    emitter = Emitter()
+    f = Function("define zeroext i1 @solve(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0")
+    emitter = Emitter(f)
     matrix = [[emitter.load("%matrix", size * j + k) for k in range(size)] for j in range(size)]
     blocks = Factorization(emitter, 0, {"definite": partial(LargeDefinite, emitter)}, UNROLLED)
     block, regular = blocks.factor(matrix, True)
@@ -30,11 +33,9 @@ def solver(size, level):
         solution = block.solve([emitter.load("%right", j) for j in range(size)], literal(SCALE))
     for j, value in enumerate(solution):
         emitter.store(value, "%right", j)
-    body = "\n".join(emitter.lines)
-    head = "define zeroext i1 @solve(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
+    f.give(Bit(f, regular))
     # the second solution is of the first one's right-hand side, as it is only overwritten at the end
-    text = [*blocks.functions, f"{head} {{\n{body}\n  ret i1 {regular}\n}}"]
-    loaded = load(compile_text("\n".join(text), level))
+    loaded = load(compile_text("\n".join([*blocks.functions, f.text()]), level))
     pointer = ctypes.c_void_p
     function = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, pointer)(loaded.address("solve"))
     return block, function, aligned(max(1, blocks.place)), loaded

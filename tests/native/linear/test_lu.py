@@ -12,6 +12,8 @@ from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.linear.lu import LargeGeneral
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DoubleDouble, operations
 
@@ -23,7 +25,8 @@ def solver(make, size, level, unrolled=0, form="general"):
 
     Numbers are rows of their parts.
     """
-    kind = make()
+    f = Function("define zeroext i1 @run(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0")
+    kind = make(f)
     parts = kind.parts
 
     def number(pointer, index):
@@ -36,11 +39,9 @@ def solver(make, size, level, unrolled=0, form="general"):
         solution = block.solve([number("%right", j) for j in range(size)], kind.one)
     for j, value in enumerate(solution):
         kind.store(value, "%right", parts * j, 1)
-    body = "\n".join(kind.body.lines)
-    head = "define zeroext i1 @run(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
+    f.give(Bit(f, regular))
     text = [*(operations() if parts == 2 else ()), *blocks.functions]
-    text.append(f"{head} {{\n{body}\n  ret i1 {regular}\n}}")
-    loaded, pointer = load(compile_text("\n".join(text), level)), ctypes.c_void_p
+    loaded, pointer = load(compile_text("\n".join([*text, f.text()]), level)), ctypes.c_void_p
     function = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, pointer)(loaded.address("run"))
     work = aligned(max(1, blocks.place))
 

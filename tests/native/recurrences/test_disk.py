@@ -49,8 +49,8 @@ SHARES = 2.0**-30, 1e-4, 0.03, 0.2, 0.5, 0.8, 0.95, 1.2
 def compiled():
     """A function of centres (2), radii (2, lanes) and results: centre, radii and least sizes of each
     expression."""
-    f, emitter = Function("define void @run(ptr %centres, ptr %radii, ptr %out) #0"), Emitter()
-    emitter.lines = f.sink
+    f = Function("define void @run(ptr %centres, ptr %radii, ptr %out) #0")
+    emitter = Emitter(f)
     disks = Disks(f, emitter, LANES)
     algebra = GraphAlgebra()
     nodes = [build(parse(text), algebra.symbol, algebra) for text in EXPRESSIONS]

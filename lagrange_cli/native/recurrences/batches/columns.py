@@ -11,7 +11,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.kind import NumberKind, V
-from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered
 from lagrange_cli.native.recurrences.batches.quotient import Column
 from lagrange_cli.native.recurrences.evaluation import Constants
@@ -26,8 +26,8 @@ def column_at(
             return emitter.written(emitter.number(column.node.data))
         return emitter.everywhere("%constants", "0", column.table)
     if column.numbers:
-        place = f.place("@factors", at + column.table if column.table else at, "double")
-        return f.define(f"load {VECTOR}, ptr {place.name}, align {8 * LANES}")
+        place = at + column.table if column.table else at
+        return f.load_row("@factors", place, LANES, aligned=True).name
     return gathered(emitter, "%constants", places(column.table))
 
 

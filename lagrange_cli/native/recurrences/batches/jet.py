@@ -36,8 +36,7 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
     f = Function(
         "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
     )
-    emitter = LaneEmitter()
-    emitter.lines = f.sink
+    emitter = LaneEmitter(f)
     jet = Jet(residual, quotient(residual, blocks, tables, low), blocks, tables, f, emitter)
     jet.time = f.splat(Real(f, "%t", 1), LANES).name
     if residual.multipliers:
@@ -56,7 +55,7 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
     f.give(regular.get())
     parts = [rests(blocks.order + 4), f.text()]
     work = blocks.doubles if jet.saddle is None else jet.saddle.end
-    return "\n".join(parts), LANES * -(-work // LANES), emitter.operations
+    return "\n".join(parts), LANES * -(-work // LANES), f.operations
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """The equations of motion with constraints, factored and solved by loops over the rows of tables.
 
-L D L^T as in ``linear.saddle``, eight unknowns of a round at a time (``linear.sparse``). The pattern of
+L D L^T as in ``linear.symmetric``, eight unknowns of a round at a time (``linear.sparse``). The pattern of
 nonzero entries is in tables; so the code is the same for any number of constraints.
 """
 

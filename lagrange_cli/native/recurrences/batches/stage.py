@@ -14,7 +14,7 @@ from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
-from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.arrangement import grouped
 from lagrange_cli.native.recurrences.batches.columns import Everywhere, column_at
 from lagrange_cli.native.recurrences.batches.gathering import gathered, places_at
@@ -167,22 +167,16 @@ class BatchStage(VectorStage):
         if key not in self._known:
             at = self._vector_at(m, relative)
             if self.view(index).block is not None:
-                place = self.emitter.define(
-                    f"getelementptr inbounds double, ptr {self.pointer(index).name}, i64 {at}"
-                )
-                self._known[key] = self.emitter.define(f"load {VECTOR}, ptr {place}, align {8 * LANES}")
+                self._known[key] = self.f.load_row(self.pointer(index), at, LANES, aligned=True).name
             else:
-                base = self.emitter.define(f"getelementptr inbounds double, ptr %work, i64 {at}")
+                base = self.f.place("%work", at, "double").name
                 self._known[key] = gathered(self.emitter, base, self.places(self.view(index).table))
         return self._known[key]
 
     def put(self, value: Value, m: int, *, relative: bool = False) -> None:
         """Store a vector of the batch."""
-        at = self._vector_at(m, relative)
-        place = self.emitter.define(
-            f"getelementptr inbounds double, ptr {self.pointer(self.batch).name}, i64 {at}"
-        )
-        self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place}, align {8 * LANES}")
+        whole, at = Real(self.f, self.emitter.written(value), LANES), self._vector_at(m, relative)
+        self.f.store_row(whole, self.pointer(self.batch), at, aligned=True)
         self._known.pop((self.batch, m, relative), None)
 
     def places(self, table: int) -> Operand:
@@ -256,7 +250,7 @@ class BatchStage(VectorStage):
         """``start`` + the sum of the vectors ``at`` that distance of all terms of a long sum."""
         table = self.jet.quotient.sums[index]
         total = self.f.variable(Real(self.f, self.emitter.written(start), LANES))
-        base = self.emitter.define(f"getelementptr inbounds double, ptr %work, i64 {at}")
+        base = self.f.place("%work", at, "double").name
         first = self.b * (LANES * table.terms)
         with self.f.loop(0, table.terms, tested=False) as t:
             row = first + t * LANES

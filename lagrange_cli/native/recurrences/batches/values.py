@@ -51,8 +51,7 @@ class Values:
         first: int = 0,
     ) -> None:
         self.f, self.tables = f, tables
-        self.emitter = emitter or LaneEmitter()
-        self.emitter.lines = f.sink
+        self.emitter = emitter or LaneEmitter(f)
         self.arithmetic: NumberKind[Any] = self.emitter
         self.base = f.place("%constants", f.load_integer("@scratch") + first, "double")
         self.moving = 0

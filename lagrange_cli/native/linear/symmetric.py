@@ -1,10 +1,11 @@
-"""Code that factors the equations of motion with constraints, [[M, -A^T], [-A, 0]], and solves with them.
+"""Code that factors the mass matrix, if it is positive, or the equations with constraints, and solves them.
 
-It is L D L^T of the symmetric matrix. With a positive M the coordinates are eliminated first; this leaves -A
-M^-1 A^T, which is negative if the constraints are independent. So no pivoting is needed (M. Benzi, G. H.
-Golub and J. Liesen, Acta Numerica 14, 2005, sec. 5). Zeros are never used: among coordinates, and then among
-constraints, the one coupled to the fewest others is eliminated next (minimum degree: W. F. Tinney and J. W.
-Walker, Proc. IEEE 55, 1967).
+It is L D L^T of the symmetric matrix: M (Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.1), or
+[[M, -A^T], [-A, 0]]. There the coordinates are eliminated first; this leaves -A M^-1 A^T, which is negative
+if the constraints are independent. So no pivoting is needed (M. Benzi, G. H. Golub and J. Liesen, Acta
+Numerica 14, 2005, sec. 5). Zeros are never used: among coordinates, and then among constraints, the one
+coupled to the fewest others is eliminated next (minimum degree: W. F. Tinney and J. W. Walker, Proc. IEEE 55,
+1967).
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
-class Saddle(Generic[V]):
+class Symmetric(Generic[V]):
     """L D L^T of a block: the pivots in their ``order``, ``columns[p]`` the entries (i, L_ip) below
     that of p, and the reciprocals of D."""
 
@@ -41,25 +42,25 @@ class Saddle(Generic[V]):
 
 
 @dataclass(frozen=True)
-class LooseSaddle(Generic[V]):
+class Loose(Generic[V]):
     """A block with M + c A^T A in place of M, factored; ``weighted`` is -c A, row by row."""
 
-    saddle: Saddle[V]
+    block: Symmetric[V]
     weighted: Sequence[Sequence[V | None]]
 
     def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
         """x with K x = ``scale * right``."""
-        kind, coordinates = self.saddle.kind, len(right) - len(self.weighted)
+        kind, coordinates = self.block.kind, len(right) - len(self.weighted)
         moved = list(right)
         for row, value in zip(self.weighted, right[coordinates:]):
             for k, entry in enumerate(row):
                 moved[k] = kind.fma(entry, value, moved[k])
-        return self.saddle.solve(moved, scale)
+        return self.block.solve(moved, scale)
 
 
-def factor_loose_saddle(
+def factor_loose(
     kind: NumberKind[V], matrix: list[list[V | None]], coordinates: int
-) -> tuple[LooseSaddle[V], Condition]:
+) -> tuple[Loose[V], Condition]:
     """A block whose M is singular although the whole block is not, and whether it is regular.
 
     M + c A^T A is positive, and has the same solutions: what it adds to the equations follows from those of
@@ -83,29 +84,32 @@ def factor_loose_saddle(
         for j, entry in enumerate(row[:coordinates]):
             for k in range(coordinates):
                 wider[j][k] = kind.fma(scaled[k], entry, wider[j][k])
-    made, regular = factor_saddle(kind, wider, coordinates)
-    return LooseSaddle(made, weighted), regular
+    made, regular = factor_symmetric(kind, wider, coordinates)
+    return Loose(made, weighted), regular
 
 
-def factor_saddle(
+def factor_symmetric(
     kind: NumberKind[V], matrix: list[list[V | None]], coordinates: int
-) -> tuple[Saddle[V], Condition]:
-    """L D L^T of a block with so many ``coordinates`` before its constraints, and whether it is regular."""
+) -> tuple[Symmetric[V], Condition]:
+    """L D L^T of a block with so many ``coordinates`` before its constraints, and whether it is regular.
+
+    The first pivot is compared with 0, others with the digits that may be lost.
+    """
     size = len(matrix)
     rows = [{k: entry for k, entry in enumerate(row) if entry is not None} for row in matrix]
-    order = elimination([set(row) - {j} for j, row in enumerate(rows)], coordinates)
+    neighbours = [set(row) - {j} for j, row in enumerate(rows)]
+    order = elimination(neighbours, coordinates) if coordinates < size else range(size)
     columns: list[list[tuple[int, V]]] = [[] for _ in range(size)]
     reciprocals: list[V | None] = [None] * size
-    floors: list[V | None] = []
+    begins: list[V | None] = []
     regular, unit = kind.true, kind.number(FLOOR * kind.unit)
     for step, p in enumerate(order):
         if step in (0, coordinates):
-            floors = [kind.mul(unit, rows[j].get(j)) for j in range(size)]
+            begins = [row.get(j) for j, row in enumerate(rows)]
         row = rows[p]
         pivot = row.pop(p, None)
-        positive = p < coordinates
-        relation = "ogt" if positive else "olt"
-        regular = kind.both(regular, kind.compare(relation, pivot, floors[p]))
+        floor = kind.mul(unit, begins[p]) if step else None
+        regular = kind.both(regular, kind.compare("ogt" if p < coordinates else "olt", pivot, floor))
         reciprocals[p] = inverse = kind.div(kind.one, pivot)
         below = list(row.items())
         for i, _ in below:
@@ -118,7 +122,7 @@ def factor_saddle(
                 value = kind.fms(scaled, other, rows[i].get(k))
                 assert value is not None
                 rows[i][k] = rows[k][i] = value
-    return Saddle(kind, order, columns, reciprocals), regular
+    return Symmetric(kind, order, columns, reciprocals), regular
 
 
 def elimination(neighbours: Sequence[set[int]], coordinates: int) -> list[int]:
