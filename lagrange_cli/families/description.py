@@ -10,6 +10,7 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Total
+from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import names_of
@@ -71,11 +72,19 @@ class FamilySystem:
     centres: Sequence[Total] = ()
     """The sums of m x, m y and so on, likewise."""
     loads: Sequence[Total] = ()
+    bonds: Bonds | None = None
+    """The constraints, where M is diagonal."""
 
     @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
-        return self.steady_potential and not self.depends_on_time((*self.needed, self.forces, *self.loads))
+        given = *self.needed, self.forces, *self.loads
+        return self.steady_potential and self.steady_bonds and not self.depends_on_time(given)
+
+    @property
+    def steady_bonds(self) -> bool:
+        """Whether constraints do not depend on time explicitly."""
+        return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
 
     @property
     def steady_potential(self) -> bool:
@@ -106,8 +115,9 @@ class FamilySystem:
 
     @property
     def force_nodes(self) -> list[Node]:
-        """The expressions that forces are made of."""
-        return [one.node for total in self.acting for one in total.terms]
+        """The expressions that forces are made of, and constraints."""
+        bound = self.bonds.nodes if self.bonds else ()
+        return [*(one.node for total in self.acting for one in total.terms), *bound]
 
     @property
     def conserved(self) -> tuple[str, ...]:
@@ -117,6 +127,9 @@ class FamilySystem:
             acted[term.targets] = True
         for one in self.joints.joints if self.joints else ():
             for rows in one.rows:
+                acted[rows] = True
+        for bound in self.bonds.bounds if self.bonds else ():
+            for rows in bound.rows:
                 acted[rows] = True
         names = names_of(self.spec.coordinates)
         momenta = [f"p_{names[k]}" for k in np.flatnonzero(~acted).tolist()]

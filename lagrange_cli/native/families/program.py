@@ -17,12 +17,15 @@ from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.constrained import ConstrainedJet
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.projection import Moves, Projection
+from lagrange_cli.native.families.restraint import Motion
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps
@@ -38,7 +41,7 @@ from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.vector_stage import rests
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
@@ -84,6 +87,8 @@ class _Writer:
         for total in system.totals:
             self.lasting.arranged(total)
         self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
+        self.motion = None if system.bonds is None else Motion(system, self.lasting)
+        self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
         self.forces = self.lasting.arranged(system.forces, kept=False)
         roots = dict.fromkeys(total for total, _ in observed.values())
         self.roots = [self.lasting.arranged(total) for total in roots]
@@ -130,7 +135,8 @@ class _Writer:
         interface = Interface(
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
-            guards=(), limits=(), events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(),
+            guards=(), limits=(), events=(), changed=(), affected=(), masses=(),
+            constraints=0 if self.motion is None else self.motion.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
@@ -144,12 +150,12 @@ class _Writer:
         lengths = Lengths(
             self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width, floor=floor
         )
-        if self.order > RATES and self.balance is None:
+        if self.order > RATES and self.balance is None and self.motion is None:
             first, term = velocity_planes(self.degrees)
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
         given = Given(
-            interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady,
-            floors=floors,
+            interface.inner, work, self.tolerance, (None, None, None), None, project=self.projection(),
+            timed=not self.system.steady, floors=floors,
         )  # fmt: skip
         if self.scheme:
             work, steps = on_rates(scheme, lengths, given, partial(of_families, self.system))
@@ -157,7 +163,7 @@ class _Writer:
         elif self.order > RATES:
             kind = VelocitySteps if lengths.followers else FamilySteps
             parts.append(advance(kind(lengths, given)))
-        if self.order > RATES or self.balance is not None:
+        if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         parts.append(accelerate(lengths))
         observe, counted = self.observe()
@@ -202,7 +208,30 @@ class _Writer:
         given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
         if self.balance is not None:
             return ArticulatedJet(self.balance, *given).write()
+        if self.motion is not None:
+            return ConstrainedJet(self.motion, *given).write()
         return SeriesJet(*given).write() if self.order > RATES else self.accelerations()
+
+    def projection(self) -> str:
+        """``@project``, if there are constraints; its arrays are the next ones."""
+        if self.moves is None:
+            return ""
+        f, layout = Function("define void @project(ptr %constants, ptr %state) #0"), self.layout
+        base = self.scratch(f)
+        arrays: dict[Array, Pointer] = {
+            self.system.q: f.pointer("%state"), self.system.v: f.place("%state", self.degrees, "double")
+        }  # fmt: skip
+        for array in self.moves.arrays:
+            arrays[array] = f.place(base, self.size, "double")
+            self.size += room(array.count)
+        time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        written = Projection(
+            self.moves, self.evaluation(f, arrays, time), layout, f.place(base, self.size, "double"),
+            f.splat(low, LANES).name,
+        )  # fmt: skip
+        text, doubles = written.text()
+        self.size += room(doubles)
+        return text
 
     def accelerations(self) -> Jet:
         """``@jet`` without series."""

@@ -1,15 +1,16 @@
 """The equations of motion with constraints, factored and solved by loops over the rows of tables.
 
-L D L^T as in ``linear.saddle``, eight unknowns of a round at a time (``linear.sparse``). The pattern of
+L D L^T as in ``linear.saddle``, eight unknowns of a round at a time (``model.sparse``). The pattern of
 nonzero entries is in tables; so the code is the same for any number of constraints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.model.sparse import Elimination
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
@@ -32,9 +33,15 @@ class Tabled(SaddleTables):
     """
 
     def __init__(
-        self, f: Function, emitter: LaneEmitter, residual: Residual, tables: Tables, base: str, first: int
+        self,
+        f: Function,
+        emitter: LaneEmitter,
+        elimination: Elimination,
+        tables: Tables,
+        base: str,
+        first: int,
     ) -> None:
-        super().__init__(residual, tables, first)
+        super().__init__(elimination, tables, first)
         self.f, self.emitter, self.base = f, emitter, base
 
     def place(self, name: str, at: Integer | int = 0) -> Pointer:
@@ -73,13 +80,13 @@ class Tabled(SaddleTables):
                 total.set(Real(f, value, LANES))
             put(total.get().name, target * LANES)
 
-    def factor(self, values: Values, regular: Variable[Bit]) -> None:
-        """L and D from the ``values`` of the ``nodes``, and whether they are regular."""
-        for name, nodes in self.nodes.items():
-            if nodes:
-                table = self.tables.of_places([values.places[node] for node in nodes])
-                with self.f.loop(0, count(nodes), tested=False) as b:
-                    row = gathered(self.emitter, values.base.name, places_at(self.f, b * LANES + table))
+    def factor(self, base: Pointer, entries: Mapping[str, Sequence[int]], regular: Variable[Bit]) -> None:
+        """L and D from the ``entries``, at these places from ``base`` on, and whether they are regular."""
+        for name, places in entries.items():
+            if places:
+                table = self.tables.of_places(places)
+                with self.f.loop(0, count(places), tested=False) as b:
+                    row = gathered(self.emitter, base.name, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
         self._floors(0, self.begin)
         pairs = 0
@@ -191,6 +198,14 @@ class Tabled(SaddleTables):
     def table(self, rows: Iterable[int]) -> int:
         """Where the unknowns of these rows are, in a table of places from ``base`` on."""
         return self.tables.of_places([self.places["unknowns"] + self.position[row] for row in rows])
+
+
+def entries_of(saddle: SaddleTables, residual: Residual) -> Mapping[str, Sequence[Node]]:
+    """The entries of the matrix of the equations, for ``factor``."""
+    graph, rows = residual.graph, residual.entries
+    return saddle.entries(
+        lambda i, k: graph.zero if i < 0 else rows[i].get(k, graph.zero), graph.one, -graph.one
+    )
 
 
 def at_the_start(

@@ -5,19 +5,22 @@ The numbers themselves are in arrays of the work space; ``saddle`` writes the lo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
-from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.model.sparse import Elimination, eliminated
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.linear.sparse import Elimination, eliminated
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.records import dataclass
 
 MOST = 16
 """Numbers of L for each unknown up to which its places are listed."""
 
+NOWHERE = -1, -1
+"""No place of the matrix."""
+
+T = TypeVar("T")
 Term = tuple[int, int]
 """The places of two factors."""
 
@@ -47,13 +50,10 @@ class Rows:
 
 
 class SaddleTables:
-    """The elimination of the matrix of a system, and where its arrays are, from ``first`` on."""
+    """The tables of an elimination, and where its arrays are, from ``first`` on."""
 
-    def __init__(self, residual: Residual, tables: Tables, first: int) -> None:
-        elimination = elimination_of(residual)
-        assert elimination is not None
-        self.residual, self.tables = residual, tables
-        self.elimination = elimination
+    def __init__(self, elimination: Elimination, tables: Tables, first: int) -> None:
+        self.elimination, self.tables = elimination, tables
         self.listed: list[int | None] = []
         """The unknowns by their positions: each round begins a block of eight."""
         self.ends: list[int] = []
@@ -130,15 +130,9 @@ class SaddleTables:
         tables = [self.tables.of_places(one) if one else 0 for one in made]
         return Rows(len(kept), len(first) // LANES, *tables)
 
-    @cached_property
-    def nodes(self) -> Mapping[str, Sequence[Node]]:
-        """The entries of the matrix by the arrays that they are factored in."""
-        graph, entries = self.residual.graph, self.residual.entries
-        signs = [graph.one if place < self.begin else -graph.one for place in range(len(self.listed))]
-        diagonal = [
-            sign if i is None else entries[i].get(i, graph.zero) for i, sign in zip(self.listed, signs)
-        ]
-        lower = [
-            graph.zero if pair is None else entries[pair[0]].get(pair[1], graph.zero) for pair in self.pairs
-        ]
-        return {"diagonal": diagonal, "lower": lower}
+    def entries(self, of: Callable[[int, int], T], one: T, other: T) -> Mapping[str, Sequence[T]]:
+        """The entries ``of`` the matrix by the arrays that they are factored in; where there is no unknown
+        they are ``one``, and ``other`` among the constraints. Off the diagonal there are none then."""
+        firm = [one if place < self.begin else other for place in range(len(self.listed))]
+        diagonal = [sign if i is None else of(i, i) for i, sign in zip(self.listed, firm)]
+        return {"diagonal": diagonal, "lower": [of(*(pair or NOWHERE)) for pair in self.pairs]}
