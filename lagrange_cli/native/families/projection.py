@@ -108,8 +108,8 @@ class Exact(Everywhere):
 
 
 class Residuals(Writer):
-    """The loop over the constraints of a bound: what should be 0, from all digits of the state, and whether it
-    is, but for rounding."""
+    """The loop over the constraints of a bound: what should be 0, from all digits of the state, and whether
+    it is, but for rounding."""
 
     def __init__(self, writing: Projection, number: int, fine: Variable[Bit]) -> None:
         super().__init__(writing.evaluation, writing.moves.loops[number])
@@ -156,8 +156,8 @@ class Residuals(Writer):
 
 @dataclass(frozen=True)
 class Projection:
-    """Writes ``@project(constants, state)``, in the function of the ``evaluation``. ``scratch`` is where there
-    is room behind the arrays of the ``moves``; of t there is ``low_time`` besides."""
+    """Writes ``@project(constants, state)``, in the function of the ``evaluation``. There is room at
+    ``scratch``; of t there is ``low_time`` besides."""
 
     moves: Moves
     evaluation: Evaluation

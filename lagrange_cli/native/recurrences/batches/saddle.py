@@ -104,8 +104,8 @@ class Tabled(SaddleTables):
         for name, rows in (("rows", self.forward), ("columns", self.backward)):
             if rows.length:
                 with self.f.loop(0, rows.length, tested=False) as t:
-                    places = places_at(self.f, t * LANES + rows.first)
-                    self.store(self.gather("lower", places), name, t * LANES)
+                    these = places_at(self.f, t * LANES + rows.first)
+                    self.store(self.gather("lower", these), name, t * LANES)
 
     def _floors(self, first: int, last: int) -> None:
         """Below which part of their entries pivots are nothing but rounding."""
