@@ -44,7 +44,8 @@ class Bound:
 @dataclass(frozen=True, eq=False)
 class Pairs:
     """Members of two bounds with a coordinate in common: its ``rows``. ``first`` and ``second`` are the
-    numbers of a bound and of one of its slopes, ``members`` those of both, and ``entries`` where the products go."""
+    numbers of a bound and of one of its slopes, ``members`` those of both, and ``entries`` where the products
+    go."""
 
     first: tuple[int, int]
     second: tuple[int, int]

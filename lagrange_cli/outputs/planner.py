@@ -64,7 +64,8 @@ class Planner:
         """The constraints by family."""
         names = [one.name for one in (*self.model.constraints, *self.model.redundant)]
         if self.model.spec is not None:  # in the file's order, whichever depend on others
-            names.sort(key=[*self.model.spec.all_constraints].index)
+            order = {name: i for i, name in enumerate(self.model.spec.all_constraints)}
+            names.sort(key=order.__getitem__)
         families = self.model.families
         return grouped(names, {**families.get("nonholonomic", {}), **families.get("constraints", {})})
 
