@@ -14,7 +14,7 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Domain
+from lagrange_cli.families.arrays import Domain, Source, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.model.sparse import Elimination, eliminated
@@ -56,10 +56,28 @@ class Pairs:
 
 @dataclass(frozen=True, eq=False)
 class Bonds:
-    """The ``bounds`` of a system, ``count`` constraints in all."""
+    """The ``bounds`` of a system, and the ``names`` of all constraints. The ``multipliers`` are computed from
+    all equations together, and have no terms."""
 
     bounds: tuple[Bound, ...]
-    count: int
+    names: Sequence[str]
+    multipliers: Total
+
+    @property
+    def count(self) -> int:
+        """The number of constraints."""
+        return len(self.names)
+
+    @cached_property
+    def values(self) -> Total:
+        """What should be 0."""
+        terms = tuple(Term(one.domain, one.node, one.numbers) for one in self.bounds)
+        return Total(Source.TOTAL, self.count, terms)
+
+    @cached_property
+    def pulls(self) -> Sequence[tuple[int, int]]:
+        """All slopes, each the number of a bound and its own."""
+        return [(b, a) for b, one in enumerate(self.bounds) for a, _ in enumerate(one.slopes)]
 
     @property
     def nodes(self) -> Iterator[Node]:
@@ -72,7 +90,7 @@ class Bonds:
     def pairs(self) -> tuple[Sequence[Pairs], Places]:
         """What A M^-1 A^T is made of, and the constraints (entries, 2) of each of its entries on the diagonal
         and below. Raises ``Unsuited`` where these are too many."""
-        slots = [(b, a) for b, one in enumerate(self.bounds) for a, _ in enumerate(one.slopes)]
+        slots = self.pulls
         rows = np.concatenate([self.bounds[b].rows[a] for b, a in slots])
         numbers = np.concatenate([self.bounds[b].numbers for b, _ in slots])
         kinds = np.repeat(np.arange(len(slots)), [self.bounds[b].domain.count for b, _ in slots])
@@ -115,16 +133,14 @@ class Bonds:
 def bonds(builder: FamilyBuilder, spec: Spec) -> Bonds | None:
     """The constraints without those that are left out; None where there are none. Raises ``Unsuited`` where
     they are of another kind."""
-    found, count = list[Bound](), 0
+    found, names = list[Bound](), list[str]()
     graph, slots, left = builder.graph, builder.slots, {*spec.left_out}
     for family in grouped(spec.constraints, spec.families.get("constraints", {})):
         group = group_of(family, spec.constraints)
-        own = np.arange(group.count)
-        if left:
-            own = np.array([i for i in own.tolist() if family.members[i] not in left], dtype=np.int64)
-        numbers = np.zeros(group.count, dtype=np.int64)
-        numbers[own] = np.arange(count, count + len(own))
-        count += len(own)
+        kept = [i for i, name in enumerate(family.members) if name not in left]
+        own, numbers = np.array(kept, dtype=np.int64), np.zeros(group.count, dtype=np.int64)
+        numbers[own] = np.arange(len(names), len(names) + len(own))
+        names += [family.members[i] for i in kept] if left else family.members
         for domain, value, which in builder.pieces(group, own) if len(own) else ():
             if isinstance(value, tuple):
                 raise Unsuited
@@ -137,4 +153,4 @@ def bonds(builder: FamilyBuilder, spec: Spec) -> Bonds | None:
             found.append(
                 Bound(domain, value, numbers[which], rows, symbols, slopes, builder.rate(value, domain))
             )
-    return Bonds(tuple(found), count) if count else None
+    return Bonds(tuple(found), names, Total(Source.TOTAL, len(names))) if names else None

@@ -54,6 +54,13 @@ class Planner:
         """The names that a section of the file declares, by family."""
         return grouped(names, self.model.families.get(section, {}))
 
+    def reactions(self) -> tuple[Mapping[str, tuple[Node, ...]], Mapping[str, str]]:
+        """The forces of constraint on particles, and why those on others are not known, by name."""
+        from lagrange_cli.mechanics.constrained.reactions import Reactions
+
+        found = Reactions(self.model)
+        return found.on_particles, found.unknown
+
     @property
     def coordinates(self) -> tuple[Family, ...]:
         """The coordinates by family."""

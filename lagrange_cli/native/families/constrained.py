@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from lagrange_cli.families.arrays import Total
+from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.restraint import Motion, Restraint
+from lagrange_cli.native.families.restraint import AtAState, Motion, Restraint
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -74,3 +74,14 @@ def copied(saddle: Tabled, rows: Sequence[int], to: Pointer) -> None:
     with f.loop(0, count(rows), tested=False) as b:
         row = gathered(saddle.emitter, saddle.base, places_at(f, b * LANES + table))
         f.store_row(Real(f, row, LANES), to, b * LANES)
+
+
+def solved_at_a_state(evaluation: Evaluation, restraint: AtAState, scratch: Pointer, to: Array) -> int:
+    """Compute the multipliers, with room at ``scratch``; the doubles that this takes."""
+    f, where = evaluation.f, evaluation.where
+    given = f, evaluation.emitter, restraint.bonds.elimination, evaluation.tables, scratch.name
+    saddle = Tabled(*given, 0)
+    saddle.factor(where(restraint.square), restraint.placed(saddle), f.variable(Bit(f, "true", 1)))
+    f.store(f.constant(0.0), where(restraint.right), restraint.count)
+    solve(saddle, restraint, where(restraint.right), where(to))
+    return saddle.end

@@ -17,7 +17,7 @@ from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
-from lagrange_cli.native.families.constrained import ConstrainedJet
+from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
@@ -25,7 +25,7 @@ from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular, vel
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Moves, Projection
-from lagrange_cli.native.families.restraint import Motion
+from lagrange_cli.native.families.restraint import AtAState, Motion
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps
@@ -89,9 +89,14 @@ class _Writer:
         self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
         self.motion = None if system.bonds is None else Motion(system, self.lasting)
         self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
+        if system.bonds is not None:
+            self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
         self.forces = self.lasting.arranged(system.forces, kept=False)
         roots = dict.fromkeys(total for total, _ in observed.values())
         self.roots = [self.lasting.arranged(total) for total in roots]
+        self.pulled = None
+        if system.bonds is not None and system.bonds.multipliers in needed(self.roots, self.slots):
+            self.pulled = AtAState(system, self.lasting)
         everyone = np.arange(self.degrees)
         force, mass = (
             self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)
@@ -292,9 +297,12 @@ class _Writer:
 
         put(self.system.q, self.degrees)
         put(self.system.v, self.degrees)
-        totals = needed(self.roots, self.slots, self.lasting.fixed)
-        for total in totals:
+        first = [] if self.pulled is None else [self.pulled.square, self.pulled.right]
+        before = needed(first, self.slots, self.lasting.fixed)
+        totals = [one for one in needed(self.roots, self.slots, self.lasting.fixed) if one not in before]
+        for total in (*before, *totals):
             put(total, total.count)
+        scratch = f.place(base, self.size, "double")
         at = {id(array): place for array, place in arrays.items()}
         runs = self.runs()
         operations = 0
@@ -304,6 +312,11 @@ class _Writer:
                     row = stride * (i + k * self.degrees if k else i) + sample
                     f.store(f.load("%states", row), at[id(array)], i)
             evaluation = self.evaluation(f, arrays, f.load("%times", sample))
+            if self.pulled is not None:
+                evaluation.write(before)
+                multipliers = self.pulled.bonds.multipliers
+                self.size += room(solved_at_a_state(evaluation, self.pulled, scratch, multipliers))
+                totals = [one for one in totals if one is not multipliers]
             evaluation.write(totals)
             for run in runs:
                 source = evaluation.where(run.total)

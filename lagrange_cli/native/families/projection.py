@@ -43,7 +43,7 @@ class Moves(Restraint):
         kicks, later = [], {}
         for b, one in enumerate(self.bounds):
             for slope, rows in zip(one.slopes, one.rows):
-                rate = self._rate(slope)
+                rate = self.rate(slope)
                 if not rate.is_zero:
                     kicks.append(Term(one.domain, -(self.own(b, self.multipliers) * rate), rows))
             slots = self.slots.inside(one.speed)
@@ -62,17 +62,6 @@ class Moves(Restraint):
         )
         self.speeds = self.on_coordinates(self.of_all(self.free), self.multipliers)
         self.loops = [self._loop(b) for b in numbers]
-
-    def _rate(self, node: Node) -> Node:
-        """The rate of what depends on coordinates and t."""
-        graph, system = self.graph, self.system
-        terms = [(graph.diff(node, system.time), 1.0)]
-        for x, slot in [*self.slots.inside(node)]:
-            if slot.array is system.q:
-                terms.append(
-                    (graph.diff(node, x) * self.slots.symbol(slot.domain, system.v, slot.table), 1.0)
-                )
-        return graph.sum(terms)
 
     def _loop(self, number: int) -> Loop:
         """What is computed of a bound before it is known whether anything moves."""

@@ -34,9 +34,13 @@ class Restraint:
         self.multipliers = Array(Source.TOTAL, self.count)
         self.rest = Array(Source.TOTAL, self.count)
         """c."""
-        self.slopes = [[Array(Source.TOTAL, one.domain.count) for _ in one.slopes] for one in self.bounds]
+        self.slopes = [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
         """A, of each bound a column for each of its coordinates."""
         self.square = self._square()
+
+    def column(self, bound: Bound, slope: Node) -> Array:
+        """A column of A, which may be computed elsewhere."""
+        return Array(Source.TOTAL, bound.domain.count)
 
     def own(self, bound: int, array: Array, places: Sequence[int] | None = None) -> Node:
         """An array at the numbers of the constraints of a bound, or at other places."""
@@ -75,6 +79,16 @@ class Restraint:
         symbols = [self.slots.symbol(one.domain, array, rows) for rows in one.rows]
         return self.graph.sum([(self.slope(bound, a) * x, 1.0) for a, x in enumerate(symbols)])
 
+    def rate(self, node: Node) -> Node:
+        """The rate of an expression of coordinates, velocities and t, without accelerations."""
+        graph, system = self.graph, self.system
+        terms = [(graph.diff(node, system.time), 1.0)]
+        for x, slot in [*self.slots.inside(node)]:
+            if slot.array is system.q:
+                speed = self.slots.symbol(slot.domain, system.v, slot.table)
+                terms.append((graph.diff(node, x) * speed, 1.0))
+        return graph.sum(terms)
+
     def _square(self) -> Total:
         """The entries of A M^-1 A^T, and behind them 0 and 1."""
         pairs, places = self.bonds.pairs
@@ -100,6 +114,22 @@ class Restraint:
         """The places of the entries that are factored."""
         known, zero = self.entries, len(self.entries)
         return saddle.entries(lambda i, j: known.get((max(i, j), min(i, j)), zero), zero + 1, zero + 1)
+
+
+class AtAState(Restraint):
+    """Those of the multipliers at one state."""
+
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
+        super().__init__(system, lasting)
+        forces = lasting.arranged(system.forces, kept=False)
+        push = self.of_all(forces) * self.of_all(lasting.inverses)
+        self.free = self.total(self.size, [Term(self.everyone, push, np.arange(self.size))])
+        self.right = self.of_bounds(
+            {b: -self.rate(one.speed) - self.along(b, self.free) for b, one in enumerate(self.bounds)}
+        )
+
+    def column(self, bound: Bound, slope: Node) -> Array:
+        return self.total(bound.domain.count, [Term(bound.domain, slope, np.arange(bound.domain.count))])
 
 
 class Motion(Restraint):
