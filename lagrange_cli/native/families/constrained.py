@@ -17,14 +17,15 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.recurrences.batches.gathering import gathered, places_at
 from lagrange_cli.native.recurrences.batches.layout import count
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 
 
 class ConstrainedJet(CorrectedJet):
     """The jet of a system with constraints."""
 
-    def __init__(self, motion: Motion, *given: Any) -> None:
+    def __init__(self, motion: Motion, tabled: SaddleTables, *given: Any) -> None:
         super().__init__(*given)
-        self.motion = motion
+        self.motion, self.tabled = motion, tabled
 
     def prepared(self) -> Sequence[Total]:
         motion = self.motion
@@ -33,9 +34,8 @@ class ConstrainedJet(CorrectedJet):
         for array in motion.arrays:
             self.planes[array] = self.take(room(array.count)), 0
         self.arrange_members(motion.locals)
-        elimination = motion.bonds.elimination
-        self.saddle = Tabled(self.f, self.emitter, elimination, self.tables, "%work", self.work)
-        self.take(room(self.saddle.end - self.work))
+        self.saddle = Tabled(self.f, self.emitter, self.tabled, "%work", self.work)
+        self.take(room(self.tabled.size))
         return totals
 
     def accelerate(
@@ -48,7 +48,7 @@ class ConstrainedJet(CorrectedJet):
         if first:
             evaluation.write([motion.square])
             regular = self.f.variable(Bit(self.f, "true", 1))
-            self.saddle.factor(self.at(motion.square, 0), motion.placed(self.saddle), regular)
+            self.saddle.factor(self.at(motion.square, 0), motion.placed(self.tabled), regular)
             self.sound = regular.get()
         evaluation.write([motion.free])
         evaluation.write([motion.right])
@@ -76,12 +76,12 @@ def copied(saddle: Tabled, rows: Sequence[int], to: Pointer) -> None:
         f.store_row(Real(f, row, LANES), to, b * LANES)
 
 
-def solved_at_a_state(evaluation: Evaluation, restraint: AtAState, scratch: Pointer, to: Array) -> int:
-    """Compute the multipliers, with room at ``scratch``; the doubles that this takes."""
+def solved_at_a_state(
+    evaluation: Evaluation, restraint: AtAState, tabled: SaddleTables, scratch: Pointer, to: Array
+) -> None:
+    """Compute the multipliers, with room at ``scratch``."""
     f, where = evaluation.f, evaluation.where
-    given = f, evaluation.emitter, restraint.bonds.elimination, evaluation.tables, scratch.name
-    saddle = Tabled(*given, 0)
-    saddle.factor(where(restraint.square), restraint.placed(saddle), f.variable(Bit(f, "true", 1)))
+    saddle = Tabled(f, evaluation.emitter, tabled, scratch.name, 0)
+    saddle.factor(where(restraint.square), restraint.placed(tabled), f.variable(Bit(f, "true", 1)))
     f.store(f.constant(0.0), where(restraint.right), restraint.count)
     solve(saddle, restraint, where(restraint.right), where(to))
-    return saddle.end

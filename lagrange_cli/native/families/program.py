@@ -8,7 +8,7 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -38,6 +38,7 @@ from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.program import Program
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.vector_stage import rests
@@ -111,6 +112,12 @@ class _Writer:
             self.place(array, count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
+
+    @cached_property
+    def tabled(self) -> SaddleTables:
+        """How multipliers are found."""
+        assert self.system.bonds is not None
+        return SaddleTables(self.system.bonds.elimination, self.tables)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -214,7 +221,7 @@ class _Writer:
         if self.balance is not None:
             return ArticulatedJet(self.balance, *given).write()
         if self.motion is not None:
-            return ConstrainedJet(self.motion, *given).write()
+            return ConstrainedJet(self.motion, self.tabled, *given).write()
         return SeriesJet(*given).write() if self.order > RATES else self.accelerations()
 
     def projection(self) -> str:
@@ -231,12 +238,11 @@ class _Writer:
             self.size += room(array.count)
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         written = Projection(
-            self.moves, self.evaluation(f, arrays, time), layout, f.place(base, self.size, "double"),
-            f.splat(low, LANES).name,
+            self.moves, self.evaluation(f, arrays, time), layout, self.tabled,
+            f.place(base, self.size, "double"), f.splat(low, LANES).name,
         )  # fmt: skip
-        text, doubles = written.text()
-        self.size += room(doubles)
-        return text
+        self.size += room(self.tabled.size)
+        return written.text()
 
     def accelerations(self) -> Jet:
         """``@jet`` without series."""
@@ -315,7 +321,8 @@ class _Writer:
             if self.pulled is not None:
                 evaluation.write(before)
                 multipliers = self.pulled.bonds.multipliers
-                self.size += room(solved_at_a_state(evaluation, self.pulled, scratch, multipliers))
+                solved_at_a_state(evaluation, self.pulled, self.tabled, scratch, multipliers)
+                self.size += room(self.tabled.size)
                 totals = [one for one in totals if one is not multipliers]
             evaluation.write(totals)
             for run in runs:

@@ -22,6 +22,7 @@ from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.numbers.kind import NumberKind, V
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.compensated import Compensated, Sum
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import StateLayout
@@ -151,6 +152,7 @@ class Projection:
     moves: Moves
     evaluation: Evaluation
     layout: StateLayout
+    tabled: SaddleTables
     scratch: Pointer
     low_time: str
 
@@ -161,8 +163,8 @@ class Projection:
             return f.place(self.evaluation.where(array), self.layout.width, "double")
         return self.evaluation.where(array)
 
-    def text(self) -> tuple[str, int]:
-        """The function's text, and the doubles of scratch that it takes."""
+    def text(self) -> str:
+        """The function's text."""
         moves, evaluation = self.moves, self.evaluation
         f = evaluation.f
         fine = f.variable(Bit(f, "true", 1))
@@ -170,20 +172,18 @@ class Projection:
         evaluation.clear(added([moves.off, moves.off_speeds, *slopes], moves.loops))
         for number, _ in enumerate(moves.bounds):
             Residuals(self, number, fine).write()
-        saddle = Tabled(
-            f, evaluation.emitter, moves.bonds.elimination, evaluation.tables, self.scratch.name, 0
-        )
+        saddle = Tabled(f, evaluation.emitter, self.tabled, self.scratch.name, 0)
         with f.when(~fine.get()):
             self._move(saddle)
         f.give()
-        return f.text(), saddle.end
+        return f.text()
 
     def _move(self, saddle: Tabled) -> None:
         moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f
         at, where, multipliers = places_of(self.layout), evaluation.where, evaluation.where(moves.multipliers)
         evaluation.write([moves.square])
         regular = f.variable(Bit(f, "true", 1))
-        saddle.factor(where(moves.square), moves.placed(saddle), regular)
+        saddle.factor(where(moves.square), moves.placed(self.tabled), regular)
         with f.when(regular.get()):
             for right, total in ((moves.right, moves.moved), (moves.right_speeds, moves.speeds)):
                 if total is moves.speeds:

@@ -18,7 +18,7 @@ from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.recurrences.batches.saddle import Tabled
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 
 
 class Restraint:
@@ -110,7 +110,7 @@ class Restraint:
         """Where entries are in the square."""
         return {(i, j): k for k, (i, j) in enumerate(self.bonds.pairs[1].tolist())}
 
-    def placed(self, saddle: Tabled) -> Mapping[str, Sequence[int]]:
+    def placed(self, saddle: SaddleTables) -> Mapping[str, Sequence[int]]:
         """The places of the entries that are factored."""
         known, zero = self.entries, len(self.entries)
         return saddle.entries(lambda i, j: known.get((max(i, j), min(i, j)), zero), zero + 1, zero + 1)
