@@ -103,6 +103,18 @@ class State:
         with np.errstate(all="ignore"):
             return bool(np.abs(direction @ forces) <= ROUNDED * (np.abs(direction) @ sizes))
 
+    def allows(self, direction: Values) -> bool:
+        """Whether constraints stay as they are in a direction."""
+        bonds = self.system.bonds
+        for bound in bonds.bounds if bonds else ():
+            terms = [
+                self.values.node(slope) * direction[rows] for slope, rows in zip(bound.slopes, bound.rows)
+            ]
+            total, size = np.sum(terms, axis=0), np.sum(np.abs(terms), axis=0)
+            if np.any(np.abs(total) > ROUNDED * size):
+                return False
+        return True
+
 
 @dataclass(frozen=True)
 class Constants:
@@ -121,13 +133,16 @@ def constants_of(system: FamilySystem) -> Constants:
             straight = ~curved(system.slots.graph, system.joints, system.q.count)
         free = straight & np.all([np.abs(one.slopes) <= ROUNDED * one.slope_sizes for one in states], axis=0)
         idle = np.all([np.abs(one.applied) <= ROUNDED * one.applied_sizes for one in states], axis=0)
-        names = names_of(system.spec.coordinates)
+        names, constrained = names_of(system.spec.coordinates), system.bonds is not None
+        for bound in system.bonds.bounds if system.bonds else ():
+            for rows in bound.rows:
+                idle[rows] = False
         kept = free & idle
-        found = [kept_momentum(names[k], constrained=False) for k in np.flatnonzero(kept).tolist()]
+        found = [kept_momentum(names[k], constrained=constrained) for k in np.flatnonzero(kept).tolist()]
         idle_power = all(one.vanishes(one.v, applied=True, inside=False) for one in states)
-        if system.steady_potential and idle_power:
+        if system.steady_potential and system.steady_bonds and idle_power:
             fixed = "positions" if system.spec.lagrangian is None else ""
-            found.append(kept_energy(applied=system.driven, constrained=False, fixed=fixed))
+            found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
         found += further(system, states, kept)
     return Constants(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
 
@@ -145,7 +160,7 @@ def further(system: FamilySystem, states: Sequence[State], kept: NDArray[np.bool
                 continue
             if trial.quantity in known or any(follows(pairs, one) for one in known.values()):
                 continue
-        if not all(state.vanishes(one, applied=True) for one, state in pairs):
+        if not all(state.vanishes(one, applied=True) and state.allows(one) for one, state in pairs):
             continue
         constant = trial.quantity.startswith("P")
         if constant and all(np.all(kept[np.flatnonzero(one)]) for one, _ in pairs):
@@ -165,13 +180,15 @@ def follows(pairs: Sequence[tuple[Values, State]], known: Sequence[Values]) -> b
 
 def unchanged(system: FamilySystem, *, idle: bool) -> str:
     """The end of a sentence on a displacement that leaves the equations as they are."""
+    compatible = ", and is compatible with the constraints" if system.bonds else ""
     if system.spec.lagrangian is not None:
-        return "leaves the equations of motion unchanged" if system.driven else "leaves L unchanged"
+        whole = "leaves the equations of motion unchanged" if system.driven else "leaves L unchanged"
+        return whole + compatible
     if not system.driven:
-        return "changes neither T nor U"
+        return f"changes neither T nor U{compatible}"
     if idle:
-        return "changes neither T nor U, and the other forces do no work in it"
-    return "leaves T unchanged, and U changes by the work of the other forces"
+        return f"changes neither T nor U, and the other forces do no work in it{compatible}"
+    return f"leaves T unchanged, and U changes by the work of the other forces{compatible}"
 
 
 def trials(system: FamilySystem) -> Iterator[Trial]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slots, Total
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
+from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import names_of
@@ -71,11 +73,43 @@ class FamilySystem:
     centres: Sequence[Total] = ()
     """The sums of m x, m y and so on, likewise."""
     loads: Sequence[Total] = ()
+    bonds: Bonds | None = None
+    """The constraints, where M is diagonal."""
+
+    @cached_property
+    def reactions(self) -> Mapping[str, Sequence[Total]] | None:
+        """The forces of constraint on the particles of each family; None where they are not determined."""
+        assert self.bonds is not None
+        moved = np.concatenate([one.rows for one in self.components] or [np.zeros(0, dtype=np.int64)])
+        if self.spec.lagrangian is not None or len(np.unique(moved)) < len(moved):
+            return None
+        slots, multipliers = self.slots, self.bonds.multipliers
+        terms = []
+        for b, a in self.bonds.pulls:
+            bound = self.bonds.bounds[b]
+            multiplier = slots.symbol(bound.domain, multipliers, bound.numbers)
+            terms.append(Term(bound.domain, bound.slopes[a] * multiplier, bound.rows[a]))
+        pull = Total(Source.TOTAL, self.q.count, tuple(terms))
+        found = {}
+        for name, axes in self.positions.items():
+            parts: list[list[Term]] = [[] for _ in axes]
+            for one in self.components:
+                if one.family == name:
+                    force = slots.symbol(one.domain, pull, one.rows) / one.slope
+                    parts[one.axis].append(Term(one.domain, force, one.members))
+            found[name] = [Total(Source.TOTAL, axes[0].count, tuple(some)) for some in parts]
+        return found
 
     @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
-        return self.steady_potential and not self.depends_on_time((*self.needed, self.forces, *self.loads))
+        given = *self.needed, self.forces, *self.loads
+        return self.steady_potential and self.steady_bonds and not self.depends_on_time(given)
+
+    @property
+    def steady_bonds(self) -> bool:
+        """Whether constraints do not depend on time explicitly."""
+        return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
 
     @property
     def steady_potential(self) -> bool:
@@ -106,8 +140,9 @@ class FamilySystem:
 
     @property
     def force_nodes(self) -> list[Node]:
-        """The expressions that forces are made of."""
-        return [one.node for total in self.acting for one in total.terms]
+        """The expressions that forces are made of, and constraints."""
+        bound = self.bonds.nodes if self.bonds else ()
+        return [*(one.node for total in self.acting for one in total.terms), *bound]
 
     @property
     def conserved(self) -> tuple[str, ...]:
@@ -117,6 +152,9 @@ class FamilySystem:
             acted[term.targets] = True
         for one in self.joints.joints if self.joints else ():
             for rows in one.rows:
+                acted[rows] = True
+        for bound in self.bonds.bounds if self.bonds else ():
+            for rows in bound.rows:
                 acted[rows] = True
         names = names_of(self.spec.coordinates)
         momenta = [f"p_{names[k]}" for k in np.flatnonzero(~acted).tolist()]

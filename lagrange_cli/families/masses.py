@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
@@ -15,8 +16,11 @@ from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.spec.spec import Spec, grouped
 
 
-def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
-    """The components of all particles that move. Each contains one coordinate at most, linearly."""
+def components(
+    builder: FamilyBuilder, spec: Spec
+) -> Iterator[tuple[tuple[str, int], Places, Domain, Node, Node]]:
+    """The components of the places of all particles, of those together that are alike: the family and axis,
+    which members, the expression, and the mass, which is a constant."""
     families = grouped(spec.embedding, particle_families(spec))
     for family in families:
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
@@ -27,17 +31,23 @@ def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
             if not fixed(builder, mass):
                 raise Unsuited
             for axis, x in enumerate(position if isinstance(position, tuple) else (position,)):
-                if x.symbols & builder.time.symbols:
-                    raise Unsuited
-                inside = [(s, slot) for s, slot in builder.slots.inside(x) if slot.array is not builder.given]
-                inside = [(s, slot) for s, slot in inside if slot.array is not builder.whole]
-                if len(inside) > 1 or any(slot.array is not builder.q for _, slot in inside):
-                    raise Unsuited
-                for symbol, slot in inside:
-                    slope = builder.graph.diff(x, symbol)
-                    if not fixed(builder, slope):
-                        raise Unsuited
-                    yield Component(family.name, axis, which, domain, slot.table, mass, slope)
+                yield (family.name, axis), which, domain, x, mass
+
+
+def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
+    """The components of all particles that move. Each contains one coordinate at most, linearly."""
+    for (family, axis), which, domain, x, mass in components(builder, spec):
+        if x.symbols & builder.time.symbols:
+            raise Unsuited
+        inside = [(s, slot) for s, slot in builder.slots.inside(x) if slot.array is not builder.given]
+        inside = [(s, slot) for s, slot in inside if slot.array is not builder.whole]
+        if len(inside) > 1 or any(slot.array is not builder.q for _, slot in inside):
+            raise Unsuited
+        for symbol, slot in inside:
+            slope = builder.graph.diff(x, symbol)
+            if not fixed(builder, slope):
+                raise Unsuited
+            yield Component(family, axis, which, domain, slot.table, mass, slope)
 
 
 def fixed(builder: FamilyBuilder, node: Node) -> bool:

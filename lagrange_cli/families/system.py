@@ -21,6 +21,7 @@ from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.articulation import articulation, centres
+from lagrange_cli.families.bonds import bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
@@ -35,7 +36,9 @@ FEWEST = 1000
 """Terms of all sums below which members are written out."""
 FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
-UNKNOWN = "constraints", "nonholonomic", "bodies", "events", "replaced"
+FEWEST_BOUND = 75
+"""Constraints below which they are, too."""
+UNKNOWN = "nonholonomic", "bodies", "events", "replaced"
 """Parts of a system that are derived member by member."""
 
 _LATEST: list[tuple[Spec, FamilySystem | None]] = []
@@ -46,9 +49,10 @@ def family_system(spec: Spec) -> FamilySystem | None:
     """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
     who goes through its members finds what."""
     found = any_family_system(spec)
-    if found is not None and found.terms < FEWEST and not (found.joints and found.joints.count):
-        return None
-    return found
+    if found is None or (found.joints and found.joints.count):
+        return found
+    few = found.terms < FEWEST if found.bonds is None else found.bonds.count < FEWEST_BOUND
+    return None if few else found
 
 
 def any_family_system(spec: Spec) -> FamilySystem | None:
@@ -68,9 +72,7 @@ def any_family_system(spec: Spec) -> FamilySystem | None:
 def without_constraints(spec: Spec) -> FamilySystem | None:
     """The system that a file with constraints describes without them, if it is of this kind and its
     coordinates are places of particles."""
-    if any(getattr(spec, part) for part in UNKNOWN if part != "constraints"):
-        return None
-    found = any_family_system(replace(spec, constraints={}))
+    found = any_family_system(replace(spec, constraints={}, left_out=()))
     return None if found is None or found.joints is not None else found
 
 
@@ -79,7 +81,7 @@ def made(spec: Spec) -> FamilySystem:
     try:
         return separate(spec)
     except (Unsuited, Differ):
-        if spec.lagrangian is not None or len(spec.coordinates) < FEWEST_JOINTED:
+        if spec.lagrangian is not None or spec.constraints or len(spec.coordinates) < FEWEST_JOINTED:
             raise
     return articulated(spec)
 
@@ -118,10 +120,13 @@ def separate(spec: Spec) -> FamilySystem:
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
     momenta = total_of(builder.q.count, [Term(everyone, mass * speed, np.arange(builder.q.count))], graph)
     used = [total for total in builder.totals if total not in (masses, energy)]
+    bound = bonds(builder, spec)
+    if bound is not None:
+        bound.elimination  # noqa: B018 - refuses what is coupled to too much
     return described(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, applied=total_of(builder.q.count, terms, graph), potential=potential,
-        kinetic=kinetic, momenta=momenta, components=components,
+        kinetic=kinetic, momenta=momenta, components=components, bonds=bound,
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
@@ -18,7 +18,7 @@ from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.defect import hides
-from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.model.model import Constraint, Model, Particle
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.motions import RATES
@@ -36,16 +36,24 @@ if TYPE_CHECKING:
 
 OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved"})
 """The outputs that can be computed with families; others go through the members."""
+OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
+"""Those that systems with constraints have besides."""
 Element = tuple[Total, int]
 """A number: the total that contains it, and its place there."""
 
 
 def suits(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the system can be followed as one of families, and no force hides."""
-    if not OUTPUTS.issuperset(outputs):
+    if not known(spec, outputs):
         return False
     system = family_system(spec)
-    return system is not None and not narrow(system) and not mixed(system)
+    return system is not None and system.bonds is None and not narrow(system) and not mixed(system)
+
+
+def known(spec: Spec, outputs: Collection[str]) -> bool:
+    """Whether the outputs can be computed with families."""
+    constrained = bool(spec.constraints) and not spec.left_out
+    return (OUTPUTS | OF_CONSTRAINTS if constrained else OUTPUTS).issuperset(outputs)
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
@@ -57,10 +65,12 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if compilation.portable or compilation.backward or compilation.proven or compilation.section:
         return None
-    if compilation.factor is not None or not compilation.outputs <= OUTPUTS:
+    if compilation.factor is not None or not known(spec, compilation.outputs):
         return None
     system = family_system(spec)
     if system is None or (needs is Needs.SERIES and narrow(system)):
+        return None
+    if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
     return None if needs is Needs.STEPS and mixed(system) else system
 
@@ -76,6 +86,9 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
     said = ["families are not expanded: the code has a loop over the members of each"]
     if system.joints is None:
         said.append("the mass matrix is diagonal and contains parameters only: it is computed once per run")
+        if system.bonds is not None:
+            entries = system.bonds.elimination.entries
+            said.append(f"multipliers are found from a sparse matrix, whose factor has {entries} entries")
     else:
         said.append(
             "the accelerations are found along chains and trees, from their tips to their roots and back"
@@ -145,12 +158,28 @@ class FamilyPlanner(Planner):
         found = constants_of(system).conserved
         return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
 
+    def reactions(self) -> tuple[Mapping[str, tuple[Any, ...]], Mapping[str, str]]:
+        system = self.residual.system  # type: ignore[attr-defined]
+        found = {}
+        for family in self.families("embedding", [one.name for one in self.model.particles]):
+            for i, name in enumerate(family.members):
+                found[name] = tuple((one, i) for one in system.reactions[family.name])
+        return found, {}
+
 
 @dataclass(frozen=True)
 class Described:
     """What the planner asks of a residual."""
 
     system: FamilySystem
+
+    @property
+    def contacts(self) -> tuple[()]:
+        """Bodies that may rest on each other: none."""
+        return ()
+
+    bent = False
+    """Whether forces depend on multipliers."""
 
     @property
     def conserved(self) -> tuple[Conserved, ...]:
@@ -179,7 +208,15 @@ class Described:
             dissipation=None,
             observables=dict(system.observables),
             families=spec.families,
+            constraints=tuple(self.constraints()),
         )
+
+    def constraints(self) -> Iterator[Constraint[Any]]:
+        """What should be 0, and the multipliers."""
+        bonds = self.system.bonds
+        for i, name in enumerate(bonds.names if bonds else ()):
+            assert bonds is not None
+            yield Constraint(name, (bonds.values, i), (bonds.multipliers, i), holonomic=True)
 
     def particles(self) -> list[tuple[tuple[Total, ...], Sequence[str]]]:
         """The positions of each family of particles, and the members' names."""

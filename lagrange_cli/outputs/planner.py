@@ -54,6 +54,13 @@ class Planner:
         """The names that a section of the file declares, by family."""
         return grouped(names, self.model.families.get(section, {}))
 
+    def reactions(self) -> tuple[Mapping[str, tuple[Node, ...]], Mapping[str, str]]:
+        """The forces of constraint on particles, and why those on others are not known, by name."""
+        from lagrange_cli.mechanics.constrained.reactions import Reactions
+
+        found = Reactions(self.model)
+        return found.on_particles, found.unknown
+
     @property
     def coordinates(self) -> tuple[Family, ...]:
         """The coordinates by family."""
@@ -64,7 +71,8 @@ class Planner:
         """The constraints by family."""
         names = [one.name for one in (*self.model.constraints, *self.model.redundant)]
         if self.model.spec is not None:  # in the file's order, whichever depend on others
-            names.sort(key=[*self.model.spec.all_constraints].index)
+            order = {name: i for i, name in enumerate(self.model.spec.all_constraints)}
+            names.sort(key=order.__getitem__)
         families = self.model.families
         return grouped(names, {**families.get("nonholonomic", {}), **families.get("constraints", {})})
 

@@ -127,8 +127,8 @@ def derive_families(
 
     with stage("derive"), located(spec):
         small = small or len(spec.coordinates) >= MANY
-        if spec.constraints and small:
-            system = without_constraints(spec)
+        if spec.constraints:
+            system = without_constraints(spec) if small else None
         else:
             system = any_family_system(spec) if small else family_system(spec)
         if system is None:

@@ -93,8 +93,17 @@ def in_doubles(spec: Spec, values: Values, t: float, given: Collection[str], *, 
     from lagrange_cli.model.start.search import Given
     from lagrange_cli.spec.values import left_open
 
-    free = open_numbers(spec, left_open(spec, given))
-    return consistent(spec, values.parameters, Given(t, values.q, values.v, *free, forced))
+    begin = Given(t, values.q, values.v, *open_numbers(spec, left_open(spec, given)), forced)
+    if spec.families.get("constraints"):
+        from lagrange_cli.families.consistency import WholeEquations, satisfied, whole
+
+        found = whole(spec)
+        if found is not None:
+            equations = WholeEquations(found, spec, values.parameters)
+            return satisfied(equations, begin) or consistent(
+                spec, values.parameters, begin, equations=equations
+            )
+    return consistent(spec, values.parameters, begin)
 
 
 def in_many_digits(
@@ -146,7 +155,9 @@ def refined(
 
 def open_numbers(spec: Spec, names: Collection[str]) -> tuple[frozenset[int], frozenset[int]]:
     """The numbers of the coordinates, and of the velocities, that have these names."""
-    coordinates = [one.name for one in spec.coordinates]
+    from lagrange_cli.spec.content import names_of
+
+    coordinates = [*names_of(spec.coordinates)]
     return (
         frozenset(k for k, name in enumerate(coordinates) if name in names),
         frozenset(k for k, name in enumerate(coordinates) if velocity_name(name) in names),

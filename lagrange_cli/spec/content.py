@@ -155,6 +155,16 @@ def names_of(section: Sequence[Any]) -> SectionNames:
     return SectionNames(section)
 
 
+def named_alike(section: Sequence[Any]) -> Iterator[tuple[Any, list[str]]]:
+    """Its items with their names; of members of a family that are written alike, one with all names."""
+    for one in groups_of(section):
+        if isinstance(one, WrittenFamily):
+            for part in one.parts:
+                yield part.item, [*one.names_of_part(part)]
+        else:
+            yield one, [one.name]
+
+
 def bases_of(names: Iterable[str]) -> Iterable[str]:
     """The names, each family once where they are those of a whole section."""
     if isinstance(names, SectionNames):

@@ -216,7 +216,7 @@ class Spec:
     @property
     def all_constraints(self) -> Mapping[str, Expression]:
         """Holonomic and nonholonomic ones."""
-        return {**self.constraints, **self.nonholonomic}
+        return {**self.constraints, **self.nonholonomic} if self.nonholonomic else self.constraints
 
     @property
     def moving(self) -> Iterator[Expression]:

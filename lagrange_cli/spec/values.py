@@ -9,7 +9,7 @@ from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.content import groups_by_name, groups_of
+from lagrange_cli.spec.content import groups_by_name, groups_of, named_alike
 from lagrange_cli.spec.evaluation import Evaluation
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Coordinate, Expression, Inertia, Spec
@@ -54,8 +54,12 @@ def left_open(spec: Spec, given: Iterable[str]) -> frozenset[str]:
     from lagrange_cli.spec.settable import settable
 
     named = {settable(spec, name, f"--set {name}") for name in given}
-    found = {one.name for one in spec.coordinates if one.initial is None}
-    found |= {velocity_name(one.name) for one in spec.coordinates if one.velocity is None}
+    found = set[str]()
+    for item, names in named_alike(spec.coordinates):
+        if item.initial is None:
+            found.update(names)
+        if item.velocity is None:
+            found.update(map(velocity_name, names))
     return frozenset(found - named)
 
 

@@ -14,7 +14,7 @@ from lagrange_cli.model.start.generic import faint, in_general, refuse_constants
 from lagrange_cli.model.start.linear import independent
 from lagrange_cli.model.start.nearest import ROUND
 from lagrange_cli.model.start.places import places
-from lagrange_cli.model.start.search import Generic, Given, Search
+from lagrange_cli.model.start.search import Evaluated, Generic, Given, Search
 from lagrange_cli.model.start.speeds import speeds
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec
@@ -54,18 +54,23 @@ class Start:
 
 
 def consistent(
-    spec: Spec, parameters: Mapping[str, Any], given: Given, exact: Any = None, generic: Generic | None = None
+    spec: Spec,
+    parameters: Mapping[str, Any],
+    given: Given,
+    exact: Any = None,
+    generic: Generic | None = None,
+    equations: Evaluated | None = None,
 ) -> Start:
     """The consistent start. With an ``exact`` module of mpmath numbers have many digits.
 
     ``generic`` is what is known already, from a search in doubles, whose values the coordinates that are not
-    given have.
+    given have. ``equations`` give the constraints and masses; by default, they are evaluated one by one.
 
     Raises:
         SpecError: the constraints contradict each other, or values that are too far off; several closures
             are left; a coordinate is left without a value.
     """
-    search = Search(spec, parameters, given, exact, generic)
+    search = Search(spec, parameters, given, exact, generic, equations)
     refuse_constants(search)
     q = places(search)
     scale, masses = search.metric(q)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.model import sparse
 from lagrange_cli.model.start.equations import Masses, Row
 from lagrange_cli.records import dataclass
 
@@ -27,6 +28,10 @@ APART = 1e-5
 """The same at states that are not known exactly."""
 CLEAR = 1e-4
 """The square of this sine, from which on no closer look is needed."""
+DENSE = 100
+"""Constraints up to which matrices are full."""
+FILLED = 200
+"""Numbers for each of more constraints, up to which they are sparse."""
 
 
 def scattered(number: int, count: int) -> list[float]:
@@ -68,19 +73,36 @@ def independent(
     scaled = [{k: float(a) * scale[k] for k, a in row.items()} for row in rows]
     norms, least = steepness(rows, scale), [sine * x for x in typical] or [0.0] * len(rows)
     kept = [i for i, norm in enumerate(norms) if least[i] < norm < math.inf]
-    if not kept:
-        return []
     unit = [{k: a / norms[i] for k, a in scaled[i].items()} for i in kept]
+    if len(kept) <= DENSE:
+        return [kept[i] for i in leading_dense(unit, sine)]
+    matrix = sparse.products(unit, unit)
+    found: list[int] = []
+    for part in sparse.parts_of(matrix):
+        factors = sparse.factored(sparse.within(matrix, part), FILLED * len(part))
+        if factors is not None and min(factors.pivots) > CLEAR:
+            found += [kept[i] for i in part]
+            continue
+        mine = [unit[i] for i in part]
+        chosen = leading_dense(mine, sine) if len(part) <= DENSE else sparse.leading(mine, sine, CLEAR)
+        found += [kept[part[i]] for i in chosen]
+    return sorted(found)
+
+
+def leading_dense(unit: Sequence[Mapping[int, float]], sine: float) -> list[int]:
+    """The rows of norm 1 that do not depend on earlier ones."""
+    if not unit:
+        return []
     try:
         pivots = np.diag(np.linalg.cholesky(products(unit, unit))) ** 2
         if pivots.min() > CLEAR:
-            return kept
+            return [*range(len(unit))]
     except np.linalg.LinAlgError:
         pass
     places = {k: place for place, k in enumerate(sorted({k for row in unit for k in row}))}
     basis = np.zeros((min(len(unit), len(places)), len(places)))
     found: list[int] = []
-    for i, row in zip(kept, unit):
+    for i, row in enumerate(unit):
         rest = np.zeros(len(places))
         rest[[places[k] for k in row]] = list(row.values())
         done = basis[: len(found)]
@@ -99,12 +121,16 @@ def coupled(rows: Sequence[Row], kept: Sequence[int], scale: Sequence[float]) ->
         {k: float(a) * scale[k] / (norm or 1.0) for k, a in row.items()}
         for row, norm in zip(rows, steepness(rows, scale))
     ]
-    mine = [unit[i] for i in kept]
-    rest = [i for i in range(len(rows)) if i not in kept]
-    if not rest:
-        return ()
-    shares = least_squares(products(mine, mine), products(mine, [unit[i] for i in rest]))
-    return tuple(sorted([*rest, *(i for i, row in zip(kept, shares) if np.abs(row).max() > APART)]))
+    among = {*kept}
+    rest = [i for i in range(len(rows)) if i not in among]
+    found = [*rest]
+    for part in sparse.parts_of(sparse.products(unit, unit)) if rest else ():
+        others, mine = [i for i in part if i not in among], [i for i in part if i in among]
+        if others and mine:
+            own = [unit[i] for i in mine]
+            shares = least_squares(products(own, own), products(own, [unit[i] for i in others]))
+            found += [i for i, row in zip(mine, shares) if np.abs(row).max() > APART]
+    return tuple(sorted(found))
 
 
 def products(rows: Sequence[Row], others: Sequence[Row]) -> Array:
@@ -153,7 +179,7 @@ class Shortest:
             weighted = [{k: a / diagonal[k] for k, a in row.items()} for row in rows]
             alone = {j: g.get(j, 0.0) / m for j, m in diagonal.items()}
             rest = [x - sum(a * alone[k] for k, a in row.items()) for row, x in zip(rows, r)]
-            mu = solved(products(rows, weighted), np.array(rest))
+            mu = of_products(rows, weighted, rest)
             for row, x in zip(weighted, mu):
                 for k, a in row.items():
                     alone[k] += a * x
@@ -191,14 +217,49 @@ def damped(
     Marquardt, damped by the square of the values (J. Fan and Y. Yuan, Computing 74, 2005)."""
     norms = [x or 1.0 for x in steepness(rows, scale)]
     matrix = [{k: float(a) * scale[k] / norm for k, a in row.items()} for row, norm in zip(rows, norms)]
-    right = np.array([-value / norm for value, norm in zip(values, norms)])
-    square = products(matrix, matrix)
-    square[np.diag_indices(len(rows))] += max(damping * float(right @ right), 1e-30)
+    right = [-value / norm for value, norm in zip(values, norms)]
+    least = max(damping * sum(x * x for x in right), 1e-30)
     found: dict[int, float] = {}
-    for row, x in zip(matrix, solved(square, right)):
+    for row, x in zip(matrix, of_products(matrix, matrix, right, least)):
         for k, a in row.items():
             found[k] = found.get(k, 0.0) + scale[k] * a * x
     return found
+
+
+def of_products(
+    rows: Sequence[Mapping[int, float]],
+    others: Sequence[Mapping[int, float]],
+    right: Sequence[float],
+    more: float = 0.0,
+) -> list[float]:
+    """The solution for the scalar products of rows with others, ``more`` of them with themselves."""
+    if len(rows) <= DENSE:
+        square = products(rows, others)
+        square[np.diag_indices(len(rows))] += more
+        return solved(square, np.array(right))
+    matrix = sparse.products(rows, others)
+    for i, row in enumerate(matrix):
+        row[i] = row.get(i, 0.0) + more
+    found = [0.0] * len(rows)
+    for part in sparse.parts_of(matrix):
+        mine, of = sparse.within(matrix, part), [right[i] for i in part]
+        for i, x in zip(part, solved_sparsely(mine, of)):
+            found[i] = x
+    return found
+
+
+def solved_sparsely(matrix: sparse.Matrix, right: Sequence[float]) -> list[float]:
+    """``solved`` for a sparse matrix."""
+    factors = sparse.factored(matrix, FILLED * len(matrix)) if len(matrix) > DENSE else None
+    if factors is not None:
+        found = factors.solve(right)
+        off = [sum(a * found[k] for k, a in row.items()) - x for row, x in zip(matrix, right)]
+        if max(map(abs, off)) <= 1e-6 * max(map(abs, right)):
+            return found
+    full = np.zeros((len(matrix), len(matrix)))
+    for i, row in enumerate(matrix):
+        full[i, [*row]] = [*row.values()]
+    return solved(full, np.array(right))
 
 
 def solved(matrix: Array, right: Array) -> list[float]:

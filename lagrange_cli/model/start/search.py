@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.model.start.equations import Equations, Masses, Rates
@@ -13,6 +13,7 @@ from lagrange_cli.model.start.nearest import LONG_ROUND, NEAR, ROUND, Values
 from lagrange_cli.model.start.report import Refusal
 from lagrange_cli.model.start.unit_quaternions import normalized
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
 
 SLIGHTLY = 1e-6
@@ -45,19 +46,32 @@ class Generic:
     coupled: tuple[int, ...] = ()
 
 
+class Evaluated(Protocol):
+    """The constraints and the masses of a system, at any state (see ``Equations``)."""
+
+    def at(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Rates: ...
+    def masses(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Masses: ...
+
+
 class Search:
     """One search for a consistent start: numbers of the constraints, and how large each is in general."""
 
     def __init__(
-        self, spec: Spec, parameters: Mapping[str, Any], given: Given, exact: Any, generic: Generic | None
+        self,
+        spec: Spec,
+        parameters: Mapping[str, Any],
+        given: Given,
+        exact: Any,
+        generic: Generic | None,
+        equations: Evaluated | None = None,
     ) -> None:
         self.spec, self.written, self.exact = spec, given, exact
         q, v, self.normalized = normalized(spec, given.q, given.v, given.open_q, SLIGHTLY)
         self.given = replace(given, q=q, v=v)
-        self.equations = Equations(spec, parameters, exact)
+        self.equations = equations or Equations(spec, parameters, exact)
         self.parameters, self.known = parameters, generic
         self.names = [*spec.all_constraints]
-        self.coordinates = [one.name for one in spec.coordinates]
+        self.coordinates = [*names_of(spec.coordinates)]
         self.unit = ROUND if exact is None else LONG_ROUND
         self.refusal = Refusal(spec)
         self._measured: tuple[tuple[Any, ...], list[float], Masses] = ((), [], Masses({}))

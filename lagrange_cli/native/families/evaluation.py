@@ -204,10 +204,19 @@ class Writer:
         added: Additions,
     ) -> None:
         """Eight members, from the ``j``-th one of the row on."""
-        f, evaluation, strides = self.f, self.evaluation, self.rows.strides
+        f, evaluation = self.f, self.evaluation
         lanes = ", ".join(f"i64 {lane}" for lane in range(LANES))
         inside: Bit = f.splat(j, LANES) + Integer(f, f"<{lanes}>", LANES) < f.splat(length, LANES)
-        known: dict[Node, str | None] = {**evaluation.known, **fixed}
+        known = {**evaluation.known, **fixed, **self.changing(bases, j)}
+        values = [
+            Real(f, evaluation.emitter.written(one), LANES) for one in self.of_eight(known, bases, j, inside)
+        ]
+        added.add(values, inside, j, self.looked_up)
+
+    def changing(self, bases: Sequence[Integer], j: Integer) -> dict[Node, str | None]:
+        """The slots of eight members that are not the same in all of a row."""
+        f, evaluation, strides = self.f, self.evaluation, self.rows.strides
+        known: dict[Node, str | None] = {}
         for (symbol, slot), i in zip(self.used.items(), self.number):
             base = evaluation.where(slot.array)
             if strides[i] == 1:
@@ -215,8 +224,13 @@ class Writer:
             elif strides[i] is None:
                 found = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
                 known[symbol] = self.scaled(slot.array, Real(f, found, LANES)).name
-        values = [Real(f, evaluation.emitter.written(one), LANES) for one in self.values(known, j)]
-        added.add(values, inside, j, self.looked_up)
+        return known
+
+    def of_eight(
+        self, known: dict[Node, str | None], bases: Sequence[Integer], j: Integer, inside: Bit
+    ) -> list[str | None]:
+        """Their terms; those of members ``inside`` the row count."""
+        return self.values(known, j)
 
     def scaled(self, array: Array, value: Real) -> Real:
         """Numbers of an array, as the evaluation multiplies them."""

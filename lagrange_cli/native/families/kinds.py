@@ -9,25 +9,11 @@ import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.families.arrays import Array, Source, Term, Total
 from lagrange_cli.families.joints import Joints
 from lagrange_cli.mechanics.matrices import determinant
+from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.node_arrays import NodeArrays, array
-from lagrange_cli.records import dataclass
-
-
-@dataclass(frozen=True, eq=False)
-class Local:
-    """What the series of the joints of one kind give: terms, and the arrays that they are added to.
-    ``coordinates`` are the symbols of q and ``unknowns`` those of R; ``change`` has those of q_ddot, when
-    it is known. The last ``slopes`` terms are those of J, which order 0 has."""
-
-    domain: Domain
-    terms: Sequence[tuple[Term, Array]]
-    slopes: int
-    coordinates: Sequence[Node]
-    unknowns: Sequence[Node]
-    change: Sequence[Node]
 
 
 class Kind:

@@ -8,7 +8,7 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -17,12 +17,15 @@ from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.projection import Moves, Projection
+from lagrange_cli.native.families.restraint import AtAState, Motion
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps
@@ -37,10 +40,11 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.program import Program
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.vector_stage import rests
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
@@ -86,9 +90,16 @@ class _Writer:
         for total in system.totals:
             self.lasting.arranged(total)
         self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
+        self.motion = None if system.bonds is None else Motion(system, self.lasting)
+        self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
+        if system.bonds is not None:
+            self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
         self.forces = self.lasting.arranged(system.forces, kept=False)
         roots = dict.fromkeys(total for total, _ in observed.values())
         self.roots = [self.lasting.arranged(total) for total in roots]
+        self.pulled = None
+        if system.bonds is not None and system.bonds.multipliers in needed(self.roots, self.slots):
+            self.pulled = AtAState(system, self.lasting)
         everyone = np.arange(self.degrees)
         force, mass = (
             self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)
@@ -103,6 +114,12 @@ class _Writer:
             self.place(array, count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
+
+    @cached_property
+    def tabled(self) -> SaddleTables:
+        """How multipliers are found."""
+        assert self.system.bonds is not None
+        return SaddleTables(self.system.bonds.elimination, self.tables)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -132,7 +149,8 @@ class _Writer:
         interface = Interface(
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
-            guards=(), limits=(), events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(),
+            guards=(), limits=(), events=(), changed=(), affected=(), masses=(),
+            constraints=0 if self.motion is None else self.motion.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
@@ -146,12 +164,12 @@ class _Writer:
         lengths = Lengths(
             self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width, floor=floor
         )
-        if self.order > RATES and self.balance is None:
+        if self.order > RATES and self.balance is None and self.motion is None:
             first, term = velocity_planes(self.degrees)
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
         given = Given(
-            interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady,
-            floors=floors,
+            interface.inner, work, self.tolerance, (None, None, None), None, project=self.projection(),
+            timed=not self.system.steady, floors=floors,
         )  # fmt: skip
         if self.scheme:
             work, steps = on_rates(scheme, lengths, given, partial(of_families, self.system))
@@ -159,7 +177,7 @@ class _Writer:
         elif self.order > RATES:
             kind = VelocitySteps if lengths.followers else FamilySteps
             parts.append(advance(kind(lengths, given)))
-        if self.order > RATES or self.balance is not None:
+        if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         parts.append(accelerate(lengths))
         observe, counted = self.observe()
@@ -204,7 +222,29 @@ class _Writer:
         given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
         if self.balance is not None:
             return ArticulatedJet(self.balance, *given).write()
+        if self.motion is not None:
+            return ConstrainedJet(self.motion, self.tabled, *given).write()
         return SeriesJet(*given).write() if self.order > RATES else self.accelerations()
+
+    def projection(self) -> str:
+        """``@project``, if there are constraints; its arrays are the next ones."""
+        if self.moves is None:
+            return ""
+        f, layout = Function("define void @project(ptr %constants, ptr %state) #0"), self.layout
+        base = self.scratch(f)
+        arrays: dict[Array, Pointer] = {
+            self.system.q: f.pointer("%state"), self.system.v: f.place("%state", self.degrees, "double")
+        }  # fmt: skip
+        for array in self.moves.arrays:
+            arrays[array] = f.place(base, self.size, "double")
+            self.size += room(array.count)
+        time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        written = Projection(
+            self.moves, self.evaluation(f, arrays, time), layout, self.tabled,
+            f.place(base, self.size, "double"), f.splat(low, LANES).name,
+        )  # fmt: skip
+        self.size += room(self.tabled.size)
+        return written.text()
 
     def accelerations(self) -> Jet:
         """``@jet`` without series."""
@@ -265,9 +305,12 @@ class _Writer:
 
         put(self.system.q, self.degrees)
         put(self.system.v, self.degrees)
-        totals = needed(self.roots, self.slots, self.lasting.fixed)
-        for total in totals:
+        first = [] if self.pulled is None else [self.pulled.square, self.pulled.right]
+        before = needed(first, self.slots, self.lasting.fixed)
+        totals = [one for one in needed(self.roots, self.slots, self.lasting.fixed) if one not in before]
+        for total in (*before, *totals):
             put(total, total.count)
+        scratch = f.place(base, self.size, "double")
         at = {id(array): place for array, place in arrays.items()}
         runs = self.runs()
         operations = 0
@@ -277,6 +320,12 @@ class _Writer:
                     row = stride * (i + k * self.degrees if k else i) + sample
                     f.store(f.load("%states", row), at[id(array)], i)
             evaluation = self.evaluation(f, arrays, f.load("%times", sample))
+            if self.pulled is not None:
+                evaluation.write(before)
+                multipliers = self.pulled.bonds.multipliers
+                solved_at_a_state(evaluation, self.pulled, self.tabled, scratch, multipliers)
+                self.size += room(self.tabled.size)
+                totals = [one for one in totals if one is not multipliers]
             evaluation.write(totals)
             for run in runs:
                 source = evaluation.where(run.total)

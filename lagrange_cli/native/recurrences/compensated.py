@@ -34,36 +34,36 @@ class Compensated(Composed[Sum]):
     unit = 2.0**-100
 
     def __init__(self, emitter: Emitter) -> None:
-        self._emitter = emitter
+        self.emitter = emitter
         self.one = (emitter.one, None)
         self.true = emitter.true
 
     def number(self, value: Number) -> Sum | None:
-        high = self._emitter.number(value)
+        high = self.emitter.number(value)
         return None if high is None else (high, None)
 
     def plus(self, a: Sum, b: Sum) -> Sum:
-        total, error = two_sum(self._emitter, a[0], b[0])
-        return total, self._emitter.add(a[1], self._emitter.add(error, b[1]))
+        total, error = two_sum(self.emitter, a[0], b[0])
+        return total, self.emitter.add(a[1], self.emitter.add(error, b[1]))
 
     def minus(self, a: Sum) -> Sum:
-        return self._emitter.neg(a[0]), self._emitter.neg(a[1])
+        return self.emitter.neg(a[0]), self.emitter.neg(a[1])
 
     def times(self, a: Sum, b: Sum) -> Sum:
         if self.one in (a, b):
             return b if a == self.one else a
-        value, error = two_product(self._emitter, a[0], b[0])
-        return value, self._emitter.total([(a[0], b[1]), (a[1], b[0])], error)
+        value, error = two_product(self.emitter, a[0], b[0])
+        return value, self.emitter.total([(a[0], b[1]), (a[1], b[0])], error)
 
     def over(self, a: Sum, b: Sum) -> Sum:
-        emitter = self._emitter
+        emitter = self.emitter
         value = emitter.div(a[0], b[0])
         rest: Value = emitter.exact_fma(emitter.neg(value), b[0], a[0])
         rest = emitter.fms(value, b[1], emitter.add(rest, a[1]))
         return value, emitter.div(rest, b[0])
 
     def function(self, name: str, *arguments: Sum | None) -> Sum:
-        emitter, graph = self._emitter, Graph()
+        emitter, graph = self.emitter, Graph()
         symbols = [graph.symbol(f"argument {i}") for i in range(len(arguments))]
         node = graph.power(*symbols) if name == "pow" else graph.function(name, symbols)
         lows = {graph.diff(node, x): a[1] for x, a in zip(symbols, arguments) if a and a[1] is not None}
@@ -72,26 +72,26 @@ class Compensated(Composed[Sum]):
         return known[node], emitter.total((known[partial], low) for partial, low in lows.items())
 
     def normalized(self, a: Sum | None) -> Sum | None:
-        return a and two_sum(self._emitter, *a)
+        return a and two_sum(self.emitter, *a)
 
     def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Sum:
-        place = self._emitter.place(pointer, index)
-        return self._emitter.load(place, 0), self._emitter.load(place, beyond) if beyond else None
+        place = self.emitter.place(pointer, index)
+        return self.emitter.load(place, 0), self.emitter.load(place, beyond) if beyond else None
 
     def store(self, value: Sum | None, pointer: str, index: int | str, beyond: int | str = 0) -> None:
-        place = self._emitter.place(pointer, index)
+        place = self.emitter.place(pointer, index)
         for offset, part in zip((0, beyond), value or (None, None)):
-            self._emitter.store(part, place, offset)
+            self.emitter.store(part, place, offset)
 
     def compare(self, relation: str, a: Sum | None, b: Sum | None) -> Operand:
-        return self._emitter.compare(relation, a and a[0], b and b[0])
+        return self.emitter.compare(relation, a and a[0], b and b[0])
 
     def both(self, a: Operand, b: Operand) -> Operand:
-        return self._emitter.both(a, b)
+        return self.emitter.both(a, b)
 
     def select(self, condition: Operand, yes: Sum | None, no: Sum | None) -> Sum:
         pairs = zip(yes or (None, None), no or (None, None))
-        high, low = (self._emitter.select(condition, a, b) for a, b in pairs)
+        high, low = (self.emitter.select(condition, a, b) for a, b in pairs)
         return high, low
 
 

@@ -15,7 +15,8 @@ from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
 from lagrange_cli.native.recurrences.batches.layout import count
-from lagrange_cli.native.recurrences.batches.saddle import Tabled
+from lagrange_cli.native.recurrences.batches.saddle import Tabled, entries_of
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables, elimination_of
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.batches.values import CarefulValues, Values
 from lagrange_cli.native.state import StateLayout
@@ -113,12 +114,13 @@ class BatchProjection:
         matrix = Values(f, self.named, self._entries(residual), tables, emitter, first)
         self._fill(matrix.base)
         matrix.write()
-        saddle = Tabled(
-            f, emitter, residual, tables, f.place("%constants", scratch, "double").name, matrix.end
-        )
+        elimination = elimination_of(residual)
+        assert elimination is not None
+        base = f.place("%constants", scratch, "double").name
+        saddle = Tabled(f, emitter, SaddleTables(elimination, tables), base, matrix.end)
         tables.scratch = max(tables.scratch, saddle.end)
         regular = f.variable(Bit(f, "true", 1))
-        saddle.factor(matrix, regular)
+        saddle.factor(matrix.base, matrix.placed(entries_of(saddle.tabled, residual)), regular)
         with f.when(regular.get()):
             moves = Values(f, [*symbols, *self.named], [*kicks, *later], tables, emitter, saddle.end)
             right = moves.end
@@ -168,7 +170,7 @@ class BatchProjection:
 
     def _changes(self, saddle: Tabled, to: Pointer) -> None:
         """The unknowns in the order of the equations."""
-        f, many = self.f, len(saddle.position)
+        f, many = self.f, saddle.tabled.many
         table = saddle.table(range(many))
         with f.loop(0, many) as row:
             f.store(f.load(saddle.base, place_at(f, row + table)), to, row)

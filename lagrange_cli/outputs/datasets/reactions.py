@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.vocabulary import COMPONENTS
-from lagrange_cli.mechanics.constrained.reactions import Reactions
 from lagrange_cli.outputs.planner import Planner
 
 
@@ -14,15 +13,15 @@ def plan(planner: Planner) -> None:
     Raises ``NotDefined`` where F is not known of some of them.
     """
     planner.need_forces("reactions")
-    found = Reactions(planner.model)
-    for family in planner.families("embedding", found.on_particles):
-        if all(name in found.on_particles for name in family.members):
+    found, unknown = planner.reactions()
+    for family in planner.families("embedding", found):
+        if all(name in found for name in family.members):
             names = tuple(
                 planner.observe(f"reaction on {name} along {axis}", x)
                 for name in family.members
-                for axis, x in zip(COMPONENTS, found.on_particles[name])
+                for axis, x in zip(COMPONENTS, found[name])
             )
-            components = len(found.on_particles[family.members[0]])
+            components = len(found[family.members[0]])
             planner.add_family("reactions/", f"reaction on {family.label}", family, names, components)
-    for reason in found.unknown.values():
+    for reason in unknown.values():
         raise NotDefined(f"no output 'reactions': {reason}")

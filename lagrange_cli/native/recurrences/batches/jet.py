@@ -18,7 +18,8 @@ from lagrange_cli.native.recurrences.batches.columns import column_at
 from lagrange_cli.native.recurrences.batches.gathering import gathered, places_at
 from lagrange_cli.native.recurrences.batches.layout import BEFORE, INVERSE, Blocks, count
 from lagrange_cli.native.recurrences.batches.quotient import quotient
-from lagrange_cli.native.recurrences.batches.saddle import Tabled, at_the_start
+from lagrange_cli.native.recurrences.batches.saddle import Tabled, at_the_start, entries_of
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables, elimination_of
 from lagrange_cli.native.recurrences.batches.stage import BatchStage, Jet
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.vector_stage import rests
@@ -39,8 +40,9 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
     emitter = LaneEmitter(f)
     jet = Jet(residual, quotient(residual, blocks, tables, low), blocks, tables, f, emitter)
     jet.time = f.splat(Real(f, "%t", 1), LANES).name
-    if residual.multipliers:
-        jet.saddle = Tabled(f, emitter, residual, tables, "%work", blocks.doubles)
+    elimination = elimination_of(residual) if residual.multipliers else None
+    if elimination is not None:
+        jet.saddle = Tabled(f, emitter, SaddleTables(elimination, tables), "%work", blocks.doubles)
     last = blocks.order - 2
     rolled = max(1, BEGINNING - min(one.level for one in blocks.program.series))
     regular = f.variable(Bit(f, "true", 1))
@@ -101,9 +103,10 @@ def factor(jet: Jet, regular: Variable[Bit]) -> None:
     """The matrix of the equations, and whether it is regular."""
     f, emitter = jet.f, jet.emitter
     if jet.saddle is not None:
-        nodes = [node for each in jet.saddle.nodes.values() for node in each]
-        given = f, emitter, jet.residual, jet.blocks, nodes, jet.tables, jet.time
-        jet.saddle.factor(at_the_start(*given), regular)
+        entries = entries_of(jet.saddle.tabled, jet.residual)
+        nodes = [node for each in entries.values() for node in each]
+        values = at_the_start(f, emitter, jet.residual, jet.blocks, nodes, jet.tables, jet.time)
+        jet.saddle.factor(values.base, values.placed(entries), regular)
         return
     for moving in jet.quotient.motion:
         with members(jet, moving.coordinate, 0, 1) as one:

@@ -1,12 +1,12 @@
 """The equations of motion with constraints, factored and solved by loops over the rows of tables.
 
-L D L^T as in ``linear.symmetric``, eight unknowns of a round at a time (``linear.sparse``). The pattern of
+L D L^T as in ``linear.symmetric``, eight unknowns of a round at a time (``model.sparse``). The pattern of
 nonzero entries is in tables; so the code is the same for any number of constraints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
@@ -19,12 +19,12 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
 from lagrange_cli.native.recurrences.batches.layout import Blocks, count
-from lagrange_cli.native.recurrences.batches.saddle_tables import Rows, SaddleTables, Term
+from lagrange_cli.native.recurrences.batches.saddle_tables import Part, Rows, SaddleTables
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.batches.values import Values
 
 
-class Tabled(SaddleTables):
+class Tabled:
     """What the code of ``@jet`` factors once a step and solves with at every order.
 
     From ``base[first]`` on are arrays: the unknowns (in factoring, the smallest pivots allowed), 1/D, D,
@@ -32,14 +32,20 @@ class Tabled(SaddleTables):
     """
 
     def __init__(
-        self, f: Function, emitter: LaneEmitter, residual: Residual, tables: Tables, base: str, first: int
+        self, f: Function, emitter: LaneEmitter, tabled: SaddleTables, base: str, first: int
     ) -> None:
-        super().__init__(residual, tables, first)
-        self.f, self.emitter, self.base = f, emitter, base
+        self.f, self.emitter, self.base, self.first = f, emitter, base, first
+        self.tabled, self.tables = tabled, tabled.tables
+
+    @property
+    def end(self) -> int:
+        """What is behind the arrays."""
+        return self.first + self.tabled.size
 
     def place(self, name: str, at: Integer | int = 0) -> Pointer:
         """A place in one of the arrays."""
-        return self.f.place(self.f.place(self.base, self.places[name], "double"), at, "double")
+        start = self.first + self.tabled.places[name]
+        return self.f.place(self.f.place(self.base, start, "double"), at, "double")
 
     def load(self, name: str, at: Integer | int) -> Operand:
         """Eight of its numbers."""
@@ -56,14 +62,15 @@ class Tabled(SaddleTables):
 
     def subtract(
         self, rows: Rows, start: Callable[[Integer], Operand], factor: Callable[[Integer], Operand],
-        other: str, put: Callable[[Operand, Integer], None],
+        other: str, put: Callable[[Operand, Integer], None], span: tuple[Integer, Integer] | None = None,
     ) -> None:  # fmt: skip
-        """For each block of ``rows``: ``start`` less the sum of ``factor`` times what the terms' second
-        places hold."""
+        """For each block of ``rows``, or of a ``span`` of these: ``start`` less the sum of ``factor`` times
+        what the terms' second places hold."""
         f = self.f
         if not rows.blocks:
             return
-        with f.loop(0, rows.blocks, tested=False) as b:
+        start_at, stop = span or (f.count(0), f.count(rows.blocks))
+        with f.loop(start_at, stop) as b:
             first, last, target = (place_at(f, b + table) for table in (rows.starts, rows.ends, rows.targets))
             total = f.variable(Real(f, start(target * LANES), LANES))
             with f.loop(first, last) as t:
@@ -73,32 +80,27 @@ class Tabled(SaddleTables):
                 total.set(Real(f, value, LANES))
             put(total.get().name, target * LANES)
 
-    def factor(self, values: Values, regular: Variable[Bit]) -> None:
-        """L and D from the ``values`` of the ``nodes``, and whether they are regular."""
-        for name, nodes in self.nodes.items():
-            if nodes:
-                table = self.tables.of_places([values.places[node] for node in nodes])
-                with self.f.loop(0, count(nodes), tested=False) as b:
-                    row = gathered(self.emitter, values.base.name, places_at(self.f, b * LANES + table))
+    def factor(self, base: Pointer, entries: Mapping[str, Sequence[int]], regular: Variable[Bit]) -> None:
+        """L and D from the ``entries``, at these places from ``base`` on, and whether they are regular."""
+        for name, places in entries.items():
+            if places:
+                table = self.tables.of_places(places)
+                with self.f.loop(0, count(places), tested=False) as b:
+                    row = gathered(self.emitter, base.name, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
-        self._floors(0, self.begin)
-        pairs = 0
-        start = 0
-        for number, (end, pair_end) in enumerate(zip(self.ends, self.pair_ends)):
-            constrained = number >= self.elimination.first
-            if number == self.elimination.first:
-                self._update(range(self.begin, len(self.listed)), range(pairs, len(self.pairs)), False)
-                self._floors(self.begin, len(self.listed))
-            self._update(range(start, end), range(0), constrained)
-            self._pivot(range(start, end), constrained, regular)
-            self._update(range(0), range(pairs, pair_end), constrained)
-            self._scale(range(pairs, pair_end))
-            start, pairs = end, pair_end
-        for name, rows in (("rows", self.forward), ("columns", self.backward)):
+        self._floors(0, self.tabled.begin)
+        parts = self.tabled.parts
+        self._rounds(parts[0], regular, constrained=False)
+        if len(parts) > 1:
+            for name, rows in self.tabled.passed_on.items():
+                self._take(name, rows)
+            self._floors(self.tabled.begin, len(self.tabled.listed))
+            self._rounds(parts[1], regular, constrained=True)
+        for name, rows in (("rows", self.tabled.forward), ("columns", self.tabled.backward)):
             if rows.length:
                 with self.f.loop(0, rows.length, tested=False) as t:
-                    places = places_at(self.f, t * LANES + rows.first)
-                    self.store(self.gather("lower", places), name, t * LANES)
+                    these = places_at(self.f, t * LANES + rows.first)
+                    self.store(self.gather("lower", these), name, t * LANES)
 
     def _floors(self, first: int, last: int) -> None:
         """Below which part of their entries pivots are nothing but rounding."""
@@ -106,67 +108,53 @@ class Tabled(SaddleTables):
         with self.f.loop(first // LANES, last // LANES, tested=False) as b:
             self.store(self.emitter.mul(unit, self.load("diagonal", b * LANES)), "unknowns", b * LANES)
 
-    def _update(self, positions: range, pairs: range, constrained: bool) -> None:
-        """Take from entries what earlier pivots give to them: those of coordinates, or of constraints."""
-        rows, zero = self.elimination.rows, (len(self.pairs), len(self.pairs))
-        limit = self.begin if not constrained else len(self.listed)
-        least = self.begin if constrained else 0
+    def _rounds(self, part: Part, regular: Variable[Bit], *, constrained: bool) -> None:
+        """The rounds of a part, one after the other: what earlier ones give to their entries, 1/D, and L."""
+        f = self.f
+        with f.loop(0, part.rounds, tested=False) as r:
 
-        def terms(i: int, j: int) -> list[Term]:
-            common = set(rows[i]).intersection(rows[j])
-            earlier = [p for p in rows[j] if p in common and least <= self.position[p] < limit]
-            return [(self.number[i, p], self.number[j, p]) for p in earlier]
+            def span(table: int) -> tuple[Integer, Integer]:
+                """From where to where something is in this round."""
+                return place_at(f, r + table), place_at(f, r + (table + 1))
 
-        def in_blocks(name: str, places: range, of: Callable[[int], list[Term]]) -> None:
-            listed = [[of(at) for at in places[b : b + LANES]] for b in range(0, len(places), LANES)]
-            made = self.rows_of(listed, [at // LANES for at in places[::LANES]], zero)
-            self.subtract(
-                made,
-                lambda at: self.load(name, at),
-                lambda t: self.gather("lower", places_at(self.f, t * LANES + made.first)),
-                "upper",
-                lambda value, at: self.store(value, name, at),
-            )
+            self._take("diagonal", part.diagonal, span(part.of_diagonal))
+            self._pivot(span(part.positions), constrained, regular)
+            self._take("lower", part.lower, span(part.of_lower))
+            self._scale(span(part.pairs))
 
-        def of_position(at: int) -> list[Term]:
-            i = self.listed[at]
-            return [] if i is None else terms(i, i)
+    def _take(self, name: str, rows: Rows, span: tuple[Integer, Integer] | None = None) -> None:
+        """Take from entries what earlier pivots give to them."""
+        self.subtract(
+            rows,
+            lambda at: self.load(name, at),
+            lambda t: self.gather("lower", places_at(self.f, t * LANES + rows.first)),
+            "upper",
+            lambda value, at: self.store(value, name, at),
+            span,
+        )
 
-        def of_pair(at: int) -> list[Term]:
-            pair = self.pairs[at]
-            return [] if pair is None else terms(*pair)
-
-        in_blocks("diagonal", positions, of_position)
-        in_blocks("lower", pairs, of_pair)
-
-    def _pivot(self, positions: range, constrained: bool, regular: Variable[Bit]) -> None:
+    def _pivot(self, blocks: tuple[Integer, Integer], constrained: bool, regular: Variable[Bit]) -> None:
         """1/D of a round, and whether the pivots are sound."""
         f, emitter, relation = self.f, self.emitter, "olt" if constrained else "ogt"
-        with f.loop(positions.start // LANES, positions.stop // LANES, tested=False) as b:
+        with f.loop(*blocks, tested=False) as b:
             pivot, floor = (self.load(name, b * LANES) for name in ("diagonal", "unknowns"))
             self.store(emitter.div(emitter.one, pivot), "inverse", b * LANES)
             regular.set(regular.get() & f.all(Bit(f, emitter.compare(relation, pivot, floor), LANES)))
 
-    def _scale(self, pairs: range) -> None:
+    def _scale(self, blocks: tuple[Integer, Integer]) -> None:
         """L from D L."""
-        if not pairs:
-            return
-        pivots = [
-            self.position[pair[1]] if pair is not None else 0 for pair in map(self.pairs.__getitem__, pairs)
-        ]
-        table = self.tables.of_places(pivots)
-        with self.f.loop(0, len(pairs) // LANES, tested=False) as b:
-            at = b * LANES + pairs.start
+        with self.f.loop(*blocks) as b:
+            at = b * LANES
             value = self.load("lower", at)
-            inverse = self.gather("inverse", places_at(self.f, b * LANES + table))
+            inverse = self.gather("inverse", places_at(self.f, at + self.tabled.pivots))
             self.store(value, "upper", at)
             self.store(self.emitter.mul(value, inverse), "lower", at)
 
     def solve(self, base: Pointer, right: Sequence[int], zero: int) -> None:
         """The unknowns with K x = what is at the places ``right`` from ``base`` on, with a 0 at ``zero``."""
         emitter = self.emitter
-        table = self.tables.of_places([zero if i is None else right[i] for i in self.listed])
-        with self.f.loop(0, len(self.listed) // LANES, tested=False) as b:
+        table = self.tables.of_places([zero if i is None else right[i] for i in self.tabled.listed])
+        with self.f.loop(0, len(self.tabled.listed) // LANES, tested=False) as b:
             row = gathered(emitter, base.name, places_at(self.f, b * LANES + table))
             self.store(row, "unknowns", b * LANES)
 
@@ -180,17 +168,26 @@ class Tabled(SaddleTables):
 
         unknowns = "unknowns"
         self.subtract(
-            self.forward,
+            self.tabled.forward,
             lambda at: self.load(unknowns, at),
             lambda t: self.load("rows", t * LANES),
             unknowns,
             put,
         )
-        self.subtract(self.backward, scaled, lambda t: self.load("columns", t * LANES), unknowns, put)
+        self.subtract(self.tabled.backward, scaled, lambda t: self.load("columns", t * LANES), unknowns, put)
 
     def table(self, rows: Iterable[int]) -> int:
         """Where the unknowns of these rows are, in a table of places from ``base`` on."""
-        return self.tables.of_places([self.places["unknowns"] + self.position[row] for row in rows])
+        start = self.first + self.tabled.places["unknowns"]
+        return self.tables.of_places([start + self.tabled.position[row] for row in rows])
+
+
+def entries_of(saddle: SaddleTables, residual: Residual) -> Mapping[str, Sequence[Node]]:
+    """The entries of the matrix of the equations, for ``factor``."""
+    graph, rows = residual.graph, residual.entries
+    return saddle.entries(
+        lambda i, k: graph.zero if i < 0 else rows[i].get(k, graph.zero), graph.one, -graph.one
+    )
 
 
 def at_the_start(

@@ -5,21 +5,30 @@ The numbers themselves are in arrays of the work space; ``saddle`` writes the lo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from itertools import accumulate
+from typing import TYPE_CHECKING, TypeVar
 
-from lagrange_cli.expression.node import Node
+import numpy as np
+
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.model.sparse import Elimination, eliminated
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.linear.sparse import Elimination, eliminated
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
 
 MOST = 16
 """Numbers of L for each unknown up to which its places are listed."""
 
-Term = tuple[int, int]
-"""The places of two factors."""
+NOWHERE = -1, -1
+"""No place of the matrix."""
+
+T = TypeVar("T")
+Pair = tuple[int, int]
+"""Two unknowns."""
 
 
 def elimination_of(residual: Residual) -> Elimination | None:
@@ -46,32 +55,70 @@ class Rows:
     second: int
 
 
-class SaddleTables:
-    """The elimination of the matrix of a system, and where its arrays are, from ``first`` on."""
+@dataclass(frozen=True)
+class Terms:
+    """Products of what is at the places ``first`` and ``second``, for what is at the place ``targets``."""
 
-    def __init__(self, residual: Residual, tables: Tables, first: int) -> None:
-        elimination = elimination_of(residual)
-        assert elimination is not None
-        self.residual, self.tables = residual, tables
-        self.elimination = elimination
+    targets: Places
+    first: Places
+    second: Places
+
+    def of(self, which: Places) -> Terms:
+        """Some of them."""
+        return Terms(self.targets[which], self.first[which], self.second[which])
+
+
+@dataclass(frozen=True)
+class Part:
+    """So many ``rounds`` of an elimination: sums for entries of D and of L, and tables of where those of a
+    round begin among these, among blocks of positions, and among blocks of pairs."""
+
+    rounds: int
+    diagonal: Rows
+    lower: Rows
+    of_diagonal: int
+    of_lower: int
+    positions: int
+    pairs: int
+
+
+class SaddleTables:
+    """The tables of an elimination, and where its arrays are behind a beginning."""
+
+    def __init__(self, elimination: Elimination, tables: Tables) -> None:
+        self.elimination, self.tables = elimination, tables
         self.listed: list[int | None] = []
         """The unknowns by their positions: each round begins a block of eight."""
-        self.ends: list[int] = []
+        ends, pair_ends = [0], [0]
+        self.pairs: list[Pair | None] = []
+        """The places (i, p) of L, of each round in whole blocks."""
         for one in elimination.rounds:
             self.listed += [*one, *[None] * (-len(one) % LANES)]
-            self.ends.append(len(self.listed))
-        self.position = {i: place for place, i in enumerate(self.listed) if i is not None}
-        self.begin = self.ends[elimination.first - 1]
-        """The first row of the constraints."""
-        self.pairs: list[tuple[int, int] | None] = []
-        """The places (i, p) of L, of each round in whole blocks."""
-        self.pair_ends: list[int] = []
-        for one in elimination.rounds:
+            ends.append(len(self.listed))
             pairs = [(i, p) for p in one for i in elimination.columns[p]]
             self.pairs += [*pairs, *[None] * (-len(pairs) % LANES)]
-            self.pair_ends.append(len(self.pairs))
-        self.number = {pair: place for place, pair in enumerate(self.pairs) if pair is not None}
-        self.forward, self.backward = self._passes()
+            pair_ends.append(len(self.pairs))
+        self.position = {i: place for place, i in enumerate(self.listed) if i is not None}
+        self.begin = ends[elimination.first]
+        """The first row of the constraints."""
+        self.many = len(self.position)
+        self._places = np.array([self.position[i] for i in range(self.many)], dtype=np.int64)
+        kept = [(place, pair) for place, pair in enumerate(self.pairs) if pair is not None]
+        self._numbers = np.array([place for place, _ in kept], dtype=np.int64)
+        rows = np.array([pair for _, pair in kept], dtype=np.int64).reshape(-1, 2)
+        self._later, self._earlier = rows[:, 0], rows[:, 1]
+        size, zero = len(self.listed) // LANES, len(self.listed)
+        known, reverse = self._places[self._earlier], self._places[self._later]
+        terms = Terms(reverse, self._numbers, known)
+        self.forward = self._rows(terms.of(np.argsort(known, kind="stable")), np.arange(size), zero)
+        terms = Terms(known, self._numbers, reverse)
+        self.backward = self._rows(terms.of(self._by_row()), np.arange(size)[::-1], zero, every=True)
+        self.parts, self.passed_on = self._factoring(np.array(ends), np.array(pair_ends))
+        """How a matrix is factored, the constraints behind the coordinates; and what those are given."""
+        self.pivots = self.tables.of_array(
+            np.array([0 if pair is None else self.position[pair[1]] for pair in self.pairs], dtype=np.int64)
+        )
+        """Where 1/D is for each pair."""
         sizes = {
             "unknowns": len(self.listed) + LANES,
             "inverse": len(self.listed),
@@ -81,64 +128,87 @@ class SaddleTables:
             "rows": LANES * self.forward.length,
             "columns": LANES * self.backward.length,
         }
-        self.end, self.places = first, dict[str, int]()
-        for name, size in sizes.items():
-            self.places[name] = self.end
-            self.end += size
+        self.places = dict(zip(sizes, accumulate(sizes.values(), initial=0)))
+        self.size = sum(sizes.values())
+        """The doubles of all arrays."""
 
-    def _passes(self) -> tuple[Rows, Rows]:
-        """The tables of both passes of a solution: the unknowns that each one takes from, and how much."""
-        rows, columns = self.elimination.rows, self.elimination.columns
-        zero = len(self.pairs), len(self.listed)
+    def _by_row(self) -> Places:
+        """The entries of L by the unknown that is eliminated earlier, then by the other one's number."""
+        return np.lexsort((self._later, self._places[self._earlier]))
 
-        def of(unknown: int | None, forward: bool) -> list[Term]:
-            if unknown is None:
-                return []
-            if forward:
-                return [(self.number[unknown, p], self.position[p]) for p in rows[unknown]]
-            return [(self.number[i, unknown], self.position[i]) for i in columns[unknown]]
-
-        size = len(self.listed) // LANES
-        order = [*range(size)], [*reversed(range(size))]
-        return (
-            self.rows_of([[of(i, True) for i in self._eight(b)] for b in order[0]], order[0], zero),
-            self.rows_of([[of(i, False) for i in self._eight(b)] for b in order[1]], order[1], zero, True),
-        )
-
-    def _eight(self, block: int) -> Sequence[int | None]:
-        return self.listed[LANES * block : LANES * (block + 1)]
-
-    def rows_of(
-        self, terms: Sequence[Sequence[list[Term]]], targets: Sequence[int], zero: Term, all: bool = False
-    ) -> Rows:
-        """Tables of the ``terms`` of blocks of eight; blocks without terms are left out unless ``all``
-        stay."""
-        first, second = list[int](), list[int]()
-        starts, ends, kept = list[int](), list[int](), list[int]()
-        for eight, target in zip(terms, targets):
-            longest = max(map(len, eight))
-            if not longest and not all:
+    def _factoring(self, ends: Places, pair_ends: Places) -> tuple[Sequence[Part], Mapping[str, Rows]]:
+        """The tables of factoring: what entries of D and of L are given by pivots of either part."""
+        first, zero = self.elimination.first, len(self.pairs)
+        late = self._places[self._earlier] >= self.begin
+        diagonal = Terms(self._places[self._later], self._numbers, self._numbers)
+        starts = np.flatnonzero(np.diff(self._earlier, prepend=-1))
+        counts = np.diff(np.append(starts, len(self._earlier)))
+        one, other = couples(starts, counts)
+        below = self._places[self._later[one]] > self._places[self._later[other]]
+        one, other = one[below], other[below]
+        keys = self._later * self.many + self._earlier
+        order = np.argsort(keys)
+        wanted = self._later[one] * self.many + self._later[other]
+        targets = self._numbers[order[np.searchsorted(keys[order], wanted)]] if len(one) else one
+        lower, late_lower = Terms(targets, self._numbers[one], self._numbers[other]), late[one]
+        made = []
+        for constrained, rounds in ((False, (0, first)), (True, (first, len(ends) - 1))):
+            if rounds[0] == rounds[1]:
                 continue
-            starts.append(len(first) // LANES)
-            kept.append(target)
-            for t in range(longest):
-                row = [one[t] if t < len(one) else zero for one in eight]
-                first += [a for a, _ in row]
-                second += [b for _, b in row]
-            ends.append(len(first) // LANES)
-        made = (starts, ends, kept, first, second)
-        tables = [self.tables.of_places(one) if one else 0 for one in made]
-        return Rows(len(kept), len(first) // LANES, *tables)
+            limits = [some[rounds[0] : rounds[1] + 1] // LANES for some in (ends, pair_ends)]
+            found = []
+            for terms, lately, limit in ((diagonal, late, limits[0]), (lower, late_lower, limits[1])):
+                inside = (terms.targets // LANES >= limit[0]) & (terms.targets // LANES < limit[-1])
+                mine = terms.of(np.flatnonzero((lately == constrained) & inside))
+                met = np.unique(mine.targets // LANES)
+                found.append((self._rows(mine, met, zero), self.tables.of_array(np.searchsorted(met, limit))))
+            (pivots, of_diagonal), (under, of_lower) = found
+            tables = [self.tables.of_array(limit) for limit in limits]
+            made.append(Part(rounds[1] - rounds[0], pivots, under, of_diagonal, of_lower, *tables))
+        passed = {}
+        for name, terms, lately, begin in (
+            ("diagonal", diagonal, late, ends[first]),
+            ("lower", lower, late_lower, pair_ends[first]),
+        ):
+            mine = terms.of(np.flatnonzero(~lately & (terms.targets >= begin)))
+            passed[name] = self._rows(mine, np.unique(mine.targets // LANES), zero)
+        return made, passed
 
-    @cached_property
-    def nodes(self) -> Mapping[str, Sequence[Node]]:
-        """The entries of the matrix by the arrays that they are factored in."""
-        graph, entries = self.residual.graph, self.residual.entries
-        signs = [graph.one if place < self.begin else -graph.one for place in range(len(self.listed))]
-        diagonal = [
-            sign if i is None else entries[i].get(i, graph.zero) for i, sign in zip(self.listed, signs)
-        ]
-        lower = [
-            graph.zero if pair is None else entries[pair[0]].get(pair[1], graph.zero) for pair in self.pairs
-        ]
-        return {"diagonal": diagonal, "lower": lower}
+    def _rows(self, terms: Terms, blocks: Places, zero: int, *, every: bool = False) -> Rows:
+        """Tables of the terms of these ``blocks`` of eight targets, in this order; blocks without terms are
+        left out unless ``every`` one stays. Where a target has fewer terms than others of its block, these
+        are products with what is at the place ``zero``."""
+        order = np.argsort(terms.targets, kind="stable")
+        sorted_ = terms.of(order)
+        counts = np.bincount(sorted_.targets, minlength=LANES * (int(blocks.max(initial=0)) + 1))
+        ranks = np.arange(len(order)) - np.repeat(np.cumsum(counts) - counts, counts)
+        longest = counts.reshape(-1, LANES).max(axis=1)
+        kept = blocks if every else blocks[longest[blocks] > 0]
+        ends = np.cumsum(longest[kept])
+        starts = ends - longest[kept]
+        length = int(ends[-1]) if len(ends) else 0
+        begins = np.zeros(len(longest), dtype=np.int64)
+        begins[kept] = starts
+        at = (begins[sorted_.targets // LANES] + ranks) * LANES + sorted_.targets % LANES
+        both = []
+        for places in (sorted_.first, sorted_.second):
+            filled = np.full(LANES * length, zero if places is sorted_.second else len(self.pairs))
+            filled[at] = places
+            both.append(filled)
+        tables = [self.tables.of_array(one) for one in (starts, ends, kept, *both)]
+        return Rows(len(kept), length, *tables)
+
+    def entries(self, of: Callable[[int, int], T], one: T, other: T) -> Mapping[str, Sequence[T]]:
+        """The entries ``of`` the matrix by the arrays that they are factored in; where there is no unknown
+        they are ``one``, and ``other`` among the constraints. Off the diagonal there are none then."""
+        firm = [one if place < self.begin else other for place in range(len(self.listed))]
+        diagonal = [sign if i is None else of(i, i) for i, sign in zip(self.listed, firm)]
+        return {"diagonal": diagonal, "lower": [of(*(pair or NOWHERE)) for pair in self.pairs]}
+
+
+def couples(starts: Places, counts: Places) -> tuple[Places, Places]:
+    """All pairs within groups of so many that begin at these places: both members."""
+    times, begins = np.repeat(counts, counts), np.repeat(starts, counts)
+    one = np.repeat(np.arange(int(counts.sum())), times)
+    within = np.arange(len(one)) - np.repeat(np.cumsum(times) - times, times)
+    return one, np.repeat(begins, times) + within

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.records import dataclass, field
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
 
 N = TypeVar("N", int, float)
 
@@ -28,6 +33,17 @@ class Tables:
     def of_places(self, listed: Sequence[int]) -> int:
         """Where the table has these places, in whole vectors: the last one is repeated."""
         return self._listed(self.places, listed)
+
+    def of_array(self, listed: Places) -> int:
+        """The same for many places."""
+        if not len(listed):
+            return 0
+        whole = np.append(listed, np.repeat(listed[-1:], -len(listed) % LANES)).astype(np.int32).tobytes()
+        key = (whole,)
+        if key not in self.seen:
+            self.seen[key] = len(self.places)
+            self.places.frombytes(whole)
+        return self.seen[key]
 
     def of_numbers(self, listed: Sequence[float]) -> int:
         """The same for numbers."""

@@ -6,7 +6,7 @@ doubles from its beginning, and takes the operands of its members from other arr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.graph import Graph
@@ -112,6 +112,10 @@ class Values:
         """The value of node number ``row``."""
         f = self.f
         return f.load(self.base, place_at(f, row + (self.roots - 1)))
+
+    def placed(self, nodes: Mapping[str, Sequence[Node]]) -> Mapping[str, Sequence[int]]:
+        """The places of listed nodes."""
+        return {name: [self.places[node] for node in listed] for name, listed in nodes.items()}
 
     def write(self) -> None:
         """Compute all batches."""

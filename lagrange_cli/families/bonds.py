@@ -1,0 +1,156 @@
+"""Constraints of families: expressions that stay 0, each once for all members that are written alike.
+
+Multipliers are found from A M^-1 A^T, where A has the slopes of the constraints and M is diagonal: it couples
+constraints that have a coordinate in common.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Domain, Source, Term, Total
+from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.groups import group_of
+from lagrange_cli.model.sparse import Elimination, eliminated
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Spec, grouped
+
+MOST = 64
+"""Constraints that are coupled to each, and numbers of L for each in L D L^T, up to which members are not
+written out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """Constraints that are alike, the members of a ``domain``: ``node`` = 0, of these ``numbers``. ``rows``
+    are the coordinates that each contains, and ``coordinates`` their symbols; ``slopes`` has the derivatives
+    by these, and ``speed`` is the rate of ``node``."""
+
+    domain: Domain
+    node: Node
+    numbers: Places
+    rows: tuple[Places, ...]
+    coordinates: tuple[Node, ...]
+    slopes: tuple[Node, ...]
+    speed: Node
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Members of two bounds with a coordinate in common: its ``rows``. ``first`` and ``second`` are the
+    numbers of a bound and of one of its slopes, ``members`` those of both, and ``entries`` where the products
+    go."""
+
+    first: tuple[int, int]
+    second: tuple[int, int]
+    members: tuple[Places, Places]
+    rows: Places
+    entries: Places
+
+
+@dataclass(frozen=True, eq=False)
+class Bonds:
+    """The ``bounds`` of a system, and the ``names`` of all constraints. The ``multipliers`` are computed from
+    all equations together, and have no terms."""
+
+    bounds: tuple[Bound, ...]
+    names: Sequence[str]
+    multipliers: Total
+
+    @property
+    def count(self) -> int:
+        """The number of constraints."""
+        return len(self.names)
+
+    @cached_property
+    def values(self) -> Total:
+        """What should be 0."""
+        terms = tuple(Term(one.domain, one.node, one.numbers) for one in self.bounds)
+        return Total(Source.TOTAL, self.count, terms)
+
+    @cached_property
+    def pulls(self) -> Sequence[tuple[int, int]]:
+        """All slopes, each the number of a bound and its own."""
+        return [(b, a) for b, one in enumerate(self.bounds) for a, _ in enumerate(one.slopes)]
+
+    @property
+    def nodes(self) -> Iterator[Node]:
+        """What the equations of motion have of them."""
+        for one in self.bounds:
+            yield one.node
+            yield from one.slopes
+
+    @cached_property
+    def pairs(self) -> tuple[Sequence[Pairs], Places]:
+        """What A M^-1 A^T is made of, and the constraints (entries, 2) of each of its entries on the diagonal
+        and below. Raises ``Unsuited`` where these are too many."""
+        slots = self.pulls
+        rows = np.concatenate([self.bounds[b].rows[a] for b, a in slots])
+        numbers = np.concatenate([self.bounds[b].numbers for b, _ in slots])
+        kinds = np.repeat(np.arange(len(slots)), [self.bounds[b].domain.count for b, _ in slots])
+        members = np.concatenate([np.arange(self.bounds[b].domain.count) for b, _ in slots])
+        order = np.argsort(rows, kind="stable")
+        _, starts, degrees = np.unique(rows[order], return_index=True, return_counts=True)
+        if int(np.sum(degrees**2)) > MOST * len(rows):
+            raise Unsuited
+        times, begins = np.repeat(degrees, degrees), np.repeat(starts, degrees)
+        one = np.repeat(np.arange(len(rows)), times)
+        within = np.arange(len(one)) - np.repeat(np.cumsum(times) - times, times)
+        first, second = order[one], order[np.repeat(begins, times) + within]
+        below = numbers[first] >= numbers[second]
+        first, second = first[below], second[below]
+        keys, entries = np.unique(numbers[first] * self.count + numbers[second], return_inverse=True)
+        found, which = np.unique(kinds[first] * len(slots) + kinds[second], return_inverse=True)
+        made = []
+        for k, key in enumerate(found.tolist()):
+            mine = np.flatnonzero(which == k)
+            mine = mine[np.lexsort((members[second[mine]], members[first[mine]]))]
+            both = members[first[mine]], members[second[mine]]
+            pair = slots[key // len(slots)], slots[key % len(slots)]
+            made.append(Pairs(*pair, both, rows[first[mine]], entries[mine]))
+        return made, np.stack(np.divmod(keys, self.count), axis=1)
+
+    @cached_property
+    def elimination(self) -> Elimination:
+        """How A M^-1 A^T is factored. Raises ``Unsuited`` where L has too many numbers."""
+        neighbours: list[set[int]] = [set() for _ in range(self.count)]
+        for i, j in self.pairs[1].tolist():
+            if i != j:
+                neighbours[i].add(j)
+                neighbours[j].add(i)
+        found = eliminated(neighbours, self.count, MOST * self.count)
+        if found is None:
+            raise Unsuited
+        return found
+
+
+def bonds(builder: FamilyBuilder, spec: Spec) -> Bonds | None:
+    """The constraints without those that are left out; None where there are none. Raises ``Unsuited`` where
+    they are of another kind."""
+    found, names = list[Bound](), list[str]()
+    graph, slots, left = builder.graph, builder.slots, {*spec.left_out}
+    for family in grouped(spec.constraints, spec.families.get("constraints", {})):
+        group = group_of(family, spec.constraints)
+        kept = [i for i, name in enumerate(family.members) if name not in left]
+        own, numbers = np.array(kept, dtype=np.int64), np.zeros(group.count, dtype=np.int64)
+        numbers[own] = np.arange(len(names), len(names) + len(own))
+        names += [family.members[i] for i in kept] if left else family.members
+        for domain, value, which in builder.pieces(group, own) if len(own) else ():
+            if isinstance(value, tuple):
+                raise Unsuited
+            inside = [(s, slot) for s, slot in slots.inside(value) if slot.array is builder.q]
+            known = builder.q, builder.given, builder.whole
+            if not inside or any(slot.array not in known for _, slot in slots.inside(value)):
+                raise Unsuited
+            symbols, rows = zip(*((s, slot.table) for s, slot in inside))
+            slopes = tuple(graph.diff(value, one) for one in symbols)
+            found.append(
+                Bound(domain, value, numbers[which], rows, symbols, slopes, builder.rate(value, domain))
+            )
+    return Bonds(tuple(found), names, Total(Source.TOTAL, len(names))) if names else None

@@ -1,0 +1,231 @@
+"""L D L^T of sparse symmetric matrices: which entries of L are not 0, which can be found together, and their
+numbers.
+
+Unknowns are eliminated in *rounds*: those of a round are not coupled, so that they depend on earlier rounds
+only. Among the rest, those coupled to the fewest others come first (minimum degree, several at a time: J. W.
+H. Liu, ACM Trans. Math. Softw. 11, 1985). A chain takes as many rounds as its length has bits: that is cyclic
+reduction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from heapq import heapify, heappop, heappush
+
+from lagrange_cli.records import dataclass
+
+SLACK = 1
+"""How many more than the fewest others an unknown may meet to belong to a round."""
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """The ``rounds`` of unknowns, those of ``first`` parts before the others, and ``columns[p]``: the later
+    unknowns i with L_ip."""
+
+    rounds: Sequence[Sequence[int]]
+    first: int
+    columns: Sequence[Sequence[int]]
+
+    @cached_property
+    def rows(self) -> Sequence[Sequence[int]]:
+        """The earlier unknowns p with L_ip, of each i."""
+        made: list[list[int]] = [[] for _ in self.columns]
+        for one in self.rounds:
+            for p in one:
+                for i in self.columns[p]:
+                    made[i].append(p)
+        return made
+
+    @property
+    def entries(self) -> int:
+        """The numbers of L below its diagonal."""
+        return sum(map(len, self.columns))
+
+
+def eliminated(neighbours: Sequence[set[int]], coordinates: int, most: int) -> Elimination | None:
+    """The elimination of the ``coordinates`` and then of the others; None where L would have more than
+    ``most`` numbers.
+
+    ``neighbours`` are the places of entries off the diagonal, by row; it is used up.
+    """
+    rounds: list[list[int]] = []
+    columns: list[list[int]] = [[] for _ in neighbours]
+    first = size = 0
+    for part in (range(coordinates), range(coordinates, len(neighbours))):
+        left = set(part)
+        while left:
+            one = independent(neighbours, left)
+            left.difference_update(one)
+            for p in one:
+                around = neighbours[p]
+                columns[p] = sorted(around)
+                size += len(around)
+                if size > most:
+                    return None
+                for i in around:
+                    neighbours[i] |= around
+                    neighbours[i] -= {i, p}
+            rounds.append(one)
+        first = first or len(rounds)
+    return Elimination(rounds, first, columns)
+
+
+def independent(neighbours: Sequence[set[int]], left: set[int]) -> list[int]:
+    """Some of those ``left`` that meet few others, and not each other."""
+    degrees = {p: len(neighbours[p]) for p in left}
+    most = min(degrees.values()) + SLACK
+    chosen: list[int] = []
+    barred: set[int] = set()
+    for p in sorted((p for p in left if degrees[p] <= most), key=lambda p: (degrees[p], p)):
+        if p not in barred:
+            chosen.append(p)
+            barred |= neighbours[p]
+    return sorted(chosen)
+
+
+Matrix = Sequence[dict[int, float]]
+"""A symmetric matrix by rows: its entries by column, as far as they are not 0."""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """L D L^T of a matrix, eliminated in this ``order``: ``columns[p]`` has L_ip by i, ``pivots`` D."""
+
+    order: Sequence[int]
+    columns: Sequence[Mapping[int, float]]
+    pivots: Sequence[float]
+
+    def solve(self, right: Sequence[float]) -> list[float]:
+        """x with L D L^T x = ``right``."""
+        x = list(right)
+        for p in self.order:
+            known = x[p]
+            for i, entry in self.columns[p].items():
+                x[i] -= entry * known
+        for p in reversed(self.order):
+            x[p] = x[p] / self.pivots[p] - sum(entry * x[i] for i, entry in self.columns[p].items())
+        return x
+
+
+def factored(matrix: Matrix, most: int) -> Factors | None:
+    """The factors of a positive matrix; None where L would have more than ``most`` numbers, or a pivot is not
+    positive."""
+    found = eliminated([{k for k in row if k != i} for i, row in enumerate(matrix)], len(matrix), most)
+    if found is None:
+        return None
+    rows = [dict(row) for row in matrix]
+    columns: list[Mapping[int, float]] = [{} for _ in matrix]
+    pivots = [0.0] * len(matrix)
+    order = [p for one in found.rounds for p in one]
+    for p in order:
+        row = rows[p]
+        pivots[p] = pivot = row.pop(p, 0.0)
+        if not 0.0 < pivot < math.inf:
+            return None
+        later = [*row.items()]
+        columns[p] = {i: entry / pivot for i, entry in later}
+        for i, scaled in columns[p].items():
+            other = rows[i]
+            del other[p]
+            for k, entry in later:
+                other[k] = other.get(k, 0.0) - scaled * entry
+    return Factors(order, columns, pivots)
+
+
+def products(rows: Sequence[Mapping[int, float]], others: Sequence[Mapping[int, float]]) -> Matrix:
+    """The scalar products of rows with as many others."""
+    columns: dict[int, list[tuple[int, float]]] = {}
+    for j, row in enumerate(others):
+        for k, b in row.items():
+            columns.setdefault(k, []).append((j, b))
+    made: list[dict[int, float]] = []
+    for row in rows:
+        total: dict[int, float] = {}
+        for k, a in row.items():
+            for j, b in columns.get(k, ()):
+                total[j] = total.get(j, 0.0) + a * b
+        made.append(total)
+    return made
+
+
+def parts_of(matrix: Matrix) -> list[list[int]]:
+    """The unknowns that a matrix couples, directly or by others, in their order."""
+    part = [-1] * len(matrix)
+    made: list[list[int]] = []
+    for start in range(len(matrix)):
+        if part[start] >= 0:
+            continue
+        found, part[start] = [start], len(made)
+        for one in found:
+            for k in matrix[one]:
+                if part[k] < 0:
+                    part[k] = len(made)
+                    found.append(k)
+        made.append(sorted(found))
+    return made
+
+
+def within(matrix: Matrix, chosen: Sequence[int]) -> Matrix:
+    """The matrix of some unknowns."""
+    place = {i: k for k, i in enumerate(chosen)}
+    return [{place[k]: a for k, a in matrix[i].items() if k in place} for i in chosen]
+
+
+def leading(rows: Sequence[Mapping[int, float]], sine: float, clear: float) -> list[int]:
+    """The rows of norm 1 that do not depend on earlier ones: what is orthogonal to these is longer than
+    ``sine``. Row by row, as in Cholesky's factorization of their scalar products; where a pivot is not
+    ``clear``, what is left of a row is computed, twice (B. N. Parlett, The Symmetric Eigenvalue Problem, sec.
+    6-9)."""
+    columns: list[dict[int, float]] = [{} for _ in rows]
+    roots = [0.0] * len(rows)
+    touching: dict[int, list[int]] = {}
+    found: list[int] = []
+
+    def shares(row: Mapping[int, float]) -> dict[int, float]:
+        """L^-1 times the products of a row with those found."""
+        known: dict[int, float] = {}
+        for k, a in row.items():
+            for j in touching.get(k, ()):
+                known[j] = known.get(j, 0.0) + a * rows[j][k]
+        pending = [*known]
+        heapify(pending)
+        done: dict[int, float] = {}
+        while pending:
+            j = heappop(pending)
+            done[j] = share = known[j] / roots[j]
+            for i, entry in columns[j].items():
+                if i not in known:
+                    known[i] = 0.0
+                    heappush(pending, i)
+                known[i] -= entry * share
+        return done
+
+    for i, row in enumerate(rows):
+        done = shares(row)
+        square = sum(a * a for a in row.values()) - sum(x * x for x in done.values())
+        if square <= clear:
+            rest = dict(row)
+            part = done
+            for again in range(2):
+                x = dict(part)
+                for j in sorted(x, reverse=True):
+                    x[j] = (x[j] - sum(entry * x[k] for k, entry in columns[j].items() if k in x)) / roots[j]
+                for j, share in x.items():
+                    for k, a in rows[j].items():
+                        rest[k] = rest.get(k, 0.0) - share * a
+                if not again:
+                    part = shares(rest)
+                    done = {j: done.get(j, 0.0) + part.get(j, 0.0) for j in {*done, *part}}
+            square = sum(a * a for a in rest.values())
+        if square <= sine * sine:
+            continue
+        for j, share in done.items():
+            columns[j][i] = share
+        roots[i] = math.sqrt(square)
+        for k in row:
+            touching.setdefault(k, []).append(i)
+        found.append(i)
+    return found

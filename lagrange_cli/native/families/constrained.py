@@ -1,0 +1,87 @@
+"""``@jet`` of systems with constraints: series of these and of what they pull, order by order (see
+``restraint``)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.corrected import CorrectedJet
+from lagrange_cli.native.families.evaluation import Evaluation, added, room
+from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.restraint import AtAState, Motion, Restraint
+from lagrange_cli.native.families.spans import Span
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.recurrences.batches.gathering import gathered, places_at
+from lagrange_cli.native.recurrences.batches.layout import count
+from lagrange_cli.native.recurrences.batches.saddle import Tabled
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
+
+
+class ConstrainedJet(CorrectedJet):
+    """The jet of a system with constraints."""
+
+    def __init__(self, motion: Motion, tabled: SaddleTables, *given: Any) -> None:
+        super().__init__(*given)
+        self.motion, self.tabled = motion, tabled
+
+    def prepared(self) -> Sequence[Total]:
+        motion = self.motion
+        totals = needed([motion.forces], self.slots, self.lasting.fixed)
+        self.arrange(totals)
+        for array in motion.arrays:
+            self.planes[array] = self.take(room(array.count)), 0
+        self.arrange_members(motion.locals)
+        self.saddle = Tabled(self.f, self.emitter, self.tabled, "%work", self.work)
+        self.take(room(self.tabled.size))
+        return totals
+
+    def accelerate(
+        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+    ) -> None:
+        motion, first = self.motion, isinstance(k, int) and k == 0
+        given = [*motion.in_order, *(one for some in motion.slopes for one in some if first)]
+        evaluation.clear(added(given, [series.loop for series, _ in self.members]))
+        self.evaluate(k, phase)
+        if first:
+            evaluation.write([motion.square])
+            regular = self.f.variable(Bit(self.f, "true", 1))
+            self.saddle.factor(self.at(motion.square, 0), motion.placed(self.tabled), regular)
+            self.sound = regular.get()
+        evaluation.write([motion.free])
+        evaluation.write([motion.right])
+        solve(self.saddle, motion, self.at(motion.right, 0), self.at(motion.multipliers, 0))
+        evaluation.write([motion.rates])
+        self.evaluate(k, correcting=True)
+        self.advance(evaluation, k, motion.rates)
+
+    def regular(self) -> Bit:
+        return super().regular() & self.sound
+
+
+def solve(saddle: Tabled, restraint: Restraint, right: Pointer, to: Pointer) -> None:
+    """The multipliers with A M^-1 A^T lambda = what is at ``right``, a 0 behind it."""
+    many = restraint.count
+    saddle.solve(right, range(many), many)
+    copied(saddle, range(many), to)
+
+
+def copied(saddle: Tabled, rows: Sequence[int], to: Pointer) -> None:
+    """The unknowns of these rows, side by side."""
+    f, table = saddle.f, saddle.table(rows)
+    with f.loop(0, count(rows), tested=False) as b:
+        row = gathered(saddle.emitter, saddle.base, places_at(f, b * LANES + table))
+        f.store_row(Real(f, row, LANES), to, b * LANES)
+
+
+def solved_at_a_state(
+    evaluation: Evaluation, restraint: AtAState, tabled: SaddleTables, scratch: Pointer, to: Array
+) -> None:
+    """Compute the multipliers, with room at ``scratch``."""
+    f, where = evaluation.f, evaluation.where
+    saddle = Tabled(f, evaluation.emitter, tabled, scratch.name, 0)
+    saddle.factor(where(restraint.square), restraint.placed(tabled), f.variable(Bit(f, "true", 1)))
+    f.store(f.constant(0.0), where(restraint.right), restraint.count)
+    solve(saddle, restraint, where(restraint.right), where(to))

@@ -1,0 +1,212 @@
+"""Taylor series in which coordinates are two orders ahead, and the newest accelerations follow from all
+members together: each order is computed without these, and then corrected."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term
+from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.jets import SeriesJet
+from lagrange_cli.native.families.loops import Loop
+from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.families.spans import divided
+from lagrange_cli.native.families.stage import MemberStage, SeriesWriter
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.text import Value
+from lagrange_cli.native.llvm.vector import Integer
+from lagrange_cli.records import dataclass
+from lagrange_cli.series.lowering import lower_functions
+from lagrange_cli.series.program import Op, SeriesProgram, needs
+
+BEFORE_ACCELERATIONS = -2, -1
+"""Stages that have the state alone: coordinates are two orders ahead."""
+
+
+@dataclass(frozen=True, eq=False)
+class Local:
+    """What the series of the members of one kind give: terms, and the arrays that they are added to.
+    ``coordinates`` are the symbols of q and ``unknowns`` those of forces; ``change`` has those of q_ddot,
+    when it is known. The last ``slopes`` terms are slopes, which order 0 has."""
+
+    domain: Domain
+    terms: Sequence[tuple[Term, Array]]
+    slopes: int
+    coordinates: Sequence[Node]
+    unknowns: Sequence[Node]
+    change: Sequence[Node]
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedSeries(LoopSeries):
+    """The series of members of one kind, whose coordinates are two orders ahead."""
+
+    local: Local | None = None
+
+    @cached_property
+    def program(self) -> SeriesProgram:
+        assert self.local is not None
+        nodes = [term.node for term, _ in self.local.terms]
+        return lower_functions(
+            self.slots.graph, self.moving, self.local.coordinates, self.time, nodes, self.local.unknowns
+        )
+
+    @cached_property
+    def corrected(self) -> Sequence[int]:
+        """Series that are needed again later and depend on the newest accelerations, and what these
+        corrections take."""
+        series, wanted = self.program.series, set[int]()
+        for index in reversed(range(len(series))):
+            one = series[index]
+            if one.corrected and (index in self.stored or index in wanted):
+                wanted.add(index)
+                wanted |= {
+                    a
+                    for a, ahead in needs(one)
+                    if series[a].corrected and series[a].level == one.level + ahead
+                }
+        return sorted(wanted)
+
+
+def series_of(local: Local, slots: Slots, time: Node, order: int, alone: frozenset[Array]) -> CorrectedSeries:
+    """The series that a kind of members has."""
+    moving = time.symbols
+    for one in (*local.coordinates, *local.unknowns):
+        moving |= one.symbols
+    # what corrections read is read in the same loop
+    read = [*local.unknowns, *local.change]
+    every, unused = np.arange(local.domain.count), Array(Source.TOTAL, local.domain.count)
+    terms = [*local.terms, *((Term(local.domain, one, every), unused) for one in read)]
+    loop = Loop(local.domain, terms, slots, alone)
+    return CorrectedSeries(loop, slots, moving, time, order, local=local)
+
+
+class CorrectedWriter(SeriesWriter):
+    """The loop over members in stage k: first without the newest accelerations, then, if ``correcting``, what
+    they add."""
+
+    correcting = False
+
+    @property
+    def early(self) -> bool:
+        """Whether there are no accelerations yet."""
+        return isinstance(self.k, int) and self.k < 0
+
+    @property
+    def local(self) -> Local:
+        """What the series give."""
+        assert isinstance(self.series, CorrectedSeries) and self.series.local is not None
+        return self.series.local
+
+    @property
+    def terms(self) -> Sequence[tuple[Term, Array]]:
+        if self.correcting or self.early:
+            return []
+        first = isinstance(self.k, int) and self.k == 0
+        return self.local.terms if first else self.local.terms[: len(self.local.terms) - self.local.slopes]
+
+    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+        if not self.early and not self.correcting:
+            known = {**known, **dict.fromkeys(self.local.coordinates)}
+        stage = CorrectedStage(self.evaluation, self.series, self.k, self.block_at(j), known, self.phase)
+        if self.correcting:
+            stage.correct()
+        else:
+            stage.advance()
+        return stage.terms()[: len(self.terms)] if self.terms else []
+
+
+class CorrectedStage(MemberStage):
+    """Stage k of eight members."""
+
+    def correct(self) -> None:
+        """Add what the accelerations add to all series that are needed later."""
+        series = self.series
+        assert isinstance(series, CorrectedSeries) and series.local is not None
+        emitter, local, program = self.emitter, series.local, series.program
+        found = dict(zip(local.coordinates, (self.known[one] for one in local.change)))
+        change: dict[int, Value] = {}
+        for index in series.corrected:
+            one = program.series[index]
+            if one.op is Op.COORDINATE:
+                assert one.node is not None
+                change[index] = self.divided(self.divided(found[one.node], 1), 2)
+            elif one.op is Op.MULTIPLIER:
+                assert one.node is not None
+                change[index] = self.known[one.node]
+            else:
+                change[index] = self.correction(index, change, None)
+            if index in series.stored:
+                at = self.k + one.level
+                self.put(index, emitter.add(self.load(index, at), change[index]), at)
+
+
+class CorrectedJet(SeriesJet):
+    """A jet with all coefficients of the state."""
+
+    local = False
+    many = 2**18
+    """The code is longer."""
+    members: list[tuple[CorrectedSeries, int]]
+    """Their series, with places in ``%work``."""
+
+    def of_state(self) -> dict[Array, tuple[int, int]]:
+        """Coefficient m of the state's row i is at ``m * width + i``."""
+        self.take(room(self.width * (self.order + 1) + self.degrees))
+        return {self.system.q: (0, self.width), self.system.v: (self.degrees, self.width)}
+
+    def start(self) -> None:
+        super().start()
+        self.copy(self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
+
+    def begin(self) -> None:
+        for k in BEFORE_ACCELERATIONS:
+            self.evaluate(k)
+
+    @property
+    def series(self) -> list[tuple[LoopSeries, int]]:
+        return [*super().series, *self.members]
+
+    def arrange_members(self, locals: Sequence[Local]) -> None:
+        """Find the series of all kinds of members."""
+        own = [array for local in locals for _, array in local.terms]
+        alone = frozenset(one for one in own if own.count(one) == 1)
+        self.members = []
+        for local in locals:
+            series = series_of(local, self.slots, self.system.time, self.order, alone)
+            self.members.append((series, self.take(series.doubles)))
+
+    def moving(self, totals: Sequence[Array]) -> list[Any]:
+        """Those that are no constants of the motion."""
+        return [one for one in totals if one not in self.lasting.fixed]
+
+    def evaluate(self, k: int | Integer, phase: int | None = None, *, correcting: bool = False) -> None:
+        """The series of all members in stage k."""
+        early = isinstance(k, int) and k < 0
+        evaluation = Evaluation(
+            self.f, self.slots, lambda array: self.at(array, k + 2 if early and array is self.system.q else
+            0), self.tables, {self.system.time: self.time}, self.emitter,
+        )  # fmt: skip
+        for series, place in self.members:
+            writer = CorrectedWriter(evaluation, series, place, k, phase)
+            writer.correcting = correcting
+            writer.write()
+
+    def advance(self, evaluation: Evaluation, k: int | Integer, rates: Array) -> None:
+        """The newest coefficients of coordinates, from those of their accelerations."""
+        f, one, two = self.f, self.reciprocal(k, 1), self.reciprocal(k, 2)
+        found = evaluation.where(rates)
+        following, beyond = (k + 1) * self.width, (k + 2) * self.width
+        # from the last ones on: a whole vector of velocities goes beyond them, where the next coefficients of
+        # the first coordinates are
+        last = LANES * ((self.degrees - 1) // LANES)
+        with f.loop(0, self.degrees, LANES, tested=False) as j:
+            i = f.count(last) - j
+            velocity = divided(f, f.load_row(found, i, LANES), *one)
+            f.store_row(velocity, "%work", i + self.degrees + following)
+            f.store_row(divided(f, velocity, *two), "%work", i + beyond)

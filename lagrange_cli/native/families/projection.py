@@ -1,0 +1,209 @@
+"""``@project`` of systems of families: the state back to the constraints (see ``stepping.projection``)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.families.arrays import Array, Source, Term
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.constrained import solve
+from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
+from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.families.loops import Loop
+from lagrange_cli.native.families.restraint import Restraint
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.kind import NumberKind, V
+from lagrange_cli.native.recurrences.batches.columns import Everywhere
+from lagrange_cli.native.recurrences.batches.saddle import Tabled
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
+from lagrange_cli.native.recurrences.compensated import Compensated, Sum
+from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.projection import LOOSE, places_of
+from lagrange_cli.records import dataclass, replace
+
+
+class Moves(Restraint):
+    """The totals of a projection: coordinates are ``moved`` first, and then velocities."""
+
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
+        super().__init__(system, lasting)
+        graph, every = self.graph, np.arange(self.size)
+        self.off, self.off_speeds = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
+        """What should be 0: f, and df/dt."""
+        numbers = range(len(self.bounds))
+        self.right = self.of_bounds({b: -self.own(b, self.off) for b in numbers})
+        self.moved = self.on_coordinates(None, self.multipliers)
+        kicks, later = [], {}
+        for b, one in enumerate(self.bounds):
+            for slope, rows in zip(one.slopes, one.rows):
+                rate = self.rate(slope)
+                if not rate.is_zero:
+                    kicks.append(Term(one.domain, -(self.own(b, self.multipliers) * rate), rows))
+            slots = self.slots.inside(one.speed)
+            terms = [
+                (graph.diff(one.speed, x) * self.slots.symbol(one.domain, self.moved, slot.table), 1.0)
+                for x, slot in slots
+                if slot.array is system.q
+            ]
+            later[b] = graph.sum(terms)
+        self.kicks = self.total(self.size, kicks)
+        """M dv without forces of constraint (``Constraints.transport``)."""
+        push = self.of_all(self.kicks) * self.of_all(lasting.inverses)
+        self.free = self.total(self.size, [Term(self.everyone, push, every)])
+        self.right_speeds = self.of_bounds(
+            {b: -self.own(b, self.off_speeds) - later[b] - self.along(b, self.free) for b in numbers}
+        )
+        self.speeds = self.on_coordinates(self.of_all(self.free), self.multipliers)
+        self.loops = [self._loop(b) for b in numbers]
+
+    def _loop(self, number: int) -> Loop:
+        """What is computed of a bound before it is known whether anything moves."""
+        one = self.bounds[number]
+        every = np.arange(one.domain.count)
+        given = [(one.node, one.numbers, self.off), (one.speed, one.numbers, self.off_speeds)]
+        given += [(node, every, array) for node, array in zip(one.slopes, self.slopes[number])]
+        terms: list[tuple[Term, Array]] = []
+        for node, targets, array in given:
+            (term,) = self.total(one.domain.count, [Term(one.domain, node, targets)]).terms
+            terms.append((term, array))
+        # their velocities are read in any case
+        sizes = [self.slots.symbol(one.domain, self.system.v, rows) for rows in one.rows]
+        read = [(Term(one.domain, x, every), Array(Source.TOTAL, one.domain.count)) for x in sizes]
+        return Loop(one.domain, [*terms, *read], self.slots, frozenset(self.slopes[number]))
+
+    @property
+    def arrays(self) -> Sequence[Array]:
+        """All that are computed."""
+        slopes = [one for some in self.slopes for one in some]
+        found = [self.off, self.off_speeds, *slopes, self.square, self.right, self.multipliers, self.moved]
+        return [*found, self.kicks, self.free, self.right_speeds, self.speeds]
+
+
+class Exact(Everywhere):
+    """Constants of the motion as numbers of which nothing is lost."""
+
+    def value(self, kind: NumberKind[V], node: Node) -> V | None:
+        if node.kind is Kind.NUMBER:
+            return kind.number(node.data)
+        assert isinstance(kind, Compensated)
+        return cast("V", (kind.emitter.everywhere("%constants", "0", self.slot(node)), None))
+
+
+class Residuals(Writer):
+    """The loop over the constraints of a bound: what should be 0, from all digits of the state, and whether
+    it is, but for rounding."""
+
+    def __init__(self, writing: Projection, number: int, fine: Variable[Bit]) -> None:
+        super().__init__(writing.evaluation, writing.moves.loops[number])
+        self.writing, self.bound, self.fine = writing, writing.moves.bounds[number], fine
+
+    @property
+    def terms(self) -> Sequence[tuple[Term, Array]]:
+        return self.loop.terms[: len(self.loop.terms) - len(self.bound.rows)]
+
+    def of_eight(
+        self, known: dict[Node, str | None], bases: Sequence[Integer], j: Integer, inside: Bit
+    ) -> list[str | None]:
+        f, evaluation, emitter = self.f, self.evaluation, self.evaluation.emitter
+        careful, system = Compensated(emitter), self.writing.moves.system
+        whole: dict[Node, Sum | None] = {
+            symbol: (value, None) for symbol, value in known.items() if symbol.kind is Kind.SYMBOL
+        }
+        lower = Writer(replace(evaluation, where=self.writing.low), self.loop)
+        lower.first = self.first
+        rest = {**lower.fixed(bases), **lower.changing(bases, j)}
+        for symbol, slot in self.used.items():
+            if slot.array in (system.q, system.v):
+                whole[symbol] = known[symbol], rest[symbol]
+        whole[system.time] = known[system.time], self.writing.low_time
+        nodes = [term.node for term, _ in self.terms]
+        emit_values(careful, nodes[:2], whole, Exact(evaluation.tables.constants.slots))
+        slopes = nodes[2:]
+        emit_values(emitter, slopes, known, Everywhere(evaluation.tables.constants.slots))
+        found = []
+        slots = self.writing.moves.slots
+        for node, array in zip(nodes[:2], (system.q, system.v)):
+            value = whole[node]
+            off = emitter.add(*value) if value is not None else None
+            total: Any = None
+            for slope, rows in zip(slopes, self.bound.rows):
+                amount = known[slots.symbol(self.bound.domain, array, rows)]
+                total = emitter.add(total, emitter.magnitude(emitter.mul(known[slope], amount)))
+            size = Real(f, emitter.written(emitter.mul(emitter.number(LOOSE * emitter.unit), total)), LANES)
+            small = f.magnitude(Real(f, emitter.written(off), LANES)) <= size
+            self.fine.set(self.fine.get() & f.all(small | ~inside))
+            found.append(off)
+        return [*found, *(known[one] for one in slopes)]
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Writes ``@project(constants, state)``, in the function of the ``evaluation``. There is room at
+    ``scratch``; of t there is ``low_time`` besides."""
+
+    moves: Moves
+    evaluation: Evaluation
+    layout: StateLayout
+    tabled: SaddleTables
+    scratch: Pointer
+    low_time: str
+
+    def low(self, array: Array) -> Pointer:
+        """Where the low parts of an array are; those of what has none are not read."""
+        system, f = self.moves.system, self.evaluation.f
+        if array in (system.q, system.v):
+            return f.place(self.evaluation.where(array), self.layout.width, "double")
+        return self.evaluation.where(array)
+
+    def text(self) -> str:
+        """The function's text."""
+        moves, evaluation = self.moves, self.evaluation
+        f = evaluation.f
+        fine = f.variable(Bit(f, "true", 1))
+        slopes = [one for some in moves.slopes for one in some]
+        evaluation.clear(added([moves.off, moves.off_speeds, *slopes], moves.loops))
+        for number, _ in enumerate(moves.bounds):
+            Residuals(self, number, fine).write()
+        saddle = Tabled(f, evaluation.emitter, self.tabled, self.scratch.name, 0)
+        with f.when(~fine.get()):
+            self._move(saddle)
+        f.give()
+        return f.text()
+
+    def _move(self, saddle: Tabled) -> None:
+        moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f
+        at, where, multipliers = places_of(self.layout), evaluation.where, evaluation.where(moves.multipliers)
+        evaluation.write([moves.square])
+        regular = f.variable(Bit(f, "true", 1))
+        saddle.factor(where(moves.square), moves.placed(self.tabled), regular)
+        with f.when(regular.get()):
+            for right, total in ((moves.right, moves.moved), (moves.right_speeds, moves.speeds)):
+                if total is moves.speeds:
+                    evaluation.write([moves.kicks])
+                    evaluation.write([moves.free])
+                evaluation.write([right])
+                f.store(f.constant(0.0), where(right), moves.count)
+                solve(saddle, moves, where(right), multipliers)
+                evaluation.write([total])
+            for total, row in ((moves.moved, at.q), (moves.speeds, at.v)):
+                self._add(where(total), row)
+            if at.count is not None:
+                f.store(f.load("%state", at.count) + 1.0, "%state", at.count)
+
+    def _add(self, changes: Pointer, first: int) -> None:
+        """The ``changes`` to the rows of the state from ``first`` on."""
+        f, width = self.evaluation.f, self.layout.width
+        with f.loop(0, self.moves.size, tested=False) as row:
+            high, low = f.load("%state", row + first), f.load("%state", row + (first + width))
+            total, error = two_sum(high, f.load(changes, row))
+            total, error = two_sum(total, error + low)
+            f.store(total, "%state", row + first)
+            f.store(error, "%state", row + (first + width))

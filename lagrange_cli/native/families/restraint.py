@@ -1,0 +1,190 @@
+"""The equations for accelerations and multipliers with constraints, as totals, where M is diagonal.
+
+With A for the slopes of the constraints f and c for the rest of their second derivatives,
+
+    M a = F + A^T lambda,    A a + c = 0,    so that    A M^-1 A^T lambda = -c - A M^-1 F.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.families.bonds import Bonds, Bound
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
+
+
+class Restraint:
+    """The totals of the constraints of a system, in a run of their own: what is ``lasting`` is computed
+    before."""
+
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
+        assert system.bonds is not None
+        self.system, self.lasting, self.bonds = system, lasting, system.bonds
+        self.slots, self.graph, self.everyone = system.slots, system.slots.graph, system.everyone
+        bonds: Bonds = system.bonds
+        self.bounds, self.count, self.size = bonds.bounds, bonds.count, system.q.count
+        self.multipliers = Array(Source.TOTAL, self.count)
+        self.rest = Array(Source.TOTAL, self.count)
+        """c."""
+        self.slopes = [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
+        """A, of each bound a column for each of its coordinates."""
+        self.square = self._square()
+
+    def column(self, bound: Bound, slope: Node) -> Array:
+        """A column of A, which may be computed elsewhere."""
+        return Array(Source.TOTAL, bound.domain.count)
+
+    def own(self, bound: int, array: Array, places: Sequence[int] | None = None) -> Node:
+        """An array at the numbers of the constraints of a bound, or at other places."""
+        one = self.bounds[bound]
+        return self.slots.symbol(one.domain, array, one.numbers if places is None else np.asarray(places))
+
+    def slope(self, bound: int, column: int) -> Node:
+        """A."""
+        one = self.bounds[bound]
+        return self.slots.symbol(one.domain, self.slopes[bound][column], np.arange(one.domain.count))
+
+    def of_all(self, array: Array) -> Node:
+        """An array of all coordinates."""
+        return self.slots.symbol(self.everyone, array, np.arange(self.size))
+
+    def total(self, count: int, terms: Sequence[Term]) -> Total:
+        return self.lasting.arranged(Total(Source.TOTAL, count, tuple(terms)), kept=False)
+
+    def of_bounds(self, make: Mapping[int, Node]) -> Total:
+        """A total with a number for each constraint."""
+        terms = [Term(one.domain, make[b], one.numbers) for b, one in enumerate(self.bounds)]
+        return self.total(self.count, terms)
+
+    def on_coordinates(self, node: Node | None, multiplied: Array) -> Total:
+        """M^-1 A^T times a number for each constraint, and ``node`` of each coordinate besides."""
+        terms = [] if node is None else [Term(self.everyone, node, np.arange(self.size))]
+        for b, one in enumerate(self.bounds):
+            for a, rows in enumerate(one.rows):
+                inverse = self.slots.symbol(one.domain, self.lasting.inverses, rows)
+                terms.append(Term(one.domain, inverse * self.slope(b, a) * self.own(b, multiplied), rows))
+        return self.total(self.size, terms)
+
+    def along(self, bound: int, array: Array) -> Node:
+        """A times an array of all coordinates."""
+        one = self.bounds[bound]
+        symbols = [self.slots.symbol(one.domain, array, rows) for rows in one.rows]
+        return self.graph.sum([(self.slope(bound, a) * x, 1.0) for a, x in enumerate(symbols)])
+
+    def rate(self, node: Node) -> Node:
+        """The rate of an expression of coordinates, velocities and t, without accelerations."""
+        graph, system = self.graph, self.system
+        terms = [(graph.diff(node, system.time), 1.0)]
+        for x, slot in [*self.slots.inside(node)]:
+            if slot.array is system.q:
+                speed = self.slots.symbol(slot.domain, system.v, slot.table)
+                terms.append((graph.diff(node, x) * speed, 1.0))
+        return graph.sum(terms)
+
+    def _square(self) -> Total:
+        """The entries of A M^-1 A^T, and behind them 0 and 1."""
+        pairs, places = self.bonds.pairs
+        terms = []
+        for pair in pairs:
+            domain = Domain(len(pair.rows))
+            one, other = (
+                self.slots.symbol(domain, self.slopes[b][a], which)
+                for (b, a), which in zip((pair.first, pair.second), pair.members)
+            )
+            inverse = self.slots.symbol(domain, self.lasting.inverses, pair.rows)
+            terms.append(Term(domain, inverse * one * other, pair.entries))
+        end = np.array([len(places) + 1])
+        terms.append(Term(self.system.root, self.graph.one, end))
+        return self.total(len(places) + 2, terms)
+
+    @cached_property
+    def entries(self) -> Mapping[tuple[int, int], int]:
+        """Where entries are in the square."""
+        return {(i, j): k for k, (i, j) in enumerate(self.bonds.pairs[1].tolist())}
+
+    def placed(self, saddle: SaddleTables) -> Mapping[str, Sequence[int]]:
+        """The places of the entries that are factored."""
+        known, zero = self.entries, len(self.entries)
+        return saddle.entries(lambda i, j: known.get((max(i, j), min(i, j)), zero), zero + 1, zero + 1)
+
+
+class AtAState(Restraint):
+    """Those of the multipliers at one state."""
+
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
+        super().__init__(system, lasting)
+        forces = lasting.arranged(system.forces, kept=False)
+        push = self.of_all(forces) * self.of_all(lasting.inverses)
+        self.free = self.total(self.size, [Term(self.everyone, push, np.arange(self.size))])
+        self.right = self.of_bounds(
+            {b: -self.rate(one.speed) - self.along(b, self.free) for b, one in enumerate(self.bounds)}
+        )
+
+    def column(self, bound: Bound, slope: Node) -> Array:
+        return self.total(bound.domain.count, [Term(bound.domain, slope, np.arange(bound.domain.count))])
+
+
+class Motion(Restraint):
+    """Those of the equations of motion, of order k: ``pull`` is A^T lambda without what is newest in it."""
+
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
+        super().__init__(system, lasting)
+        self.forces = lasting.arranged(system.forces, kept=False)
+        self.pull = Array(Source.TOTAL, self.size)
+        pushed = (self.of_all(self.forces) + self.of_all(self.pull)) * self.of_all(lasting.inverses)
+        self.free = self.total(self.size, [Term(self.everyone, pushed, np.arange(self.size))])
+        """Accelerations without constraints."""
+        self.right = self.of_bounds(
+            {b: -self.own(b, self.rest) - self.along(b, self.free) for b, _ in enumerate(self.bounds)}
+        )
+        self.rates = self.on_coordinates(self.of_all(self.free), self.multipliers)
+        self.locals = [self._local(b, one) for b, one in enumerate(self.bounds)]
+
+    @property
+    def in_order(self) -> Sequence[Array]:
+        """What the series of the constraints give in every order."""
+        return self.rest, self.pull
+
+    @property
+    def arrays(self) -> Sequence[Array]:
+        """All that are computed."""
+        slopes = [one for some in self.slopes for one in some]
+        return [*self.in_order, *slopes, self.square, self.free, self.right, self.multipliers, self.rates]
+
+    def _local(self, number: int, bound: Bound) -> Local:
+        """What the series of a bound give."""
+        graph, domain = self.graph, bound.domain
+        every = np.arange(domain.count)
+
+        def simple(node: Node) -> Node:
+            """The same with arrays in place of what is constant."""
+            (term,) = self.total(domain.count, [Term(domain, node, every)]).terms
+            return term.node
+
+        node, multiplier = simple(bound.node), self.own(number, self.multipliers)
+        moving = self.system.time.symbols
+        for one in bound.coordinates:
+            moving |= one.symbols
+        terms: list[tuple[Term, Array]] = [
+            (Term(domain, graph.ddt(graph.ddt(node)), bound.numbers), self.rest)
+        ]
+        slopes: list[tuple[Term, Array]] = []
+        bent = False
+        for a, (symbol, rows) in enumerate(zip(bound.coordinates, bound.rows)):
+            slope = graph.diff(node, symbol)
+            slopes.append((Term(domain, slope, every), self.slopes[number][a]))
+            if slope.symbols & moving:
+                bent = True
+                terms.append((Term(domain, slope * multiplier, rows), self.pull))
+        change = [self.slots.symbol(domain, self.rates, rows) for rows in bound.rows]
+        return Local(
+            domain, [*terms, *slopes], len(slopes), bound.coordinates, [multiplier] if bent else [], change
+        )
