@@ -220,7 +220,7 @@ class DoubleDoubleSteps(Steps):
                 series.put(zero, m)
                 series.put(zero, m + self._low)
 
-    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
+    def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
         one = f.constant(1.0)
         unit = f.select(now.previous.equals(0.0), one, (now.previous.bits() & EXPONENT).number())
         return replace(now, unit=unit), self.series(f, now.t, now.low, unit)
