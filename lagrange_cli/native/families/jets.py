@@ -19,6 +19,7 @@ from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.vector_dots import AHEAD
@@ -30,7 +31,9 @@ MOST_NUMBERS = whole("numbers")
 BEGUN = 7
 """From this stage on, dot products are begun for several orders together, where coefficients are many. (The
 code is twice as long.)"""
-HEAD = "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
+HEAD = "define internal i1 @{}(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
+JET, BRIEF = "jet", "accelerations"
+"""The names of the functions: all of a step's series, and accelerations alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +68,11 @@ class SeriesJet:
         tables: Tables,
         layout: StateLayout,
         order: int,
+        name: str = JET,
     ) -> None:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
-        self.f = Function(HEAD)
+        self.f = Function(HEAD.format(name))
         self.emitter = LaneEmitter(self.f)
         self.width, self.degrees = layout.width, system.q.count
         self.work = 0
@@ -128,7 +132,7 @@ class SeriesJet:
             for one in loops(totals, self.slots)
         ]
         found = [one for one in listed if not isinstance(one, Chain)]
-        if self.local and len(found) == len(listed):
+        if self.local and self.order > RATES and len(found) == len(listed):
             self.tiling = tiling_of(found, self.planes, self.degrees, self.order)
         for i, one in enumerate(listed):
             if isinstance(one, Chain):

@@ -21,14 +21,14 @@ from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
-from lagrange_cli.native.families.jets import HEAD, Jet, SeriesJet, regular, velocity_planes
+from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Moves, Projection
 from lagrange_cli.native.families.restraint import AtAState, Motion
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
-from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps
+from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Board, Interface
@@ -167,6 +167,7 @@ class _Writer:
         if self.order > RATES and self.balance is None and self.motion is None:
             first, term = velocity_planes(self.degrees)
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
+            work += weights_size(self.order)
         given = Given(
             interface.inner, work, self.tolerance, (None, None, None), None, project=self.projection(),
             timed=not self.system.steady, floors=floors,
@@ -224,7 +225,10 @@ class _Writer:
             return ArticulatedJet(self.balance, *given).write()
         if self.motion is not None:
             return ConstrainedJet(self.motion, self.tabled, *given).write()
-        return SeriesJet(*given).write() if self.order > RATES else self.accelerations()
+        if self.order == RATES:
+            return self.accelerations()
+        jet, brief = SeriesJet(*given).write(), SeriesJet(*given[:-1], RATES, BRIEF).write()
+        return replace(jet, text=jet.text + brief.text)
 
     def projection(self) -> str:
         """``@project``, if there are constraints; its arrays are the next ones."""
@@ -248,7 +252,7 @@ class _Writer:
 
     def accelerations(self) -> Jet:
         """``@jet`` without series."""
-        f, width = Function(HEAD), self.layout.width
+        f, width = Function(HEAD.format(JET)), self.layout.width
         work = room(width * (RATES + 1) + self.degrees)
         totals = needed([self.rates], self.slots, self.lasting.fixed)
         at: dict[Array, tuple[str, int]] = {

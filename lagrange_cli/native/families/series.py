@@ -16,8 +16,8 @@ from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.recurrences.batches.layout import BEFORE
-from lagrange_cli.native.recurrences.vector_dots import AHEAD, begin_dots
+from lagrange_cli.native.recurrences.batches.layout import INVERSE, SLOPE
+from lagrange_cli.native.recurrences.vector_dots import AHEAD, Coefficients, begin_dots
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
 from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
@@ -49,16 +49,41 @@ class LoopSeries:
 
     @cached_property
     def stored(self) -> Mapping[int, int]:
-        """The series whose coefficients are needed again, with their places in a block."""
+        """The series whose coefficients are needed again, with their places among the vectors of an order."""
         series = self.program.series
         found = {index for index in self.program.residual if series[index].level > 0}
         for index, one in enumerate(series):
             if one.op is Op.POWER:
                 found.add(index)
             for operand, ahead in needs(one):
+                if operand in one.sources:
+                    continue
                 if one.op in (Op.MULTIPLY, Op.POWER) or one.level + ahead != series[operand].level:
                     found.add(operand)
         return {index: place for place, index in enumerate(sorted(found))}
+
+    @cached_property
+    def besides(self) -> Mapping[tuple[int, int], int]:
+        """What is needed again besides, with its place behind all orders: coefficient 0 of what functions are
+        of, dp/dx and 1/x of powers."""
+        series = self.program.series
+        sources = dict.fromkeys(source for one in series for source in one.sources)
+        found = [(index, 0) for index in sources if index not in self.stored]
+        powers = [index for index, one in enumerate(series) if one.op is Op.POWER]
+        found += [(index, which) for index in powers for which in (SLOPE, INVERSE)]
+        return {key: place for place, key in enumerate(found)}
+
+    @property
+    def step(self) -> int:
+        """Vectors of an order."""
+        return len(self.stored)
+
+    def vector(self, index: int, m: int | Integer) -> int | Integer:
+        """Which vector of a block coefficient ``m`` of a series is, or what goes with it: what an order needs
+        of several series is side by side."""
+        if isinstance(m, int) and (index, m) in self.besides:
+            return self.besides[index, m] + (self.order + 1) * self.step
+        return m * self.step + self.stored[index]
 
     @cached_property
     def begun(self) -> Mapping[int, int]:
@@ -82,23 +107,18 @@ class LoopSeries:
     @property
     def size(self) -> int:
         """Doubles of the coefficients of eight members, and of their sums."""
-        return LANES * (self.span * len(self.stored) + AHEAD * len(self.begun))
+        return self.sums + LANES * AHEAD * len(self.begun)
 
     @property
     def sums(self) -> int:
-        """Where the sums are in a block, from coefficient 0 of the first series on."""
-        return LANES * (self.span * len(self.stored) - BEFORE)
+        """Where the sums are in a block."""
+        return LANES * ((self.order + 1) * self.step + len(self.besides))
 
     @property
     def unrolled(self) -> int:
         """Stages that are written out: then every series has had its first coefficient, and t two."""
         levels = [(one.level, one.op) for one in self.program.series if one.level > FREE]
         return max((1 - level + (op is Op.TIME) for level, op in levels), default=1)
-
-    @property
-    def span(self) -> int:
-        """Vectors of a series."""
-        return BEFORE + self.order + 1
 
     @property
     def blocks(self) -> Places:
@@ -132,11 +152,11 @@ def begin_sums(
     if not series.begun:
         return
     with f.loop(first, last) as i:
-        block = f.place("%work", series.place(f, i) + (at + LANES * BEFORE), "double")
+        block = f.place("%work", series.place(f, i) + at, "double")
         for index, place in series.begun.items():
             first, last = series.known(index)
             a, b = (
-                f.place(block, LANES * series.span * series.stored[part], "double")
+                Coefficients(f.place(block, LANES * series.stored[part], "double"), series.step)
                 for part in series.program.series[index].arguments
             )
             ahead, out = series.program.series[index].level, f.place(block, series.sums + place, "double")

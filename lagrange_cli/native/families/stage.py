@@ -14,7 +14,7 @@ from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import VECTOR
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
-from lagrange_cli.native.recurrences.batches.layout import BEFORE, INVERSE, SLOPE
+from lagrange_cli.native.recurrences.batches.layout import INVERSE, SLOPE
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.stage import Factors
@@ -45,7 +45,7 @@ class SeriesWriter(Writer):
         """Where the coefficients of eight members begin."""
         assert self.block is not None
         place = self.series.place(self.f, self.block + j.operation("lshr", 3))
-        return self.f.place("%work", place + (self.at + LANES * BEFORE), "double")
+        return self.f.place("%work", place + self.at, "double")
 
 
 class _First(dict[int, "Value"]):
@@ -110,6 +110,7 @@ class MemberStage(VectorStage):
         expansion.table = [_First(self, i) for i in range(len(series.program.series))]
         expansion.sensitivities = _Slopes(self)
         self.series, self.k, self.block, self.known, self.phase = series, k, block, known, phase
+        self.step = series.step
         self.f, self.emitter, self._dots = evaluation.f, emitter, {}
         self.newest: dict[int, Value] = {}
         self._loaded: dict[tuple[int, object], Operand] = {}
@@ -117,20 +118,23 @@ class MemberStage(VectorStage):
         self._constants: dict[Node, Value] = {}
 
     def pointer(self, index: int) -> Pointer:
-        at = LANES * self.series.span * self.series.stored[index]
-        return self.f.place(self.block, at, "double")
+        return self.f.place(self.block, LANES * self.series.stored[index], "double")
+
+    def vector(self, index: int, m: int | Integer) -> Pointer:
+        """Where coefficient ``m`` of a series is, or what goes with it."""
+        return self.f.place(self.block, self.series.vector(index, m) * LANES, "double")
 
     def load(self, index: int, m: int | Integer) -> Operand:
         """Vector ``m`` of a series."""
         key = index, m if isinstance(m, int) else m.name
         if key not in self._loaded:
-            place = self.f.place(self.pointer(index), m * LANES, "double")
+            place = self.vector(index, m)
             self._loaded[key] = self.emitter.define(f"load {VECTOR}, ptr {place.name}, align 8")
         return self._loaded[key]
 
     def put(self, index: int, value: Value, m: int | Integer) -> None:
         """The same, stored."""
-        place = self.f.place(self.pointer(index), m * LANES, "double")
+        place = self.vector(index, m)
         self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place.name}, align 8")
 
     def dot(
@@ -158,7 +162,8 @@ class MemberStage(VectorStage):
         """Coefficient 0 of a series."""
         if self.is_index(self.series.program.series[index].level, 0) and index in self.newest:
             return self.newest[index]
-        return self.load(index, 0) if index in self.series.stored else None
+        known = index in self.series.stored or (index, 0) in self.series.besides
+        return self.load(index, 0) if known else None
 
     def at(self, index: int, ahead: int) -> Value:
         if isinstance(self.k, int) and self.k + ahead < 0:
@@ -189,10 +194,12 @@ class MemberStage(VectorStage):
             self.newest[index] = value
             if index in self.series.stored:
                 self.put(index, value, self.k + one.level)
-                if begins and one.op is Op.POWER:
-                    slope, inverse = self.expansion.sensitivities[index]
-                    self.put(index, slope, SLOPE)
-                    self.put(index, inverse, INVERSE)
+            elif begins and (index, 0) in self.series.besides:
+                self.put(index, value, 0)
+            if begins and one.op is Op.POWER:
+                slope, inverse = self.expansion.sensitivities[index]
+                self.put(index, slope, SLOPE)
+                self.put(index, inverse, INVERSE)
 
     def terms(self) -> list[Value]:
         """Coefficients k of the terms."""

@@ -1,4 +1,4 @@
-"""Convolutions of series in batches: coefficients of a series follow one another as vectors of eight members.
+"""Convolutions of series of eight members at a time: their coefficients are vectors.
 
 They stand where they are needed. In a call, the caller's vectors would have to wait in memory: no register
 of eight doubles outlasts it (a lattice of 30 x 30 pendulums: a third of the time).
@@ -14,6 +14,7 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import VECTOR
+from lagrange_cli.records import dataclass
 
 CHAINS = 4
 """Sums that a dot product is made of, so that its additions need not wait for each other."""
@@ -22,18 +23,26 @@ AHEAD = 4
 Products: TypeAlias = "Sequence[tuple[Real, Real]]"
 
 
-def coefficient(f: Function, series: Pointer, m: Integer | int) -> Real:
+@dataclass(frozen=True)
+class Coefficients:
+    """Those of a series, each ``step`` vectors behind the one before."""
+
+    place: Pointer
+    step: int = 1
+
+
+def coefficient(f: Function, series: Coefficients, m: Integer | int) -> Real:
     """The ``m``-th vector of a series."""
-    place = f.place(series, m, VECTOR)
+    place = f.place(series.place, m if series.step == 1 else m * series.step, VECTOR)
     return Real(f, f.define(f"load {VECTOR}, ptr {place.name}, align {8 * LANES}"), LANES)
 
 
-def dot(f: Function, a: Pointer, b: Pointer, n: Integer | int) -> Real:
+def dot(f: Function, a: Coefficients, b: Coefficients, n: Integer | int) -> Real:
     """sum_{m=1}^{n-1} a[m] b[n-m]."""
     return chained(f, n, n, lambda m, rest: [(coefficient(f, a, m), coefficient(f, b, rest))])[0]
 
 
-def square_dot(f: Function, a: Pointer, n: Integer | int) -> Real:
+def square_dot(f: Function, a: Coefficients, n: Integer | int) -> Real:
     """That of a series with itself, from half of the terms."""
     middle = (n + 1) // 2 if isinstance(n, int) else (n + 1).operation("lshr", 1)
     half = chained(f, n, middle, lambda m, rest: [(coefficient(f, a, m), coefficient(f, a, rest))])[0]
@@ -47,7 +56,7 @@ def square_dot(f: Function, a: Pointer, n: Integer | int) -> Real:
     return total.get()
 
 
-def power_dots(f: Function, a: Pointer, b: Pointer, n: Integer | int) -> list[Real]:
+def power_dots(f: Function, a: Coefficients, b: Coefficients, n: Integer | int) -> list[Real]:
     """sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m]."""
 
     def products(m: Integer | int, rest: Integer | int) -> Products:
@@ -59,7 +68,7 @@ def power_dots(f: Function, a: Pointer, b: Pointer, n: Integer | int) -> list[Re
 
 
 def begin_dots(
-    f: Function, a: Pointer, b: Pointer, first: int, last: Integer, n: Integer, out: Pointer
+    f: Function, a: Coefficients, b: Coefficients, first: int, last: Integer, n: Integer, out: Pointer
 ) -> None:
     """out[r] = sum_{m=first}^{last} a[m] b[n+r-m], ``AHEAD`` of them: coefficients are loaded once for
     several orders."""

@@ -1,6 +1,6 @@
 """The common parts of stages that compute eight members at once, for any layout of their series.
 
-Coefficients of a series follow one another as vectors, from ``pointer`` on.
+Coefficients of a series are vectors, from ``pointer`` on, each ``step`` behind the one before.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
-from lagrange_cli.native.recurrences.vector_dots import dot, power_dots, square_dot
+from lagrange_cli.native.recurrences.vector_dots import Coefficients, dot, power_dots, square_dot
 from lagrange_cli.series.program import Op, Series, reciprocal
 
 
@@ -22,6 +22,7 @@ class VectorStage(Stage[str]):
     emitter: LaneEmitter
     _dots: dict[int, list[Operand]]
     """The dot products of each series, and the weighted ones."""
+    step = 1
 
     def pointer(self, index: int) -> Pointer:
         """Where coefficient 0 of a series is."""
@@ -60,12 +61,12 @@ class VectorStage(Stage[str]):
 
     def _summed(self, one: Series, a: int, b: int, n: int | Integer) -> list[Operand]:
         """The dot product of a series, and for a power the weighted one, too."""
+        first, second = (Coefficients(self.pointer(index), self.step) for index in (a, b))
         if a == b:
-            return [square_dot(self.f, self.pointer(a), n).name]
-        places = self.pointer(a), self.pointer(b)
+            return [square_dot(self.f, first, n).name]
         if one.op is Op.POWER and not reciprocal(one.data):
-            return [sum.name for sum in power_dots(self.f, *places, n)]
-        return [dot(self.f, *places, n).name]
+            return [sum.name for sum in power_dots(self.f, first, second, n)]
+        return [dot(self.f, first, second, n).name]
 
 
 def rests(size: int) -> str:

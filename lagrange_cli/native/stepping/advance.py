@@ -103,10 +103,14 @@ def advance(steps: Steps) -> str:
         whole.set(no)
         return done.equals(NOTED)
 
+    def leaving_at_once() -> Bit:
+        """Whether the step before is the last one, if it is accepted."""
+        return pending.get().equals(Stop.END) | pending.get().equals(Stop.SAMPLES)
+
     steps.forget(f)
     with f.forever() as rounds:
         t, low = clock(Clock.TIME), clock(Clock.TIME_LOW)
-        now, regular = steps.expand(f, Now(t, low, clock(Clock.STEP), one))
+        now, regular = steps.expand(f, Now(t, low, clock(Clock.STEP), one), leaving_at_once)
         with f.when(~pending.get().equals(NOTHING)):
             floor = f.constant(bounds.nothing_much) / (length.get() * length.get())
             failures, unexplained = clock(Clock.NARROW_FAILURES), clock(Clock.UNEXPLAINED)

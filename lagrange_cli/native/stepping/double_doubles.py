@@ -224,7 +224,7 @@ class DoubleDoubleSteps(Steps):
                 series.put(zero, m)
                 series.put(zero, m + self._low)
 
-    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
+    def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
         one = f.constant(1.0)
         unit = f.select(now.previous.equals(0.0), one, (now.previous.bits() & EXPONENT).number())
         now = replace(now, unit=unit)

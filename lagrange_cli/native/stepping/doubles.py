@@ -67,7 +67,7 @@ class DoubleSteps(Steps):
         first = STRAIGHT * self.lengths.term
         f.call(None, "clear", f.place("%work", first), f.count(self._work - first))
 
-    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
+    def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
         self.measure(f, now)
         return now, f.call(Bit, "jet", f.pointer("%constants"), now.t + now.low, *self.places(f))
 

@@ -135,8 +135,9 @@ class Steps(ABC):
         """Remove the rest of other series: done first, and after a step that was not accepted."""
 
     @abstractmethod
-    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
-        """Compute the series, perhaps in a unit of its own; whether the mass matrix is regular."""
+    def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
+        """Compute the series, perhaps in a unit of its own; whether the mass matrix is regular. If they are
+        ``brief``, nothing but accelerations is needed."""
 
     @abstractmethod
     def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:

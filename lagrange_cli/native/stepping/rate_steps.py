@@ -170,7 +170,7 @@ class RateSteps(DoubleSteps):
 
     # what ``advance`` asks for
 
-    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
+    def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
         """The rates; the polynomials follow with the length of the step."""
         state, work, at = f.pointer("%state"), f.pointer("%work"), self._places
         self.measure(f, now)
