@@ -52,12 +52,6 @@ class Noise:
         """So many rows behind velocities they are."""
         return self.state.errors
 
-    @property
-    def rounding(self) -> tuple[int, float]:
-        """The same, and how often it is to be counted in what velocities are measured by: so that they are
-        measured by all that terms of their rates, which may cancel, change in a step."""
-        return self.place, 0.5 / self.size
-
     def function(self) -> Function:
         """The function."""
         places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work", "trial"))
@@ -137,6 +131,5 @@ class Noise:
 
     def floors(self, f: Function, h: Real) -> None:
         """What velocities are measured by over ``h``, where ``Lengths.floor`` is."""
-        lengths, (place, often) = self.lengths, self.rounding
-        with lengths.velocities(f) as row:
-            row.put(row.at("%state", place) * lengths.wide(f, h * often), "%work", lengths.floor)
+        with self.lengths.velocities(f) as row:
+            row.put(row.at("%state", self.place) * self.lengths.wide(f, h), "%work", self.lengths.floor)
