@@ -61,7 +61,7 @@ class Refusal:
         """Given values are too far from any consistent state."""
         shown = ", ".join(f"{name} = {value:.6g}" for name, value in moves[:MOST_SHOWN])
         more = ", ..." if len(moves) > MOST_SHOWN else ""
-        hint = f"--project-initial takes the nearest consistent state ({shown}{more})"
+        hint = f"solve --project-initial takes the nearest consistent state ({shown}{more})"
         hint += "; or leave a value out, so that it is found"
         return self.residuals(values, rows, scale, hint, speeds=speeds)
 
