@@ -81,8 +81,8 @@ def along_constraints(found: Found) -> Iterable[Change]:
 def turns_of_spheres(found: Found) -> Iterable[Change]:
     """Parts of rotations about other axes than that of a cyclic angle phi: changes of theta by cos(phi), of
     phi by sin(phi) cot(theta), and so on, where a given L contains theta in sines; with hyperbolic functions
-    of theta, those of a hyperbolic plane. A charge near a magnetic monopole gains terms such as
-    cos(phi)/sin(theta)."""
+    of theta, those of a hyperbolic plane. A third angle of Euler changes by sin(phi)/sin(theta). A charge
+    near a magnetic monopole gains terms such as cos(phi)/sin(theta)."""
     model, graph = found.model, found.graph
     if model.spec is None or model.spec.lagrangian is None:
         return
@@ -98,6 +98,8 @@ def turns_of_spheres(found: Found) -> Iterable[Change]:
                 for name in ("cos", "sin"):
                     turned = graph.function(name, (model.q[phi],))
                     yield from (Change({theta: turned}), Change({phi: turned * slope}))
+                    others = (k for k in range(len(model.q)) if k not in (theta, phi))
+                    yield from (Change({psi: turned / across}) for psi in others)
                     yield from (Change(gain=turned * one) for one in (slope, graph.one / across, across))
 
 
@@ -153,7 +155,16 @@ def is_trivial(found: Found, change: Change, node: Node) -> bool:
         free = [k for k in change.directions if f"p_{model.coordinates[k]}" in found.names]
         if change.time is None or free or not change.directions:
             return True
+    if all(is_circular(found, xi) for xi in change.directions.values()) and change.time is None:
+        return False  # the components of a vector are all given
     return not is_constant(model, change) and not found.is_independent(node)
+
+
+def is_circular(found: Found, node: Node) -> bool:
+    """Whether it has sines of conserved angles as factors, as the rotations in ``turns_of_spheres`` do."""
+    angles = [q for name, q in zip(found.model.coordinates, found.model.q) if f"p_{name}" in found.names]
+    inside = (one for one in reachable([node]) if one.kind is Kind.FUNCTION and one.data in ("sin", "cos"))
+    return any(one.arguments[0] is angle for one in inside for angle in angles)
 
 
 def momentum_of(found: Found, change: Change) -> str:
