@@ -126,12 +126,17 @@ class TooLargeSystem(SpecError):
 
 class SingularCoordinate(LagrangeError):
     """No kinetic energy depends on the velocity of any of the ``coordinates``: the mass matrix has rows of
-    zeros. ``messages`` has a sentence for each."""
+    zeros. Or it does not depend on all of them ``together``. ``messages`` has a sentence for each mistake."""
 
     exit_code = 3
 
-    def __init__(self, coordinates: list[str]) -> None:
+    def __init__(self, coordinates: list[str], *, together: bool = False) -> None:
+        self.together = together
         self.messages = {one: f"no kinetic energy depends on the velocity of '{one}'" for one in coordinates}
+        if together:
+            named = f"{', '.join(coordinates[:-1])} and {coordinates[-1]}"
+            message = "the mass matrix is singular in every state: the kinetic energy does not depend on the "
+            self.messages = {coordinates[0]: f"{message}velocities of {named} separately"}
         super().__init__(self.messages[coordinates[0]])
 
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from lagrange_cli.expression.conjugates import conjugate
 from lagrange_cli.expression.node import Kind, Node, in_order
 from lagrange_cli.expression.node_table import NodeTable
 from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, signs
-from lagrange_cli.expression.written import added
 
 SQUARE_ROOT = (0.5,)
 """The exponents of a product that is one."""
@@ -349,3 +349,13 @@ class NormalForms(NodeTable):
 def whole(exponent: float) -> bool:
     """Whether a power is one of a whole number."""
     return isinstance(exponent, int) or (math.isfinite(exponent) and exponent == int(exponent))
+
+
+def added(one: Any, other: Any) -> Any:
+    """The sum of two numbers; the difference of doubles is that of what was written."""
+    total = one + other
+    if type(total) is not float or not 0 < abs(total) < max(abs(one), abs(other)) < math.inf:
+        return total
+    from lagrange_cli.expression.written import difference  # most systems have no such coefficients
+
+    return difference(one, other)

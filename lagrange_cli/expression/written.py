@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
 
 WRITTEN = 12
 """Significant digits of a number as people write it."""
@@ -35,12 +34,10 @@ def as_written(value: float | Fraction) -> tuple[Fraction, bool, int]:
     return (Fraction(value), False, 0) if square is None else (square, True, 0)
 
 
-def added(one: Any, other: Any) -> Any:
-    """The sum of two numbers. The difference of doubles is that of the numbers that they were rounded from:
-    0 for 0.30000000000000004 - 0.3."""
+def difference(one: float, other: float) -> float:
+    """The sum of two doubles of opposite signs, as that of the numbers that they were rounded from: 0 for
+    0.30000000000000004 - 0.3."""
     total, largest = one + other, max(abs(one), abs(other))
-    if type(total) is not float or not 0 < abs(total) < largest < math.inf:
-        return total
     parts = [(as_written(abs(x)), x < 0) for x in (one, other)]
     if any(root or turns for (_, root, turns), _ in parts):
         return total

@@ -16,7 +16,7 @@ from lagrange_cli.mechanics.constrained.pushed import (
 )
 from lagrange_cli.mechanics.constrained.rigidity import refuse_strain
 from lagrange_cli.mechanics.constrained.thin import refuse_idle, refuse_spinning
-from lagrange_cli.mechanics.constrained.weightless import weightless
+from lagrange_cli.mechanics.constrained.weightless import entangled, weightless
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulations import formulations, if_affordable, lowered
@@ -58,6 +58,9 @@ def equations_of(model: Model[Node]) -> Residual:
     ]
     if idle:
         raise SingularCoordinate(idle)
+    together = [] if model.constraints else entangled(forms[first].mass_matrix)
+    if together:
+        raise SingularCoordinate([model.coordinates[k] for k in together], together=True)
     programs = {first: lowered(model, graph, forms[first])}
     for name in others:
         program = if_affordable(graph, partial(lowered, model, graph, forms[name]))

@@ -31,6 +31,8 @@ ENOUGH = 8
 """The least number of random arguments; the last few of them must have brought nothing new."""
 MOST_SUMS = 8
 """Sums of parameters that are tried as factors."""
+NEARER, CLOSE = 0.6, 0.05
+"""Random arguments are taken nearer to 0 after those at which something has no value, down to this part."""
 STATES = 2
 """Random states at which a combination is looked at that has numbers of its own at each."""
 VALUES_EACH, PRODUCTS = 2, 16
@@ -204,15 +206,17 @@ class Relations:
         symbols = [str(one.data) for one in below if one.kind is Kind.SYMBOL]
         variables = symbols if self.variables is None else [one for one in symbols if one in self.variables]
         fixed = self._parameters((one for one in symbols if one not in variables), scaled)
-        source = random.Random(len(columns))
+        source, reach = random.Random(len(columns)), 1.0
         for _ in range(TRIES * (len(columns) + SPARE) if conditions else 0):
             self.graph.work.charge(VALUES_EACH * len(below))
-            drawn = {name: source.choice((-1, 1)) * source.uniform(0.3, 1.4) for name in variables}
+            drawn = {name: reach * source.choice((-1, 1)) * source.uniform(0.3, 1.4) for name in variables}
             value, size = evaluate(nodes, {**fixed, **drawn})
             known = {one: 0.0 if abs(value[one]) <= ROUNDING * size[one] else value[one] for one in nodes}
             here = [[float(known[column[i]]) for column in columns] for i in range(conditions)]
             if all(math.isfinite(x) for row in here for x in row):
                 yield here
+            else:  # nearer to 0, as velocities below that of light
+                reach = NEARER * reach if reach > CLOSE else 1.0
 
 
 class Basis:

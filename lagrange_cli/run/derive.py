@@ -153,6 +153,8 @@ def located(spec: Spec) -> Iterator[None]:
                 if spec.lagrangian is not None:
                     velocity = velocity_name(each.name)
                     hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
+                if error.together:
+                    hint = "leave one of them out, or let constraints determine it"
                 problems.add_once(each.place, error.messages[each.name], hint)
         raise SpecError(spec.filename, problems.found) from error
     except NotLinear as error:

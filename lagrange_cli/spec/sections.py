@@ -93,7 +93,7 @@ SECTIONS = Table(
             example="bob: m",
             label="mass of",
             also="mass m",
-            rule=Rule(CONSTANT, "masses may use numbers and parameters"),
+            rule=Rule(CONSTANT, "masses and moments of inertia may use numbers and parameters"),
             family="all",
         ),
         named(
@@ -198,7 +198,8 @@ SECTIONS = Table(
             also="constraint holonomic holonomic_constraints closures closure loops restrictions",
             rule=Rule(
                 CONFIGURATION | {Kind.PARTICLE},
-                "a constraint is f(r, q, t): one in velocities is written under 'nonholonomic'",
+                "a constraint is f(r, q, t): one in velocities is written under 'nonholonomic', and none "
+                "contains multipliers",
             ),
             family="all",
         ),

@@ -92,3 +92,17 @@ def test_a_coordinate_that_no_kinetic_energy_depends_on(tmp_path, command):
     assert (run.returncode, run.stdout) == (3, "")
     assert run.stderr.startswith(f"bad.yaml:{line}:3: no kinetic energy depends on the velocity of 'idle'\n")
     assert f"\nbad.yaml:{line + 1}:3: no kinetic energy depends on the velocity of 'other'\n" in run.stderr
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "lagrangian: (a_dot + b_dot)**2/2 - a*b",
+        "masses: {p: 1}\npositions: {p: [cos(a + b), sin(a + b)]}",
+    ],
+)
+def test_more_coordinates_than_the_kinetic_energy_has_velocities(tmp_path, text):
+    (tmp_path / "bad.yaml").write_text(f"coordinates: {{a: {{initial: 1}}, b: {{initial: 2}}}}\n{text}\n")
+    run = lagrange("check", "bad.yaml", cwd=tmp_path)
+    assert run.returncode == 3
+    assert "the kinetic energy does not depend on the velocities of a and b separately" in run.stderr

@@ -358,3 +358,14 @@ def test_a_quaternion_is_normalized_to_many_digits():
     found = start(TOP, exact=context(), w=2.0, z=0.1, y_dot=3.0)
     assert abs(found.q[0] - 2 / (4 + mpf(0.1) ** 2) ** mpf("0.5")) < 1e-30
     assert abs(sum(x * x for x in found.q) - 1) < 1e-30
+
+
+def test_a_constraint_that_restricts_nothing_at_the_start_is_told_from_a_constant():
+    text = "coordinates: {x: {}, y: {}}\nmasses: {p: 1}\npositions: {p: [x, y]}\n"
+    text = text.replace("{}", "{initial: 0}")
+    (problem,) = refused(text + "nonholonomic: {e: t*x_dot - 1}")
+    assert problem.message == "constraint 'e' restricts nothing at t = 0: all its slopes are 0 then"
+    (problem,) = refused(text + "constraints: {e: t*x}")
+    assert "restricts nothing at t = 0" in problem.message
+    (problem,) = refused(text + "nonholonomic: {e: x_dot - x_dot + t}")
+    assert "contains no velocity" in problem.message

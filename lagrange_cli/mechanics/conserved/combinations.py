@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.conserved.reasons import current_text, is_constant, reason
@@ -39,6 +39,7 @@ def combinations(found: Found) -> None:
         node = found.noether.current(change)
         if not is_trivial(found, change, node) and found.noether.keeps(change):
             name, because = momentum_of(found, change), reason(found.noether, change, named, others)
+            because += found.place if named else ""
             new = found.add(name or f"C_{number + 1}", current_text(model, others, named), because, change)
             number += new and not name
 
@@ -54,11 +55,12 @@ def elementary(found: Found) -> Iterable[Change]:
         yield from (Change(gain=x) for x in gains if any(x.symbols & q.symbols for q in model.q))
         yield Change(gain=model.time)
     yield from (one.change for one in found.trials)
+    yield from turns_of_spheres(found) if small else ()
     if "h" not in found.names:
         yield Change(time=one)
     if small:
         yield from (Change({k: factor}) for factor in (model.time, *model.q) for k in range(len(model.q)))
-        yield Change(time=model.time)
+        yield from (Change(time=factor) for factor in (model.time, *model.q))
 
 
 def along_constraints(found: Found) -> Iterable[Change]:
@@ -74,6 +76,31 @@ def along_constraints(found: Found) -> Iterable[Change]:
             factors = {base: e for slope in slopes.values() for base, e in factors_of(slope) if e < 0}
             clearing = graph.product([(base, 1) for base in factors])
             yield Change({s: clearing, **{k: clearing * slope for k, slope in slopes.items()}})
+
+
+def turns_of_spheres(found: Found) -> Iterable[Change]:
+    """Parts of rotations about other axes than that of a cyclic angle phi: changes of theta by cos(phi), of
+    phi by sin(phi) cot(theta), and so on, where a given L contains theta in sines; with hyperbolic functions
+    of theta, those of a hyperbolic plane. A third angle of Euler changes by sin(phi)/sin(theta). A charge
+    near a magnetic monopole gains terms such as cos(phi)/sin(theta)."""
+    model, graph = found.model, found.graph
+    if model.spec is None or model.spec.lagrangian is None:
+        return
+    lagrangian = found.noether.energetics.lagrangian
+    inside = {one for one in reachable([lagrangian]) if one.kind is Kind.FUNCTION}
+    for theta, angle in enumerate(model.q):
+        for sine, cosine in (("sin", "cos"), ("sinh", "cosh")):
+            across, along = (graph.function(name, (angle,)) for name in (sine, cosine))
+            if inside.isdisjoint((across, along)):
+                continue
+            slope = along / across
+            for phi in (k for k, name in enumerate(model.coordinates) if f"p_{name}" in found.names):
+                for name in ("cos", "sin"):
+                    turned = graph.function(name, (model.q[phi],))
+                    yield from (Change({theta: turned}), Change({phi: turned * slope}))
+                    others = (k for k in range(len(model.q)) if k not in (theta, phi))
+                    yield from (Change({psi: turned / across}) for psi in others)
+                    yield from (Change(gain=turned * one) for one in (slope, graph.one / across, across))
 
 
 def scaled(found: Found, parts: Sequence[tuple[Node, Change]]) -> list[tuple[Node, Change]]:
@@ -121,11 +148,23 @@ def is_trivial(found: Found, change: Change, node: Node) -> bool:
     if gain is not None and gain.symbols & time and not gain.symbols & places:
         return True
     rates = [*change.directions.values(), *([] if change.time is None else [change.time])]
-    if any(one.symbols & time for one in rates) and len(change.directions) <= 1:
+    turning = (
+        change.time is not None and change.time.symbols & places
+    )  # of a coordinate and t: Lorentz boosts
+    if any(one.symbols & time for one in rates) and len(change.directions) <= 1 and not turning:
         free = [k for k in change.directions if f"p_{model.coordinates[k]}" in found.names]
         if change.time is None or free or not change.directions:
             return True
+    if all(is_circular(found, xi) for xi in change.directions.values()) and change.time is None:
+        return False  # the components of a vector are all given
     return not is_constant(model, change) and not found.is_independent(node)
+
+
+def is_circular(found: Found, node: Node) -> bool:
+    """Whether it has sines of conserved angles as factors, as the rotations in ``turns_of_spheres`` do."""
+    angles = [q for name, q in zip(found.model.coordinates, found.model.q) if f"p_{name}" in found.names]
+    inside = (one for one in reachable([node]) if one.kind is Kind.FUNCTION and one.data in ("sin", "cos"))
+    return any(one.arguments[0] is angle for one in inside for angle in angles)
 
 
 def momentum_of(found: Found, change: Change) -> str:

@@ -45,6 +45,8 @@ class Found:
         self.symmetries: list[Symmetry] = []
         self.note = ""
         """What is added to each reason."""
+        self.place = ""
+        """Where the particle is, in words, that the system moves like."""
         self.names = {each.quantity for each in known}
         nodes = {f"p_{name}": p for name, p in zip(model.coordinates, self.noether.energetics.momenta)}
         nodes["h"] = self.noether.energy

@@ -18,10 +18,11 @@ from functools import cached_property
 from itertools import islice
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node
-from lagrange_cli.expression.zero import deciding, zeros
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.zero import branching, deciding, is_zero, zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
@@ -82,13 +83,26 @@ class Noether:
         return Constraints(self.model)
 
     @cached_property
-    def _deciding(self) -> list[Node]:
-        """The arguments that decide branches of functions in L and the forces, whose jumps derivatives do not
-        show."""
+    def _given(self) -> list[Node]:
+        """What decides about the equations of motion."""
         model = self.model
         given = [model.potential, *(u for one in model.particles for u in one.velocity)]
         given = given if model.lagrangian is None else [model.lagrangian]
-        return deciding([*given, *self.energetics.applied], self._moving)
+        return [*given, *self.energetics.applied]
+
+    @cached_property
+    def _deciding(self) -> list[Node]:
+        """The arguments that decide branches of functions in L and the forces, whose jumps derivatives do not
+        show; those of roots last."""
+        return sorted(deciding(self._given, self._moving), key=self._roots.__contains__)
+
+    @cached_property
+    def _roots(self) -> set[Node]:
+        """Those of roots, which are positive wherever there is a motion, and decide nothing else."""
+        roots, others = set[Node](), set[Node]()
+        for node in reachable(self._given, lambda one: bool(one.symbols & self._moving)):
+            (roots if node.kind is Kind.PRODUCT else others).update(branching(node))
+        return roots - others
 
     @cached_property
     def eliminated(self) -> Mapping[Node, Node]:
@@ -164,8 +178,12 @@ class Noether:
         return self._graph.sum(terms + ([(change.gain, -1.0)] if change.gain is not None else []))
 
     def conditions(self, changes: Sequence[Change]) -> list[tuple[Node, ...]]:
-        """The expressions that must vanish, for each change: linear in it, and as many for every one."""
-        return self._where_constraints_hold([[*self._balance(one), *self._along(one)] for one in changes])
+        """The expressions that must vanish, for each change: linear in it, and as many for every one.
+        Whether roots have arguments that stay positive is left to the proof."""
+        plain = 1 + sum(u not in self._roots for u in self._deciding)
+        return self._where_constraints_hold(
+            [[*self._balance(one)[:plain], *self._along(one)] for one in changes]
+        )
 
     def _along(self, change: Change) -> list[Node]:
         """The rates of the constraints in a change."""
@@ -225,7 +243,30 @@ class Noether:
 
     def keeps(self, change: Change) -> bool:
         """Whether it is proven that the current is conserved."""
-        return self.kept([[(self._graph.one, change)]]) == [True]
+        if self.kept([[(self._graph.one, change)]]) == [True]:
+            return True
+        if self.model.constraints or not self._roots:
+            return False
+        changing = dict(zip([None, *self._deciding], self._balance(change)))
+        plain = [rate for u, rate in changing.items() if u not in self._roots]
+        return zeros(plain) >= {*plain} and all(
+            self._stays_positive(u, rate)
+            for u, rate in changing.items()
+            if u in self._roots and u is not None
+        )
+
+    def _stays_positive(self, u: Node, rate: Node) -> bool:
+        """Whether u changes in proportion to u, so that no change lets it pass 0."""
+        graph, model = self._graph, self.model
+        symbols = (model.time, *model.q, *model.v)
+        columns = [[u * factor] for factor in (graph.one, *symbols)]
+        found = Relations(graph, symbols).relations([*columns, [rate]])
+        for relation in found:
+            if len(columns) in relation:
+                return is_zero(
+                    graph.sum([(factor * [*columns, [rate]][i][0], 1.0) for i, factor in relation.items()])
+                )
+        return False
 
     def kept(self, sums: Sequence[Parts]) -> list[bool]:
         """The same for each of several sums of changes times functions; all are proven at once, as they

@@ -88,7 +88,8 @@ def reason(noether: Noether, change: Change, named: Named, others: Change) -> st
         turns = [f"{one.how}{by(factor, moving)}" for factor, one in named]
         turns += [f"changing {changes_text(model, others)}"] if others.directions or others.time else []
         meaning = "; ".join(f"{one.name} is the {one.text}" for _, one in named)
-        return f"{', and '.join(turns)}, {ending}; {meaning}"
+        comma = "," * (len(turns) > 1)
+        return f"{', and '.join(turns)}{comma} {ending}; {meaning}"
     changed = [(model.coordinates[k], xi) for k, xi in sorted(change.directions.items())]
     names = [name for name, _ in changed]
     if is_constant(model, change) and len(names) > 1:

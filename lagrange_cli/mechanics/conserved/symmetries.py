@@ -52,6 +52,7 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     space = work.attempt(WORTH_OF_POLYNOMIALS, partial(in_space, model))
     model, note = space or (model, "")
     found = Found(model, known)
+    found.place = note
     for stage in (displaced, about_the_centre, combinations, parts, hidden, tops, polynomials, without_gauge):
         found.note = note if stage in (displaced, about_the_centre, hidden, polynomials) else ""
         work.attempt(WORTH if stage is not polynomials else WORTH_OF_POLYNOMIALS, partial(stage, found))

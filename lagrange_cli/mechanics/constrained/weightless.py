@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from itertools import chain
+from math import isfinite
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -17,6 +19,8 @@ from lagrange_cli.mechanics.variables import nonzero
 NOTHING = 1e-10
 """A pivot that is no larger than this part of its diagonal entry is 0 at random states."""
 DRAWS = 3
+LARGEST_BLOCK = 24
+"""The largest block of coordinates that is looked at for momenta that depend on each other."""
 
 
 def weightless(matrix: Sequence[Sequence[Node]]) -> frozenset[int]:
@@ -31,6 +35,30 @@ def weightless(matrix: Sequence[Sequence[Node]]) -> frozenset[int]:
         numbers = [{k: float(values[row[k]]) for k in some} for row, some in zip(matrix, places)]
         found.append(frozenset(k for block in blocks for k in _vanishing(numbers, block)))
     return min(found, key=len)
+
+
+def entangled(matrix: Sequence[Sequence[Node]]) -> list[int]:
+    """Coordinates with a change of velocities that changes no momentum, at every state: those of the first
+    block of the mass matrix that is singular. Nothing where a block is too large."""
+    source = random.Random(2)
+    for block in connected(matrix):
+        if not 1 < len(block) <= LARGEST_BLOCK:
+            continue
+        from lagrange_cli.mechanics.relations import dependent  # what is uncoupled does not need it
+
+        columns = [[matrix[j][k] for j in block] for k in block]
+        names = [str(one.data) for one in reachable(chain.from_iterable(columns)) if one.kind is Kind.SYMBOL]
+        for _ in range(DRAWS):
+            values, _ = evaluate(
+                [*chain.from_iterable(columns)], {name: source.uniform(0.3, 1.3) for name in names}
+            )
+            rows = [[float(values[column[i]]) for column in columns] for i in range(len(block))]
+            relations = dependent(rows, len(block)) if all(map(isfinite, chain.from_iterable(rows))) else {}
+            if not relations:
+                break
+        else:
+            return sorted(block[i] for i in next(iter(relations.values())))
+    return []
 
 
 def _vanishing(matrix: Sequence[Mapping[int, float]], block: Sequence[int]) -> list[int]:

@@ -18,6 +18,8 @@ FAINT = 1e-6
 """The part of the largest coefficient below which one is all but 0."""
 EXACTLY = 1e-12
 """States nearby are consistent if constraints are off by no more."""
+LATER = (0.37, 1.13)
+"""Times after the start at which a constraint is looked at that restricts nothing at the start."""
 
 
 def refuse_constants(search: Search) -> None:
@@ -34,9 +36,11 @@ def refuse_constants(search: Search) -> None:
             sizes = {k: abs(a) + abs(row.get(k, 0.0)) for k, a in other.items()}
             if any(abs(a - row.get(k, 0.0)) > NEAR * sizes[k] for k, a in other.items()):
                 raise NotLinear(name)
-    for name, steep, usual in zip(search.names, here, search.typical(scale)):
+    for i, (name, steep, usual) in enumerate(zip(search.names, here, search.typical(scale))):
         if steep == usual == 0.0:
-            raise search.refusal.constant(name)
+            later = (search.rates(q, v, search.given.t + dt).rows for dt in LATER)
+            awakes = any(steepness(rows, scale)[i] for rows in later)
+            raise search.refusal.constant(name, float(search.given.t) if awakes else None)
 
 
 def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Generic:

@@ -61,7 +61,7 @@ class Refusal:
         """Given values are too far from any consistent state."""
         shown = ", ".join(f"{name} = {value:.6g}" for name, value in moves[:MOST_SHOWN])
         more = ", ..." if len(moves) > MOST_SHOWN else ""
-        hint = f"--project-initial takes the nearest consistent state ({shown}{more})"
+        hint = f"solve --project-initial takes the nearest consistent state ({shown}{more})"
         hint += "; or leave a value out, so that it is found"
         return self.residuals(values, rows, scale, hint, speeds=speeds)
 
@@ -94,8 +94,13 @@ class Refusal:
         hint = "write an expression that changes its sign where it becomes 0, f in place of f**2"
         return self.source.error(self.written(name).place, message, hint)
 
-    def constant(self, name: str) -> SpecError:
-        """A constraint is a constant."""
+    def constant(self, name: str, at: float | None = None) -> SpecError:
+        """A constraint is a constant, or one at the time ``at`` only, when the motion begins."""
+        if at is not None:
+            message = f"constraint '{name}' restricts nothing at t = {at:g}: all its slopes are 0 then"
+            return self.source.error(
+                self.written(name).place, message, "let the motion start at another time"
+            )
         bodies = [body for body in self.spec.bodies if norm_name(body) == name]
         if bodies:
             message = f"the length of the quaternion of body '{bodies[0]}' does not depend on any coordinate"

@@ -352,7 +352,36 @@ potential: m*g*bob.z
 constraints: {rod: r - l}
 """
 """r*p_phi is nothing new."""
+GEODESICS = """
+coordinates: {u: {initial: 1, velocity: 0.2}, phi: {velocity: 0.5}}
+lagrangian: (u_dot**2 + SINE(u)**2*phi_dot**2)/2
+"""
+TOP_BY_L = """
+parameters: {A: 1, B: 0.7, C: 0.4}
+coordinates: {a: {velocity: 0.5}, b: {initial: 1, velocity: 0.3}, c: {velocity: 2}}
+definitions:
+  w1: a_dot*sin(b)*sin(c) + b_dot*cos(c)
+  w2: a_dot*sin(b)*cos(c) - b_dot*sin(c)
+lagrangian: (A*w1**2 + B*w2**2 + C*(c_dot + cos(b)*a_dot)**2)/2
+"""
+MONOPOLE = """
+parameters: {m: 1.5, q: 0.6}
+coordinates: {r: {initial: 1}, a: {initial: 1.2, velocity: 0.3}, b: {velocity: 0.5}}
+lagrangian: m/2*(r_dot**2 + r**2*a_dot**2 + r**2*sin(a)**2*b_dot**2) + q*(1 - cos(a))*b_dot
+"""
+RELATIVISTIC = """
+parameters: {m: 1.5, c: 2}
+coordinates: {x: {velocity: 1}, y: {velocity: 0.4}, z: {velocity: 0.1}}
+lagrangian: -m*c**2*sqrt(1 - (x_dot**2 + y_dot**2 + z_dot**2)/c**2)
+"""
 CASES = {
+    "geodesics of a sphere": (GEODESICS.replace("SINE", "sin"), {"C_1", "C_2"}),
+    "geodesics of a hyperbolic plane": (GEODESICS.replace("SINE", "sinh"), {"C_1", "C_2"}),
+    "geodesics of another surface": (GEODESICS.replace("SINE(u)**2", "(2 + sin(u))**2"), set()),
+    "a top by its Lagrangian": (TOP_BY_L, {"C_1", "C_2"}),
+    "a monopole in a gauge": (MONOPOLE, {"C_1", "C_2", "C_3"}),
+    "a relativistic particle": (RELATIVISTIC, {"C_1", "C_2", "C_3"}),
+    "scaling near a dipole": (SPACE.format("q*z/norm(p)**3"), {"L_z", "C_1", "I_1"}),
     "a clutch": (CLUTCH, {"L_x", "L_y", "L_z"}),
     "a coordinate that is held": (HELD_AT_R, set()),
     "a ball that is thrown in space": (SPACE.format("m*q*z"), {"L_z", "A_z"}),
@@ -410,7 +439,7 @@ CASES = {
     "a pendulum": (SPHERICAL.replace("rod: ", "plane: z + 0.8*x - 0*y, rod: "), set()),
     "a sphere": (ON_A_SPHERE, {"L_x", "L_y"}),
     "a rotating frame": (ROTATING, {"P_x", "P_y", "L_z"}),
-    "relative coordinates": (JACOBI, {"K_x", "K_y", "L_z", "I_1"}),
+    "relative coordinates": (JACOBI, {"K_x", "K_y", "L_z", "A_x", "A_y"}),
     "a ratio": (RATIO, {"C_1", "C_2"}),
     "a rolling disc": (DISC, {"C_1"}),
     "a sleigh": (SLEIGH.replace("- m*g*x", ""), {"C_1"}),
