@@ -160,7 +160,10 @@ def test_such_an_integrand_on_a_moving_place():
         assert action == pytest.approx(-math.sin(2 * t) / 4 + float(added), abs=1e-14)
 
 
-@pytest.mark.parametrize("form", ["sin(1/(t - 1/3))", "exp(1/(t - 1/3)**2)", "exp(-1/(t - 1/3))", "log(abs(t - 1/3))**2", "1/(t - 1/3)"])
+@pytest.mark.parametrize(
+    "form",
+    ["sin(1/(t - 1/3))", "exp(1/(t - 1/3)**2)", "exp(-1/(t - 1/3))", "log(abs(t - 1/3))**2", "1/(t - 1/3)"],
+)
 def test_an_integrand_that_no_parts_can_follow_has_no_integral(form, monkeypatch):
     """None of its samples are what the step's polynomial gives, either."""
     monkeypatch.setattr(division, "MOST", 1 << 12)

@@ -167,7 +167,8 @@ class Division:
     def lose(self, part: Part, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
         """Integrals become nan here if the integrand is too steep to be passed over, if it is not finite
         beyond and not evaluated further away (``blind``), if it is far from its predicted value at the
-        shortest part (``noisy``), or if it is ``unproven`` there and no power law either. Returns whether to evaluate it further away."""
+        shortest part (``noisy``), or if it is ``unproven`` there, and no power law either. Returns whether to
+        evaluate it further away."""
         f, parts = self.f, self.parts
         own, ended = parts.own, parts.array(ENDED)
         conditions = part.short, part.steep, blind, noisy, unproven
