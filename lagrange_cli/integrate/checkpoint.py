@@ -53,6 +53,7 @@ class Progress:
             "final": None if self.final is None else self.final.as_data(),
             **({"events": [one.as_data() for one in self.happened]} if self.happened else {}),
             **({"actions": list(snapshot.actions)} if snapshot.actions else {}),
+            **({"singular": list(snapshot.singular)} if snapshot.singular else {}),
             **({"unknown": dict(self.unknown)} if self.unknown else {}),
         }
 
@@ -76,7 +77,7 @@ class Progress:
             size, limited = float(data["size"]), bool(data["limited"])
             final = None if data["final"] is None else State(**data["final"])
             happened = tuple(Happened(*one) for one in data.get("events", ()))
-            actions = tuple(map(float, data.get("actions", ())))
+            actions, singular = (tuple(map(float, data.get(name, ()))) for name in ("actions", "singular"))
             list(map(int, (*actions[:1], *actions[2:])))  # all but a time are whole numbers, or finite times
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
@@ -95,7 +96,7 @@ class Progress:
             raise ValueError("of other quantities")
         if len(happened) != len(program.events) or (happened and len(actions) < 2):
             raise ValueError("of other events")
-        snapshot = Snapshot(memory, t, steps, samples, limited, actions, marks)
+        snapshot = Snapshot(memory, t, steps, samples, limited, actions, marks, singular)
         return cls(snapshot, first, drift, size, final, base, happened, unknown)
 
 

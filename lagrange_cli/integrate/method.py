@@ -28,11 +28,10 @@ class Unfit(ValueError):
 class Snapshot:
     """What a method needs to continue a motion from time ``t`` with the same bits.
 
-    ``memory`` is its whole
-    state, except ``actions``, the state of the actions of events. So
-    far it has taken ``steps`` steps and handed over ``samples`` samples. Unless the steps were ``limited`` by
-    the stop time, a motion that stops later takes the same steps. ``marks`` are memories of earlier times,
-    from which a singular configuration is passed.
+    ``memory`` is its whole state, except ``actions``, the state of the actions of events. So far it has taken
+    ``steps`` steps and handed over ``samples`` samples. Unless the steps were ``limited`` by the stop time, a
+    motion that stops later takes the same steps. ``marks`` are memories of earlier times, from which a
+    singular configuration is passed; it has passed others at the times ``singular``.
     """
 
     memory: Array
@@ -42,6 +41,7 @@ class Snapshot:
     limited: bool = False
     actions: tuple[float, ...] = ()
     marks: tuple[Array, ...] = ()
+    singular: tuple[float, ...] = ()
 
     @property
     def arrays(self) -> dict[str, Array]:

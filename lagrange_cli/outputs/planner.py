@@ -50,6 +50,12 @@ class Planner:
         found = symmetries(self.model, self.residual.conserved)
         return [(one.conserved, one.node) for one in found]
 
+    def kept_by_constraints(self) -> Sequence[tuple[Conserved, Node]]:
+        """Functions of coordinates and t that constraints on velocities keep constant."""
+        from lagrange_cli.mechanics.constrained.potentials import integrals
+
+        return integrals(self.model)
+
     def families(self, section: str, names: Iterable[str]) -> tuple[Family, ...]:
         """The names that a section of the file declares, by family."""
         return grouped(names, self.model.families.get(section, {}))

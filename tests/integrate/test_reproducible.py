@@ -39,6 +39,17 @@ constraints:
   bar: (x1 - x0)**2 + (y1 - y0)**2 - 1
 """
 SYSTEMS[LINKAGE] = 3.0  # it passes the horizontal twice
+KICKED = (
+    LINKAGE
+    + """
+events:
+  level: {when: x0 - 1/5}
+  low:
+    when: y0 + 1/2
+    action: {set: {x0_dot: 0.99*x0_dot, y0_dot: 0.99*y0_dot, x1_dot: 0.99*x1_dot, y1_dot: 0.99*y1_dot}}
+"""
+)
+SYSTEMS[KICKED] = 3.0
 """What is followed, and for how long; cyclic coordinates, explicit time and a family among them."""
 BACKWARD = SYSTEMS | {"driven_damped_pendulum": 3.0}  # what damping takes grows by exp(1.6 t) backward
 OUTPUTS = ("q", "v", "p", "h", "ledger", "action")
@@ -104,9 +115,10 @@ def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size, se
         assert getattr(whole.outcome, name) == getattr(pieces.outcome, name), name
 
 
+@pytest.mark.parametrize("linkage", [LINKAGE, KICKED])
 @pytest.mark.parametrize("looks", [1, 10])
-def test_a_singular_configuration_is_passed_alike_wherever_the_motion_was_interrupted(looks):
-    whole, pieces = Run(LINKAGE, 31, 0), Run(LINKAGE, 31, looks, 5)
+def test_a_singular_configuration_is_passed_alike_wherever_the_motion_was_interrupted(looks, linkage):
+    whole, pieces = Run(linkage, 31, 0), Run(linkage, 31, looks, 5)
     assert len(whole.outcome.singular) == 2
     assert pieces.outcome.singular == whole.outcome.singular
     assert pieces.pieces > 3

@@ -209,6 +209,35 @@ def test_a_parallelogram_passes_through_the_horizontal():
     assert motion.outcome.h_drift < 1e-11
 
 
+SOFT = "+ 30*m*max(0, {0} - 1/2)**2"
+"""A spring that acts above y = 1/2."""
+
+
+@pytest.mark.parametrize("spring", [False, True])
+def test_a_parallelogram_passes_through_the_horizontal_with_events_and_switches(spring):
+    """An event a fiftieth of a second before it, and one at an end; a force that is switched on and off."""
+    force, own = (SOFT.format(y) if spring else "" for y in ("y0", "a.y"))
+    events = "events: {{half: {{when: {0} - 1/10}}, left: {{when: {1} - 1/5, direction: rising}}}}\n"
+    linkage = LINKAGE.replace("m*g*(y0 + y1)", f"m*g*(y0 + y1) {force}") + events.format("y0", "x0")
+    angle = AS_AN_ANGLE.replace("m*g*(a.y + b.y)", f"m*g*(a.y + b.y) {own}")
+    motion = follow(linkage, 4.0, 401, outputs=("q", "h"))
+    other = follow(angle + events.format("cos(theta)", "sin(theta)"), 4.0, 401, outputs=("q", "observables"))
+    assert len(motion.outcome.singular) >= 2
+    assert np.abs(motion["q/x0"] - other["observables/x0"]).max() < 1e-11
+    assert motion.outcome.h_drift < 1e-11
+    for name in ("half", "left"):
+        times = other[f"events/{name}/t"]
+        assert len(times) >= 2
+        assert np.abs(motion[f"events/{name}/t"] - times).max() < 1e-11
+
+
+def test_an_event_where_the_configuration_is_singular_is_not_passed_over():
+    """It happens while the polynomial leads beyond: the run ends instead, and what is there is kept."""
+    motion = follow(LINKAGE + "events: {level: {when: y0}}\n", 6.0, 601, outputs=("q",))
+    assert motion.outcome.ending.status == "failed"
+    assert motion.outcome.t == pytest.approx(0.747122756, abs=1e-6)
+
+
 def test_a_cusp_is_not_passed():
     text = """
 parameters: {m: 1.0, g: 9.81}

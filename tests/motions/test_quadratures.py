@@ -128,7 +128,42 @@ def test_an_integrand_with_a_power_of_a_distance(form, power):
     assert not motion.outcome.unknown
 
 
-@pytest.mark.parametrize("form", ["sin(1/(t - 1/3))", "log(abs(t - 1/3))**2", "1/(t - 1/3)"])
+@pytest.mark.parametrize(
+    ("form", "known"),
+    [
+        ("exp(-1/(t - a)**2)", lambda s, a: mpmath.exp(-1 / s**2)),
+        ("t*exp(-1/(t - a)**2)/(t - a)**3", lambda s, a: (s + a) * mpmath.exp(-1 / s**2) / s**3),
+        ("atan(1/(t - a))", lambda s, a: mpmath.atan(1 / s)),
+        ("tanh(1/(t - a)**2)", lambda s, a: mpmath.tanh(1 / s**2)),
+    ],
+)
+def test_an_integrand_without_a_series_at_a_place_where_it_has_limits(form, known):
+    """A function that is smooth, or jumps, where the denominator in its argument is 0."""
+    text = f"parameters: {{a: 1.234}}\n{FREE.format('+ ' + form)}"
+    motion = follow(text, 3.0, 4, outputs=("q", "action"))
+    with mpmath.workdps(30):
+        whole = mpmath.quad(lambda t: known(t - 1.234, 1.234), [0, 0.6, 1, 1.234, 1.5, 2, 3])
+    assert motion["diagnostics/action"][-1] == pytest.approx(1.5 + float(whole), rel=1e-14)
+
+
+def test_such_an_integrand_on_a_moving_place():
+    """dF/dt in L, with F' = exp(-1/(x - 1/3)^2): the action of an oscillator passes it twice a period."""
+    text = """
+    coordinates: {x: {initial: 1.0}}
+    lagrangian: x_dot**2/2 - x**2/2 + x_dot*exp(-1/(x - 1/3)**2)
+    """
+    motion = follow(text, 10.0, 21, outputs=("q", "action"))
+    for t, x, action in zip(motion.t, np.cos(motion.t), motion["diagnostics/action"]):
+        places = [1.0, *([1 / 3] if x < 1 / 3 else []), x]
+        with mpmath.workdps(30):
+            added = mpmath.quad(lambda y: mpmath.exp(-1 / (y - mpmath.mpf(1 / 3)) ** 2), places)
+        assert action == pytest.approx(-math.sin(2 * t) / 4 + float(added), abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    "form",
+    ["sin(1/(t - 1/3))", "exp(1/(t - 1/3)**2)", "exp(-1/(t - 1/3))", "log(abs(t - 1/3))**2", "1/(t - 1/3)"],
+)
 def test_an_integrand_that_no_parts_can_follow_has_no_integral(form, monkeypatch):
     """None of its samples are what the step's polynomial gives, either."""
     monkeypatch.setattr(division, "MOST", 1 << 12)

@@ -189,7 +189,9 @@ def test_a_multiple_zero_is_as_accurate_as_a_simple_one(surface, bound):
 
 @pytest.mark.parametrize("apart", [1e-3, 1e-4])
 def test_zeros_that_are_near_each_other_are_not_taken_for_one(apart):
-    taken = take(PLACED, f"(x - a)*(x - a - {apart})*(x - a + {apart})", [[1.0, 0.0]], 3, 0, parameters=[[0.3]])
+    taken = take(
+        PLACED, f"(x - a)*(x - a - {apart})*(x - a + {apart})", [[1.0, 0.0]], 3, 0, parameters=[[0.3]]
+    )
     expected = 0.3 + apart * np.array([1, 0, -1])
     assert np.abs(taken.states[0, 0] - expected).max() < 1e-16 / apart**2
 

@@ -244,7 +244,8 @@ def whole(number: float) -> int:
 def kept_snapshot(snapshot: Snapshot) -> dict[str, Array]:
     """A method's snapshot as arrays."""
     numbers = (snapshot.t, snapshot.steps, snapshot.samples, snapshot.limited, *snapshot.actions)
-    return {**snapshot.arrays, "snapshot": np.array(numbers, dtype=np.float64)}
+    singular = {"singular": np.array(snapshot.singular)} if snapshot.singular else {}
+    return {**snapshot.arrays, "snapshot": np.array(numbers, dtype=np.float64), **singular}
 
 
 def restored_snapshot(kept: Kept, times: Times) -> Snapshot:
@@ -256,7 +257,8 @@ def restored_snapshot(kept: Kept, times: Times) -> Snapshot:
     t, steps, samples, limited, *actions = numbers.tolist()
     if not min(times.start, times.stop) <= t <= max(times.start, times.stop) or samples > times.count:
         raise Unfit
-    return Snapshot(memory, t, whole(steps), whole(samples), bool(limited), tuple(actions), marks)
+    singular = tuple(array_of(kept, "singular").tolist()) if "singular" in kept else ()
+    return Snapshot(memory, t, whole(steps), whole(samples), bool(limited), tuple(actions), marks, singular)
 
 
 def kept_changes(changes: Sequence[Change]) -> dict[str, Array]:

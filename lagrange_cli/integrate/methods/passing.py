@@ -5,7 +5,8 @@ determined, and close by they are lost in rounding. The series of a step has a p
 rounding errors, so that no step leads beyond it. What leads beyond is the polynomial through the motion at
 some distance before (at Chebyshev points: L. N. Trefethen, Approximation Theory and Approximation Practice,
 2013, ch. 5). It is believed if one of a lower degree agrees with it, if it satisfies the constraints, and if
-the accelerations behind the singular configuration are its own.
+the accelerations behind the singular configuration are its own. Where there are switches or events, none of
+their arguments may be 0 on it. (No such polynomial agrees with another one across a kink or a jump before.)
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ KEPT = 8
 nowhere, and what is before them counts."""
 AGREED, SATISFIED, ACCELERATED = 1e-10, 1e-9, 1e-5
 """How well the polynomials, the constraints and the accelerations must agree, relative to the motion."""
+LOOKS = 65
+"""Places where signs of arguments are looked at: of polynomials of degree ``DEGREE``."""
 PROJECTIONS = 4
 """How often the state behind is moved to the constraints."""
 
@@ -127,7 +130,7 @@ def passed(
         if way.stop < end:
             space.memory[:] = memory
             _go(space, way)
-            if _believed(space, way):
+            if _uneventful(space, way) and _believed(space, way):
                 space.memory[layout.at(Clock.PROJECTIONS)] = memory[layout.at(Clock.PROJECTIONS)] + 1
                 return way, limited
     space.memory[:] = memory
@@ -144,6 +147,17 @@ def _go(space: Workspace, way: Passage) -> None:
     memory[layout.time], memory[layout.at(Clock.TIME_LOW)] = way.stop, 0.0
     for _ in range(PROJECTIONS):
         space.project()
+
+
+def _uneventful(space: Workspace, way: Passage) -> bool:
+    """Whether no argument of a guard changes its sign on the way: those are rates of integrals."""
+    program = space.machine.program
+    if not program.guarded:
+        return True
+    first = space.layout.integrals.start
+    rows = slice(first, first + program.rows_of_guards.arguments)
+    signs = np.array([np.sign(way.rates(t)[rows]) for t in np.linspace(way.known, way.stop, LOOKS)])
+    return bool(np.all(signs == signs[0]))
 
 
 def _believed(space: Workspace, way: Passage) -> bool:

@@ -84,6 +84,7 @@ class Stepper:
             self._settling = Settling(machine, space.constants, space.memory, space.work)
             self._settling.span = abs(times.stop - times.start)
             self._settling.begin(parameters)
+            space.resume = self._settling.resume
             if self._settling.begins_beyond():
                 from lagrange_cli.integrate.methods.happenings import Finished
 
@@ -115,9 +116,9 @@ class Stepper:
 
     def snapshot(self, samples: int) -> Snapshot:
         """The present place of the motion, after that many samples."""
-        actions = self.singular if self._happenings is None else self._happenings.state()
-        memory = self.space.memory.copy()
-        return Snapshot(memory, self.space.t, self.steps, samples, self.limited, actions, self._earlier)
+        actions = () if self._happenings is None else self._happenings.state()
+        taken = self.space.memory.copy(), self.space.t, self.steps, samples, self.limited
+        return Snapshot(*taken, actions, self._earlier, self.singular)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from there; raises ``Unfit``."""
@@ -128,10 +129,9 @@ class Stepper:
         self._marked = self.steps
         if self._settling is not None:
             self._settling.resume()
+        self.singular = snapshot.singular
         if self._happenings is not None:
             self._happenings.restore(snapshot.actions)
-        else:
-            self.singular = snapshot.actions
 
     @property
     def evaluations(self) -> int:
@@ -256,9 +256,9 @@ class Stepper:
 
     @property
     def _passes(self) -> bool:
-        """Whether it is tried to pass singular configurations: of smooth motions in doubles."""
+        """Whether it is tried to pass singular configurations: in doubles."""
         program = self.space.machine.program
-        return program.constraints > 0 and program.parts == 1 and self._settling is None
+        return program.constraints > 0 and program.parts == 1
 
     def _keep(self) -> None:
         """Keep the memory, if that is due after so many steps."""
@@ -290,6 +290,8 @@ class Stepper:
         before the one where it ``began``."""
         assert self._settling is not None
         due = int(self.space.info[DUE])
+        if stop is Stop.GUARD:
+            self._earlier = ()  # what leads up to a singular configuration begins behind all that happens
         if self._happenings is not None:
             self.finished = self._happenings.drain(began)
             if stop is Stop.GUARD and due >= self._settling.count and self.finished is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,8 @@ class Workspace:
         self.memory[self.layout.time] = start
         self.samples = np.empty((program.parts * self.layout.rows, size + LANES))
         self._spare: Array | None = None
+        self.resume: Callable[[], None] = lambda: None
+        """Called when ``memory`` has become that of another time: constants may depend on modes in it."""
 
     @property
     def t(self) -> float:
@@ -85,11 +88,13 @@ class Workspace:
         does not reach the last of them."""
         info, samples, memory = self.info.copy(), self.samples, self.memory.copy()
         self.memory[:], self.info[:] = origin, 0
+        self.resume()
         self.samples = np.empty((self.layout.rows, len(times) + LANES))
         stop = self.advance(float(times[-1]), padded(times), 0, len(times), True, MOST_STEPS)
         found = self.samples[:, : len(times)]
         complete = stop is Stop.END and int(self.info[0]) == len(times)
         self.memory[:], self.info[:], self.samples = memory, info, samples
+        self.resume()
         return found if complete else None
 
     def taken(self, done: int) -> Array:

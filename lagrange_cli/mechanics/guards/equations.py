@@ -20,11 +20,12 @@ from lagrange_cli.records import replace
 
 def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
     """The equations and integrands for steps, in each of which no switch changes."""
-    found = cuts(residual.model)
+    found, variables = cuts(residual.model), residual.variables
     if not (
         found
         or residual.model.events
-        or switches([*residual.residual, *integrands.values()], residual.variables)
+        or switches([*residual.residual, *integrands.values()], variables)
+        or inner_poles([*integrands.values()], residual.residual, variables)
     ):
         return Guarded(residual, integrands)
     return with_multipliers(residual, integrands, found)[1]
@@ -113,7 +114,10 @@ def assembled(
         quadratures, limits = both[: len(quadratures)], [*both[len(quadratures) :]]
     symbols = (graph.symbol(f"break {i}") for i in range(len(broken)))
     ending = [Guard(y, y, mode, broken=one) for y, mode, one in zip(places, symbols, broken)]
-    guards = (*modes.guards.values(), *_cuts(modes, events), *ending)
+    watched = [*modes.guards.values(), *_cuts(modes, events), *ending]
+    poles = inner_poles(quadratures, rows, modes.moving, [one.argument for one in watched])
+    symbols = (graph.symbol(f"pole {i}") for i in range(len(poles)))
+    guards = (*watched, *(Guard(u, u, mode) for u, mode in zip(poles, symbols)))
     named = dict(zip(integrands, quadratures))
     return Guarded(wider, named, guards, len(modes.multipliers), events, modes.rests, tuple(limits), breaks)
 
@@ -126,3 +130,17 @@ def _cuts(modes: Modes, events: Sequence[Node]) -> list[Guard]:
     places = dict.fromkeys(node.arguments[0] for node in angles if node.symbols & modes.moving)
     symbols = (modes.graph.symbol(f"cut {i}") for i in range(len(places)))
     return [Guard(y, y, mode, cut=True) for y, mode in zip(places, symbols)]
+
+
+def inner_poles(
+    integrands: Sequence[Node], rows: Sequence[Node], moving: int, watched: Sequence[Node] = ()
+) -> list[Node]:
+    """Denominators within arguments of functions in integrands alone, as that of exp(-1/x**2): where they are
+    0 there is no series, but the integrand may be finite on both sides, so that steps end there. Those of the
+    ``rows`` of the equations end the motion."""
+    known = {*reachable(rows), *watched}
+    functions = (node for node in reachable(integrands) if node.kind is Kind.FUNCTION)
+    within = [argument for node in functions if node.symbols & moving for argument in node.arguments]
+    powers = (node for node in reachable(within) if node.kind is Kind.PRODUCT)
+    found = (base for node in powers for base, e in zip(node.arguments, node.data) if e < 0)
+    return [u for u in dict.fromkeys(found) if u.symbols & moving and u not in known]

@@ -51,8 +51,8 @@ CLUSTERS, NEWTON = (3, 5, 7), 4
 """How many zeros may be one but for rounding, where the sign of g changes, and steps of Newton's method that
 find their centre."""
 NEARBY, ALIKE, BLURRED = 2.0**-6, 2.0**10, 2.0**-36
-"""How far from that they are at most, as part of the step; up to what ratio coefficients are of one size; and the
-most that rounding of g is, as part of its terms."""
+"""How far from that they are at most, as part of the step; up to what ratio coefficients are of one size; and
+the most that rounding of g is, as part of its terms."""
 ITERATIONS = 100
 """Improvements of a root at most."""
 LONGEST = 1024.0
@@ -269,9 +269,9 @@ class Crossings(Returns):
         """The centre of the zeros that lie so close around ``x`` that rounding may be all that tells them
         from one; ``x`` where it is one. The coefficients of g have the sum ``total``.
 
-        Rounding moves the zeros of (t - T)^k by the k-th root of itself, but not their centre: it is the zero of
-        derivative k - 1, which is simple. Seen from there all coefficients below are rounding, of about one
-        size, if there is one zero; if there are several at distances d, they are as d, d^2, .., d^k.
+        Rounding moves the zeros of (t - T)^k by the k-th root of itself, but not their centre: it is the zero
+        of derivative k - 1, which is simple. Seen from there all coefficients below are rounding, of about
+        one size, if there is one zero; if there are several at distances d, they are as d, d^2, .., d^k.
         """
         found = f.variable(x)
         for k in CLUSTERS:

@@ -167,7 +167,8 @@ class Division:
     def lose(self, part: Part, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
         """Integrals become nan here if the integrand is too steep to be passed over, if it is not finite
         beyond and not evaluated further away (``blind``), if it is far from its predicted value at the
-        shortest part (``noisy``), or if it is ``unproven``. Returns whether to evaluate it further away."""
+        shortest part (``noisy``), or if it is ``unproven`` there, and no power law either. Returns whether to
+        evaluate it further away."""
         f, parts = self.f, self.parts
         own, ended = parts.own, parts.array(ENDED)
         conditions = part.short, part.steep, blind, noisy, unproven
@@ -182,7 +183,7 @@ class Division:
             wrong = lax & ~short & apart.compared("ugt", allowed * NOISY)
             strange = short & ~row.at(parts.array(KNOWN)).equals(1.0)
             steeply = (~finite & last) | (finite & steep & ~little)
-            lost = row.moving(wrong | (short & unknown) | (strange & steeply))
+            lost = row.moving(wrong | (strange & (unknown | steeply)))
             row.put(f.select(lost, none, row.at(ended)), ended)
             unseen.set(unseen.get() | row.moving(strange & ~finite & ~last & old.equals(old)))
         return own.of_motions(f, unseen.get())

@@ -141,7 +141,9 @@ class DoubleSteps(Steps):
         if self.noise:
             self.noise.count(f)
         nothing = self.bounds.nothing(f, h) if self.proof else None
-        return moved(f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing, noise=self.noise)
+        return moved(
+            f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing, noise=self.noise
+        )
 
 
 def moved(

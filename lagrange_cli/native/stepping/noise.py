@@ -1,11 +1,11 @@
 """Velocities that are nothing but rounding: what they are measured by.
 
-Where forces cancel by symmetry, a velocity is 0 but for rounding. It may be 1e-100 while the high coefficients
-of its series, where forces cancel to fewer digits, are 1e-10: no step is short enough for these to be small
-beside it, and in such steps it does not grow. But rounding changes its rate by far more. How much is measured
-as for integrands (``rounding_errors``): by changes of coordinates and velocities in proportion to themselves,
-so that what is small beside nothing but itself keeps all its digits. Rates are known to that only, and
-velocities are measured by what it changes them in a step.
+Where forces cancel by symmetry, a velocity is 0 but for rounding. It may be 1e-100 while the high
+coefficients of its series, where forces cancel to fewer digits, are 1e-10: no step is short enough for these
+to be small beside it, and in such steps it does not grow. But rounding changes its rate by far more. How much
+is measured as for integrands (``rounding_errors``): by changes of coordinates and velocities in proportion to
+themselves, so that what is small beside nothing but itself keeps all its digits. Rates are known to that
+only, and velocities are measured by what it changes them in a step.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Noise:
     steps until it is ``due`` again.
 
     Coordinates and velocities change by the part ``size`` of them, in parts that are ``last`` rows behind.
-    ``expand`` is to compute the series of a state. ``@noise`` returns whether those in ``%work`` are of another
-    one.
+    ``expand`` is to compute the series of a state. ``@noise`` returns whether those in ``%work`` are of
+    another one.
     """
 
     lengths: Lengths

@@ -103,8 +103,8 @@ class Quadratures:
         return f
 
     def rough(self) -> Function:
-        """``@rough(state, work, h, in_time)``: whether the last terms of an integral's series over ``h`` matter,
-        or are not finite; the same length is ``in_time``, where the series has another unit."""
+        """``@rough(state, work, h, in_time)``: whether the last terms of an integral's series over ``h``
+        matter, or are not finite; the same length is ``in_time``, where the series has another unit."""
         real, bit = (kind(one, self.lengths.motions) for one in ("double", "i1"))
         head = f"define internal {bit} @rough(ptr %state, ptr %work, {real} %h, {real} %in_time) #0"
         f = Function(head, self.lengths.motions)

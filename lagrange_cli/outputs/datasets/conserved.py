@@ -15,7 +15,7 @@ def plan(planner: Planner) -> None:
     for each in known:
         text = f"{each.quantity} = {each.expression}"
         planner.add(f"{GROUP}{each.quantity}", text, planner.observe(each.quantity, nodes[each.quantity]))
-    for each, node in planner.further():
+    for each, node in (*planner.further(), *planner.kept_by_constraints()):
         name = planner.observe(f"conserved/{each.quantity}", node)
         if not each.breaks:
             planner.kept.append(name)

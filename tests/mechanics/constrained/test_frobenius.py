@@ -175,3 +175,40 @@ def test_mixed_differentials_are_all_found(seed):
     for i, j in [*((0, j) for j in range(1, size)), *itertools.permutations(range(size), 2)]:
         forms[i] += source.choice([0, 1, function(), function()]) * forms[j]
     assert kept(of_forms(*map(str, forms))) == rank
+
+
+@pytest.mark.parametrize(
+    ("text", "speeds", "known"),
+    [
+        (
+            CARRIAGE,
+            {"x_dot": 1.0, "p1_dot": 3.6, "p2_dot": 6.4},
+            lambda q: 0.2 * (q["p1"] - q["p2"]) + 0.8 * q["th"],
+        ),
+        (
+            of_forms("x*y_dot + y*x_dot + z_dot"),
+            {"x_dot": 1.0, "y_dot": 1.0, "z_dot": -0.6},
+            lambda q: q["x"] * q["y"] + q["z"],
+        ),
+        (
+            of_forms("cos(2*x)*x_dot + z*z_dot"),
+            {"x_dot": -0.3 / np.cos(0.6), "z_dot": 1.0},
+            lambda q: np.sin(2 * q["x"]) / 2 + q["z"] ** 2 / 2,
+        ),
+        (  # a differential only if it is divided by y*z
+            of_forms("y*z_dot + 2*z*y_dot"),
+            {"y_dot": 1.0, "z_dot": -2.0},
+            lambda q: np.log(q["z"]) / 2 + np.log(q["y"]),
+        ),
+        (of_forms("x_dot - y*z_dot"), {"x_dot": 0.3, "z_dot": 1.0}, None),
+    ],
+)
+def test_what_constraints_keep_is_among_what_is_conserved(text, speeds, known):
+    motion = follow(text, 0.5, 6, sets=speeds, outputs=("q", "conserved"))
+    made = [series for name, series in motion.data.items() if name.startswith("diagnostics/conserved/F_")]
+    assert len(made) == (known is not None)
+    for series in made:
+        q = {name.removeprefix("q/"): row for name, row in motion.data.items() if name.startswith("q/")}
+        assert np.abs(np.abs(series) - np.abs(known(q))).max() < 1e-14
+        assert np.ptp(series) < 1e-14
+        assert max(np.ptp(row) for row in q.values()) > 0.1
