@@ -538,6 +538,7 @@ def test_a_folder_that_becomes_unwritable_keeps_the_result_in_the_hidden_file(fo
     assert (folder / ".out.h5.part").read_bytes() == expected
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     "name", [".out.h5.part", ".out.h5.checkpoint.new", ".out.h5.lock", ".out.h5.checkpoint"]
 )

@@ -441,6 +441,7 @@ MISSED = {
 }
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", MISSED)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_what_a_method_may_pass_over_is_said(tmp_path, name, method):

@@ -96,6 +96,7 @@ def counted(work: Callable[[], Any]) -> tuple[int, Any]:
     return calls, found
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("system", "few", "many"),
     [
@@ -130,6 +131,7 @@ def read(text: str, many: int, monkeypatch: pytest.MonkeyPatch, **sizes: str) ->
     return read_spec(text, "a.yaml", sizes)
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("sizes", [{}, {"N": "8", "M": "2"}, {"N": "3", "M": "1"}])
 @pytest.mark.parametrize("given", [{}, {"x[0]": "k[0]/3", "u_dot[0,0]": "1e-3", "g": "2"}, {"k[0]": "g*7"}])
 def test_numbers_found_together_are_those_found_one_by_one(

@@ -286,6 +286,7 @@ def test_a_constraint_that_is_not_linear_in_the_velocities():
             """)
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("text", [PENDULUM, KNIFE, DRIVEN, FOUR_BAR, ROLLING_UPHILL, MASSLESS])
 def test_what_is_conserved_is_what_the_engine_says(text):
     equations, residual = derived(text), residual_of(text)

@@ -418,6 +418,7 @@ def test_what_is_conserved(case):
             assert np.ptp(series) < 4e-13 * max(1, np.abs(series).max()), name
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", range(3))
 def test_what_is_conserved_but_for_a_total_time_derivative(case):
     """h + dF/dt and p_x - dF/dx of L + dF/dt, F = c f(u), u = a x y + b x + w t**2."""

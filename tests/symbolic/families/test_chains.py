@@ -196,6 +196,7 @@ def test_springs_between_neighbours_have_the_length_of_the_link() -> None:
     assert potential == "U = k*sum((l[i] + th[i])**2 for i in range(1, N)) + k*(th[N - 1] - th[0])**2/2"
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("text", [N_PENDULUM, SPACE])
 def test_the_python_module_solves_the_equations_of_the_file(text: str) -> None:
     spec = spec_of(text, 3)
