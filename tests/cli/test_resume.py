@@ -173,7 +173,7 @@ def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, nu
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize("number", range(4))
 def test_a_run_survives_being_killed_at_random_moments(tmp_path, number):
     """Other moments each time; by SIGKILL, as an interpreter that is just starting does not heed the rest."""

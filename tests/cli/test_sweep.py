@@ -251,7 +251,7 @@ def test_a_table_of_members(tmp_path):
         assert json.loads(file.attrs["sweep"]) == {"shape": {"rows of runs.csv": 2}, "table": "runs.csv"}
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize(
     "outputs", [[], ["--outputs", "all", "--samples", "7"]], ids=["ends", "trajectories"]
 )

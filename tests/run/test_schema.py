@@ -119,7 +119,7 @@ def texts_of_tests() -> Iterator[str]:
                     yield text
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize("part", range(4))
 def test_the_files_of_the_tests_are_judged_as_by_the_reader(part):
     changed = [PENDULUM.replace(old, new) for old, new, _ in BAD]

@@ -113,7 +113,7 @@ def holds(text: str) -> None:
         assert found.difference <= 1e-13, (str(found), text)
 
 
-@pytest.mark.exhaustive(keep=1, most=20)
+@pytest.mark.exhaustive(keep=0, most=20)
 @pytest.mark.parametrize("case", range(100))
 def test_what_is_printed_of_chains_and_trees_is_what_the_file_says(
     case: int, pytestconfig: pytest.Config
