@@ -106,7 +106,7 @@ def killed(folder: Path, *arguments: str, size: int = 0, every: int = 1) -> list
     return sorted(os.listdir(folder))
 
 
-LONG = (DOUBLE, "--stop", "12000", "--samples", "120001", "-o", "out.h5")
+LONG = (DOUBLE, "--stop", "8000", "--samples", "80001", "-o", "out.h5")
 LEFT = [".out.h5.checkpoint", ".out.h5.lock", ".out.h5.part"]
 
 
