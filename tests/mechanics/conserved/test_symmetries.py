@@ -402,7 +402,7 @@ def started(text):
     return text.replace(": {}", ": {initial: 0}").replace("{velocity", "{initial: 0, velocity")
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_conserved(case):
     """That, and nothing else; and a motion keeps it, to rounding."""
