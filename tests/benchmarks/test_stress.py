@@ -20,7 +20,7 @@ CIRCLE = Known(np.arange(101), np.cos(TIMES)[None], np.full((1, 101), 2.0**-52))
 OSCILLATOR = Scene("oscillator", "an oscillator", particle("x**2/2"), 10.0)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize(
     ("name", "verdict"), [*((name, "right") for name in RIGHT), *((name, "refused") for name in REFUSED)]
 )

@@ -73,6 +73,7 @@ NO_VALUE = "passing: warning: not a finite number at some of the samples: "
 OF_EACH = "/observables/a (first {}at t = {}), /observables/b (first {}at t = {})\n"
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     "command, told",
     [

@@ -235,7 +235,7 @@ def test_a_sweep_holds_the_crossings_of_each_member(folder, capsys):
         assert len(data.t) == len(times)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize(("jobs", "patience"), [("1", 100), ("2", 2)])
 def test_a_sweep_that_is_interrupted_all_the_time_comes_to_the_same_bytes(
     folder, monkeypatch, jobs, patience

@@ -131,7 +131,7 @@ def other_arrays(arrays: dict[str, Any]) -> Iterator[dict[str, Any]]:
     yield {**arrays, "more": np.zeros(3)}
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize("name", RUNS)
 def test_a_record_of_other_contents_is_refused_or_harmless(folder, outputs, name, unopened, capsys):
     """Every part of it replaced by anything else, with the right digest."""

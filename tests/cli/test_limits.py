@@ -195,7 +195,7 @@ def test_an_output_that_leads_elsewhere_is_not_gone_on_with(tmp_path):
         assert (tmp_path / "secret.h5").read_bytes() == before
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize("command", ["check", "solve"])
 def test_equations_that_grow_beyond_bounds_are_refused_with_the_way_out(tmp_path, command, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "nodes=700")

@@ -105,6 +105,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(("earlier", "later", "message"), OTHERS.values(), ids=OTHERS)
 def test_a_run_that_was_asked_for_otherwise_is_kept(folder, earlier, later, message, capsys):
     assert solve(*earlier) == 0

@@ -106,7 +106,7 @@ def killed(folder: Path, *arguments: str, size: int = 0, every: int = 1) -> list
     return sorted(os.listdir(folder))
 
 
-LONG = (DOUBLE, "--stop", "12000", "--samples", "120001", "-o", "out.h5")
+LONG = (DOUBLE, "--stop", "8000", "--samples", "80001", "-o", "out.h5")
 LEFT = [".out.h5.checkpoint", ".out.h5.lock", ".out.h5.part"]
 
 
@@ -173,7 +173,7 @@ def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, nu
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize("number", range(4))
 def test_a_run_survives_being_killed_at_random_moments(tmp_path, number):
     """Other moments each time; by SIGKILL, as an interpreter that is just starting does not heed the rest."""
@@ -538,6 +538,7 @@ def test_a_folder_that_becomes_unwritable_keeps_the_result_in_the_hidden_file(fo
     assert (folder / ".out.h5.part").read_bytes() == expected
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     "name", [".out.h5.part", ".out.h5.checkpoint.new", ".out.h5.lock", ".out.h5.checkpoint"]
 )

@@ -251,7 +251,7 @@ def test_a_table_of_members(tmp_path):
         assert json.loads(file.attrs["sweep"]) == {"shape": {"rows of runs.csv": 2}, "table": "runs.csv"}
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize(
     "outputs", [[], ["--outputs", "all", "--samples", "7"]], ids=["ends", "trajectories"]
 )
@@ -441,6 +441,7 @@ MISSED = {
 }
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", MISSED)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 def test_what_a_method_may_pass_over_is_said(tmp_path, name, method):

@@ -104,7 +104,7 @@ class Run:
     size=st.integers(1, 300),
     sense=st.sampled_from([1, -1]),
 )
-@examples(5)
+@examples(4)
 def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size, sense):
     """Forward and backward."""
     whole, pieces = Run(system, samples, 0, sense=sense), Run(system, samples, looks, size, sense)

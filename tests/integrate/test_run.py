@@ -27,6 +27,7 @@ def test_samples_do_not_change_the_steps(method):
     assert np.array_equal(coarse["q/theta1"], fine["q/theta1"][::1000])
 
 
+@pytest.mark.exhaustive(keep=1)
 @OF_STEPS
 def test_chunks_and_pauses_change_nothing(monkeypatch, method):
     asked = {"outputs": ("q", "v", "h", "ledger"), "method": method, "tolerance": FINEST[method]}

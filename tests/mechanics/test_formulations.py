@@ -98,14 +98,14 @@ def test_routh_s_motion_is_that_of_the_other_formulations(system: str) -> None:
 
 
 @pytest.mark.exhaustive
-@examples(3)
+@examples(2)
 @given(cyclic())
 def test_random_systems_move_as_without_the_reduction(system: str) -> None:
     check_agreement(system, 0.5)
 
 
 @pytest.mark.exhaustive
-@examples(3)
+@examples(2)
 @given(cyclic(), st.floats(-1, 1), st.floats(-1, 1))
 def test_accelerations_and_jacobian_are_those_without_the_reduction(system: str, a: float, b: float) -> None:
     """At states where momenta are not what they were in the beginning."""

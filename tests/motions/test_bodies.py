@@ -231,6 +231,7 @@ def test_a_free_top_flips():
     assert np.ptp(motion["angular_momenta/top"], axis=0).max() < 1e-13 * scale
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("moments", "spin"),
     [

@@ -127,6 +127,7 @@ def test_any_linear_constraints(text):
     assert difference(one, other) < 1e-11
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("text", "stop"), [(GEARS, 20_000.0), (TRAIN, 20_000.0), (MIXED, 500.0)])
 def test_constraints_hold_to_rounding_for_ever(text, stop):
     motion = motion_of(text, stop=stop, samples=101, outputs="h,constraints")

@@ -32,6 +32,7 @@ HIDDEN = {
 }
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("argument", HIDDEN)
 def test_no_event_is_missed(argument):
     motion = follow(EVENT.format(argument=argument), 10.0, 2)

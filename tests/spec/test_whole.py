@@ -89,8 +89,7 @@ def counted(work: Callable[[], Any]) -> tuple[int, Any]:
         nonlocal calls
         calls += event in ("call", "c_call")
 
-    gc.collect()
-    gc.disable()  # it would call what objects of other tests have asked for at their end
+    gc.disable()  # it would call what hypothesis has it call
     sys.setprofile(note)
     try:
         found = work()
@@ -100,6 +99,7 @@ def counted(work: Callable[[], Any]) -> tuple[int, Any]:
     return calls, found
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("system", "few", "many"),
     [
@@ -134,6 +134,7 @@ def read(text: str, many: int, monkeypatch: pytest.MonkeyPatch, **sizes: str) ->
     return read_spec(text, "a.yaml", sizes)
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("sizes", [{}, {"N": "8", "M": "2"}, {"N": "3", "M": "1"}])
 @pytest.mark.parametrize("given", [{}, {"x[0]": "k[0]/3", "u_dot[0,0]": "1e-3", "g": "2"}, {"k[0]": "g*7"}])
 def test_numbers_found_together_are_those_found_one_by_one(

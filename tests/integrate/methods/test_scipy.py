@@ -87,6 +87,7 @@ def test_methods_agree_within_their_tolerance(system: str, method: str) -> None:
         assert abs(motion[path] - series).max() < allowed, path
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", METHODS)
 def test_a_smaller_tolerance_gives_a_smaller_error(method: str) -> None:
     exact = follow("pendulum", 5.0, 26)

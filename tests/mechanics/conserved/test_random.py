@@ -130,7 +130,7 @@ def check(text):
 
 
 @given(particles())
-@examples(4)
+@examples(2)
 def test_particles_conserve_what_is_claimed(text):
     check(text)
 

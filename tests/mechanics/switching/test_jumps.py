@@ -246,6 +246,7 @@ def test_whether_an_energy_jumps_does_not_depend_on_where_its_kink_is(potential)
     assert not jumps_may_depend_on(model_of(RUN.replace("POTENTIAL", potential)), {"a", "b", "k"})
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "potential",
     [

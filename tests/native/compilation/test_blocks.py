@@ -42,6 +42,7 @@ def longest_block(text):
     return max(lengths)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
 def test_no_block_is_long_at_the_level_whose_time_grows_with_its_square(precision, monkeypatch):
     """200 factors took a minute to compile with double-double, in a block of 170,000 lines; here are 15."""

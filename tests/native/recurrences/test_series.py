@@ -241,6 +241,7 @@ LINE = (
 )
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("power", [3, 7, 11, 21])
 def test_series_of_which_many_coefficients_vanish(power):
     """x'' = -x^n from x = 0: only every (n+1)-th coefficient is there; the step must not leap over them."""

@@ -61,7 +61,7 @@ FEWEST = {"given": 2, "lattice": 2, "fpu_chain": 2}
 """The fewest members of these files, if it is not one."""
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("name", "count"),
     [(name, count) for name in TEXTS for count in (1, 2, 3, 8, 9) if count >= FEWEST.get(name, 1)],
