@@ -11,7 +11,8 @@ from lagrange_cli.families.arrays import Array, Slots, Term, Total
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.jets import SeriesJet, regular
-from lagrange_cli.native.families.kinds import Kind, Local
+from lagrange_cli.native.families.kinds import Kind
+from lagrange_cli.native.families.local import Local
 from lagrange_cli.native.families.loops import Loop, needed
 from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.spans import Span, divided
