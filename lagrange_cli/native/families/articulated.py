@@ -60,9 +60,11 @@ class JointSeries(LoopSeries):
         return sorted(wanted)
 
 
-def series_of(kind: Kind, slots: Slots, time: Node, order: int, alone: frozenset[Array]) -> JointSeries:
+def series_of(
+    kind: Kind, local: Local, slots: Slots, time: Node, order: int, alone: frozenset[Array]
+) -> JointSeries:
     """The series of a kind of joints."""
-    local, moving = kind.local, kind.moving
+    moving = kind.moving
     for one in local.unknowns:
         moving |= one.symbols
     # what corrections read is read in the same loop
@@ -182,11 +184,11 @@ class ArticulatedJet(SeriesJet):
         for array in balance.arrays:
             if array not in fixed and array not in self.planes:
                 self.planes[array] = self.take(room(array.count)), 0
-        own = [array for kind in balance.kinds for _, array in kind.local.terms]
+        own = [array for local in balance.series for _, array in local.terms]
         alone = frozenset(one for one in own if own.count(one) == 1)
         self.joints = []
-        for kind in balance.kinds:
-            series = series_of(kind, self.slots, self.system.time, self.order, alone)
+        for kind, local in zip(balance.kinds, balance.series):
+            series = series_of(kind, local, self.slots, self.system.time, self.order, alone)
             self.joints.append((series, self.take(series.doubles)))
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
         self.sweeps = Sweeps(self.f, self.tables, tree, lambda one: self.at(one, 0)) if tree else None

@@ -12,7 +12,6 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Term, Total
 from lagrange_cli.families.joints import Joints
 from lagrange_cli.mechanics.matrices import determinant
-from lagrange_cli.native.families.local import Local, local_of
 from lagrange_cli.native.families.node_arrays import NodeArrays, array
 
 
@@ -262,11 +261,6 @@ class Kind:
         return [Term(self.domain, self.changing(b), self.joints.rows[b]) for b in self.bends]
 
     # series
-
-    @cached_property
-    def local(self) -> Local:
-        """What the joints' series give."""
-        return local_of(self)
 
     @cached_property
     def moving(self) -> int:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.native.families.kinds import Kind
 from lagrange_cli.records import dataclass
-
-if TYPE_CHECKING:
-    from lagrange_cli.native.families.kinds import Kind
 
 
 @dataclass(frozen=True, eq=False)

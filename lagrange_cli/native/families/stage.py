@@ -85,6 +85,7 @@ class MemberStage(VectorStage):
         return self.f.place(self.block, at, "double")
 
     def vector(self, index: int, m: int | Integer) -> Operand:
+        """Coefficient ``m`` of a series, or what stands before coefficient 0."""
         key = index, m if isinstance(m, int) else m.name
         if key not in self._loaded:
             self._loaded[key] = self.f.load_row(self.pointer(index), m * LANES, LANES).name
@@ -113,6 +114,9 @@ class MemberStage(VectorStage):
             emit_values(self.emitter, [node], known, self.expansion.constants)
             self._constants[node] = known[node]
         return self._constants[node]
+
+    def slopes(self, index: int) -> tuple[Value, Value]:
+        return self.vector(index, SLOPE), self.vector(index, INVERSE)
 
     def first(self, index: int) -> Value:
         if self.is_index(self.series.program.series[index].level, 0) and index in self.newest:

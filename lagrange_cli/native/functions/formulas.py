@@ -10,9 +10,8 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
-from lagrange_cli.native.llvm.body import Body
 from lagrange_cli.native.llvm.declarations import INTRINSICS
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Real
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 
 SINE = (

@@ -12,8 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Generic, TypeVar
 
-from lagrange_cli.native.llvm.body import Body
-from lagrange_cli.native.llvm.vector import Bit, Integer, Value
+from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Value
 
 V = TypeVar("V", bound=Value)
 _NAME = re.compile(r"%[\w.]+")

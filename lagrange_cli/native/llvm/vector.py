@@ -1,20 +1,172 @@
-"""Values of LLVM IR with operators: doubles, integers, conditions and places, one or a vector of them.
+"""Formulas as LLVM IR, written as formulas in Python: over doubles, integers, conditions and vectors.
 
-Each operation is a plain one, so that its result is defined to the last bit, whatever the processor and
-however many lanes.
+Each operation is a plain one or an explicit fma, so that its result is defined to the last bit, whatever the
+processor and however many lanes. A body has a number of lanes of its own; values may have others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from collections.abc import Callable, Sequence
+from typing import ClassVar, TypeVar
 
+from lagrange_cli.native.llvm.length import allow
 from lagrange_cli.native.llvm.text import literal, operand, opposite
 
-if TYPE_CHECKING:
-    from lagrange_cli.native.llvm.body import Body
-
 V = TypeVar("V", bound="Value")
+
+
+class Body:
+    """The instructions of one function of ``lanes`` doubles."""
+
+    cost = 1
+    """The relative time that its instructions take to compile."""
+    operations = 0
+    """The floating-point operations that kinds of numbers have counted, each as often as it is executed."""
+
+    def __init__(self, lanes: int) -> None:
+        self.lanes = lanes
+        self.real = kind("double", lanes)
+        self.lines: list[str] = []
+        self._count = 0
+
+    def define(self, text: str) -> str:
+        """A new value. Raises ``TooLarge`` where a function has more of them than can be compiled."""
+        allow(self._count, self.cost)
+        name = f"%v{self._count}"
+        self._count += 1
+        self.line(f"  {name} = {text}")
+        return name
+
+    def line(self, text: str) -> None:
+        """One line as it is."""
+        self.lines.append(text)
+
+    def of(self, value: Real | float) -> str:
+        """The operand's text."""
+        return value.name if isinstance(value, Real) else constant("double", self.lanes, value)
+
+    def constant(self, value: float) -> Real:
+        """A constant as an operand."""
+        return Real(self, self.of(value))
+
+    def count(self, value: int) -> Integer:
+        """An integer as an operand."""
+        return Integer(self, str(value), 1)
+
+    def function(self, name: str, *arguments: Real | float) -> Real:
+        """One of LLVM's functions of doubles."""
+        lanes = next((one.lanes for one in arguments if isinstance(one, Real)), self.lanes)
+        real = kind("double", lanes)
+        listed = ", ".join(f"{real} {operand_of(x, Real, lanes)}" for x in arguments)
+        return Real(self, self.define(f"call {real} @llvm.{name}.{suffix(lanes)}({listed})"), lanes)
+
+    def fma(self, a: Real, b: Real | float, c: Real | float) -> Real:
+        """``a * b + c`` with one rounding."""
+        return self.function("fma", a, b, c)
+
+    def fused(self, a: Real, b: Real | float, c: Real | float) -> Real:
+        """``a * b + c``, with one rounding where the processor can."""
+        return self.function("fmuladd", a, b, c)
+
+    def magnitude(self, a: Real) -> Real:
+        """|a|."""
+        return self.function("fabs", a)
+
+    def larger(self, a: Real, b: Real) -> Real:
+        """The larger one; b where either is not a number."""
+        return self.select(a > b, a, b)
+
+    def smaller(self, a: Real, b: Real) -> Real:
+        """The smaller one; b where either is not a number."""
+        return self.select(b > a, a, b)
+
+    def all(self, condition: Bit) -> Bit:
+        """Whether it holds in all lanes."""
+        return self._reduced("and", condition)
+
+    def any(self, condition: Bit) -> Bit:
+        """Whether it holds in any lane."""
+        return self._reduced("or", condition)
+
+    def _reduced(self, operation: str, condition: Bit) -> Bit:
+        if condition.lanes == 1:
+            return condition
+        function = f"llvm.vector.reduce.{operation}.v{condition.lanes}i1"
+        return Bit(self, self.define(f"call i1 @{function}({condition.kind} {condition.name})"), 1)
+
+    def reduce(self, operation: str, a: Real, start: Real | None = None) -> Real:
+        """The largest lane (``fmax``), the least (``fmin``), or all added to ``start`` (``fadd``)."""
+        if a.lanes == 1:
+            return a if start is None else start + a
+        function, given = f"llvm.vector.reduce.{operation}.{suffix(a.lanes)}", f"{a.kind} {a.name}"
+        if start is None:
+            return Real(self, self.define(f"call nnan double @{function}({given})"), 1)
+        return Real(self, self.define(f"call double @{function}(double {start.name}, {given})"), 1)
+
+    def select(self, condition: Bit, yes: V, no: V) -> V:
+        """One or the other: lane by lane, or all lanes by one condition."""
+        ways = f"{yes.kind} {yes.name}, {no.kind} {no.name}"
+        return yes.made(f"select {condition.kind} {condition.name}, {ways}")
+
+    def splat(self, one: V, lanes: int) -> V:
+        """A value in every lane."""
+        if lanes == one.lanes:
+            return one
+        if not one.name.startswith("%"):
+            return type(one)(self, f"<{', '.join([f'{one.type} {one.name}'] * lanes)}>", lanes)
+        vector, zeros = kind(one.type, lanes), f"<{lanes} x i32> zeroinitializer"
+        first = self.define(f"insertelement {vector} poison, {one.type} {one.name}, i64 0")
+        text = f"shufflevector {vector} {first}, {vector} poison, {zeros}"
+        return type(one)(self, self.define(text), lanes)
+
+    def lane(self, vector: V, index: int | Integer) -> V:
+        """One lane of a vector."""
+        at = index.name if isinstance(index, Integer) else index
+        text = f"extractelement {vector.kind} {vector.name}, i64 {at}"
+        return type(vector)(self, self.define(text), 1)
+
+    def inserted(self, vector: V, one: V, index: Integer) -> V:
+        """A vector with another lane."""
+        text = f"insertelement {vector.kind} {vector.name}, {one.kind} {one.name}, i64 {index.name}"
+        return vector.made(text)
+
+    def vector(self, values: Sequence[float]) -> Real:
+        """A constant vector."""
+        return Real(self, f"<{', '.join(f'double {operand(literal(x))}' for x in values)}>", len(values))
+
+    def shuffle(self, a: V, lanes: Sequence[int], b: V | None = None) -> V:
+        """Lanes of two vectors, those of the second one behind those of the first."""
+        listed, other = ", ".join(f"i32 {lane}" for lane in lanes), "poison" if b is None else b.name
+        text = f"shufflevector {a.kind} {a.name}, {a.kind} {other}, <{len(lanes)} x i32> <{listed}>"
+        return type(a)(self, self.define(text), len(lanes))
+
+    def joined(self, values: Sequence[V], lanes: int = 0) -> V:
+        """Single values as the lanes of a vector, which may have more."""
+        lanes = lanes or len(values)
+        made, vector = "poison", kind(values[0].type, lanes)
+        for i, one in enumerate(values):
+            made = self.define(f"insertelement {vector} {made}, {one.kind} {one.name}, i64 {i}")
+        return type(values[0])(self, made, lanes)
+
+    def zero(self, lanes: int) -> Real:
+        """0 in every lane."""
+        return Real(self, constant("double", lanes, 0.0), lanes)
+
+    def never(self, lanes: int) -> Bit:
+        """No lane."""
+        return Bit(self, constant("i1", lanes, "false"), lanes)
+
+    def polynomial(self, coefficients: Sequence[float], x: Real) -> Real:
+        """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960), with short chains of
+        operations."""
+        terms: list[Real | float] = list(coefficients)
+        while True:
+            pairs: list[Real | float] = [self.fma(x, b, a) for a, b in zip(terms[::2], terms[1::2])]
+            terms = pairs + terms[2 * len(pairs) :]
+            if len(terms) == 1:
+                assert isinstance(terms[0], Real)
+                return terms[0]
+            x = x * x
 
 
 class Value:

@@ -11,10 +11,9 @@ import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from lagrange_cli.native.llvm.body import Body
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, literal
-from lagrange_cli.native.llvm.vector import Bit, Real, Value
+from lagrange_cli.native.llvm.vector import Bit, Body, Real, Value
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 from lagrange_cli.native.numbers.error_free import operators_two_product as two_product
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum

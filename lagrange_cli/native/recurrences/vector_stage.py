@@ -10,7 +10,6 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batches.layout import INVERSE, SLOPE
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
 from lagrange_cli.native.recurrences.vector_dots import dot, power_dots, square_dot
@@ -37,7 +36,7 @@ class Slopes(dict[int, "tuple[Value, Value]"]):
         self.stage = stage
 
     def __missing__(self, index: int) -> tuple[Value, Value]:
-        return self.stage.vector(index, SLOPE), self.stage.vector(index, INVERSE)
+        return self.stage.slopes(index)
 
 
 class VectorExpansion(Expansion[str]):
@@ -67,13 +66,13 @@ class VectorStage(Stage[str]):
         """Where coefficient 0 of a series is."""
         raise NotImplementedError
 
-    def vector(self, index: int, m: int) -> Value:
-        """Coefficient ``m`` of a series, or what stands before coefficient 0."""
+    def first(self, index: int) -> Value:
+        """Coefficient 0 of a series."""
         raise NotImplementedError
 
-    def first(self, index: int) -> Value:
-        """Coefficient 0."""
-        return self.vector(index, 0)
+    def slopes(self, index: int) -> tuple[Value, Value]:
+        """dp/dx and 1/x of a power p of x."""
+        raise NotImplementedError
 
     def constant(self, node: Node) -> Value:
         """A constant of the motion, or one of each member."""

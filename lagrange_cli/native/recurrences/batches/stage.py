@@ -172,6 +172,12 @@ class BatchStage(VectorStage):
 
     # what Stage asks for
 
+    def first(self, index: int) -> Value:
+        return self.vector(index, 0)
+
+    def slopes(self, index: int) -> tuple[Value, Value]:
+        return self.vector(index, SLOPE), self.vector(index, INVERSE)
+
     def at(self, index: int, ahead: int) -> Value:
         if isinstance(self.k, int) and self.k + ahead < 0:
             return None
