@@ -58,7 +58,7 @@ def work(residual: Residual, series: SeriesProgram) -> float:
         neighbours = [{places[k] for k in residual.entries[j]} - {places[j]} for j in block]
         if not (residual.definite and bound):
             neighbours = [{*range(len(block))} - {place} for place in range(len(block))]
-        below = columns(neighbours, len(block) - bound)
+        below = [len(after) for after in elimination(neighbours, len(block) - bound).values()]
         # L and its transpose, or L and U; and the diagonal
         total += (
             sum(2 * count + 1 for count in below) + sum(count * (count + 3) / 2 for count in below) / ORDERS
@@ -68,15 +68,3 @@ def work(residual: Residual, series: SeriesProgram) -> float:
         for node in (one.place, one.speed):
             total += 0 if node is None else len(residual.graph.gradient(node, symbols))
     return total
-
-
-def columns(neighbours: list[set[int]], coordinates: int) -> list[int]:
-    """The entries of L below each pivot, in the order of the elimination, which uses up ``neighbours``."""
-    copied, found = [set(one) for one in neighbours], []
-    for p in elimination(neighbours, coordinates):
-        around = copied[p]
-        found.append(len(around))
-        for i in around:
-            copied[i] |= around
-            copied[i] -= {i, p}
-    return found

@@ -50,7 +50,7 @@ class ArticulatedJet(CorrectedJet):
         for array in balance.arrays:
             if array not in fixed and array not in self.planes:
                 self.planes[array] = self.take(room(array.count)), 0
-        self.arrange_members([kind.local for kind in balance.kinds])
+        self.arrange_members(balance.series)
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
         self.sweeps = Sweeps(self.f, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
         return totals

@@ -21,6 +21,7 @@ from functools import cached_property
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.kinds import Kind
+from lagrange_cli.native.families.local import local_of
 from lagrange_cli.native.families.node_arrays import Arranged, NodeArrays
 
 
@@ -58,8 +59,8 @@ class Balance(NodeArrays):
             one.strained()
         rates = [term for one in self.kinds for term in one.accelerated()]
         self.rates = self.total(system.q.count, rates, kept=False)
-        for one in self.kinds:
-            _ = one.local  # whose constants are known from here on
+        self.series = [local_of(one) for one in self.kinds]
+        """What the joints' series of each kind give."""
 
     # in which order they are computed
 

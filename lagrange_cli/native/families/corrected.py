@@ -143,7 +143,7 @@ class CorrectedStage(MemberStage):
                 change[index] = self.correction(index, change, None)
             if index in series.stored:
                 at = self.k + one.level
-                self.put(index, emitter.add(self.load(index, at), change[index]), at)
+                self.put(index, emitter.add(self.vector(index, at), change[index]), at)
 
 
 class CorrectedJet(SeriesJet):

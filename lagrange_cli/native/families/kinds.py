@@ -9,10 +9,9 @@ import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Source, Term, Total
+from lagrange_cli.families.arrays import Array, Term, Total
 from lagrange_cli.families.joints import Joints
 from lagrange_cli.mechanics.matrices import determinant
-from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.node_arrays import NodeArrays, array
 
 
@@ -262,49 +261,6 @@ class Kind:
         return [Term(self.domain, self.changing(b), self.joints.rows[b]) for b in self.bends]
 
     # series
-
-    @cached_property
-    def local(self) -> Local:
-        """What the joints' series give."""
-        graph, joints, balance = self.graph, self.joints, self.balance
-        arranged = balance.arrange
-
-        def simple(node: Node) -> Node:
-            """The same with arrays in place of what is constant."""
-            (term,) = arranged(
-                Total(Source.TOTAL, self.domain.count, (Term(self.domain, node, self.every),))
-            ).terms
-            return term.node
-
-        terms: list[tuple[Term, Array]] = []
-        slopes: list[tuple[Term, Array]] = []
-        unknowns: dict[Node, None] = {}
-        work = [graph.zero for _ in self.bends]
-        moved = [(move, self.at, balance.rest[c], balance.strain[c]) for c, move in enumerate(joints.moves)]
-        moved += [
-            (weight.move, self.every, self.rest[s], self.strain[s]) for s, weight in enumerate(joints.weights)
-        ]
-        for k, (move, places, rest, strain) in enumerate(moved):
-            node = simple(move)
-            if node.kind is not node.kind.NUMBER:
-                rate = graph.ddt(graph.ddt(node))
-                terms.append((Term(self.domain, rate, places), rest))
-            force = balance.slots.symbol(self.domain, strain, places)
-            for b, symbol in zip(self.bends, joints.coordinates):
-                slope = graph.diff(node, symbol)
-                if slope.is_zero:
-                    continue
-                own = k < len(joints.moves)
-                to = balance.node_slopes[k, b] if own else self.slopes[k - len(joints.moves), b]
-                slopes.append((Term(self.domain, slope, places), to))
-                if slope.symbols & self.moving:
-                    work[b] = work[b] + slope * force
-                    unknowns[force] = None
-        for b, node in enumerate(work):
-            if not node.is_zero:
-                terms.append((Term(self.domain, simple(node), self.every), self.missing[b]))
-        change = [self.own(one) for one in self.change]
-        return Local(self.domain, [*terms, *slopes], len(slopes), joints.coordinates, [*unknowns], change)
 
     @cached_property
     def moving(self) -> int:

@@ -26,6 +26,7 @@ from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Moves, Projection
 from lagrange_cli.native.families.restraint import AtAState, Motion
+from lagrange_cli.native.families.runs import runs_of
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
@@ -49,7 +50,7 @@ from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 from lagrange_cli.spec.content import names_of
 
@@ -63,18 +64,6 @@ def write_family_program(
     """The program of ``system`` with q's series to ``order``; one of ``RATES`` gives the accelerations alone,
     with the steps of a ``scheme`` on these."""
     return _Writer(system, observed, tolerance, order, scheme).program()
-
-
-@dataclass(frozen=True)
-class Run:
-    """``count`` observed quantities, every ``step``-th one from number ``row`` on: those from ``start`` on
-    in a total."""
-
-    row: int
-    step: int
-    total: Total
-    start: int
-    count: int
 
 
 class _Writer:
@@ -316,7 +305,8 @@ class _Writer:
             put(total, total.count)
         scratch = f.place(base, self.size, "double")
         at = {id(array): place for array, place in arrays.items()}
-        runs = self.runs()
+        changed = self.lasting.changed
+        runs = runs_of((changed[total], index) for total, index in self.observed.values())
         operations = 0
         with f.loop(0, Integer(f, "%count", 1)) as sample:
             for k, array in enumerate((self.system.q, self.system.v)):
@@ -339,22 +329,6 @@ class _Writer:
             operations = evaluation.emitter.operations
         f.give()
         return f.text(), operations
-
-    def runs(self) -> list[Run]:
-        """The observed quantities in parts that follow one another in one total."""
-        found: list[tuple[Total, list[int]]] = []
-        latest: dict[Total, list[int]] = {}
-        for row, (total, index) in enumerate(self.observed.values()):
-            here = self.lasting.changed[total]
-            if here in latest:
-                first, step, start, count = latest[here]
-                step = step if count > 1 else row - first
-                if start + count == index and first + count * step == row:
-                    latest[here][1:] = step, start, count + 1
-                    continue
-            latest[here] = [row, 1, index, 1]
-            found.append((here, latest[here]))
-        return [Run(row, step, total, start, count) for total, (row, step, start, count) in found]
 
     def prepare(self) -> str:
         """``@prepare``: constants, and arrays that last."""

@@ -11,14 +11,12 @@ from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.text import Operand, Value
-from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.native.numbers.lanes import VECTOR
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
 from lagrange_cli.native.recurrences.batches.layout import INVERSE, SLOPE
 from lagrange_cli.native.recurrences.evaluation import emit_values
-from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.stage import Factors
-from lagrange_cli.native.recurrences.vector_stage import VectorStage
+from lagrange_cli.native.recurrences.vector_stage import VectorExpansion, VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import FREE, Op
 
@@ -48,38 +46,6 @@ class SeriesWriter(Writer):
         return self.f.place("%work", place + self.at, "double")
 
 
-class _First(dict[int, "Value"]):
-    """Coefficient 0 of a series."""
-
-    def __init__(self, stage: MemberStage, index: int) -> None:
-        self.stage, self.index = stage, index
-
-    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
-        return self[m]
-
-    def __missing__(self, m: int) -> Value:
-        return self.stage.first(self.index)
-
-
-class _Slopes(dict[int, "tuple[Value, Value]"]):
-    """dp/dx and 1/x of powers p of x."""
-
-    def __init__(self, stage: MemberStage) -> None:
-        self.stage = stage
-
-    def __missing__(self, index: int) -> tuple[Value, Value]:
-        return self.stage.load(index, SLOPE), self.stage.load(index, INVERSE)
-
-
-class MemberExpansion(Expansion[str]):
-    """The expansion of eight members."""
-
-    stage: MemberStage
-
-    def constant(self, node: Node) -> Value:
-        return self.stage.constant(node)
-
-
 @dataclass(frozen=True)
 class Moving:
     """What an expansion asks of a residual here."""
@@ -101,14 +67,12 @@ class MemberStage(VectorStage):
         phase: int | None,
     ) -> None:
         emitter, constants = evaluation.emitter, Everywhere(evaluation.tables.constants.slots)
-        expansion = MemberExpansion(
+        expansion = VectorExpansion(
             cast("Any", Moving(series.moving)), series.program, emitter, constants,
             Factorization(emitter, 0, {}, {}), evaluation.known[series.time], 0,
         )  # fmt: skip
         super().__init__(expansion)
-        expansion.stage = self
-        expansion.table = [_First(self, i) for i in range(len(series.program.series))]
-        expansion.sensitivities = _Slopes(self)
+        expansion.serve(self)
         self.series, self.k, self.block, self.known, self.phase = series, k, block, known, phase
         self.step = series.step
         self.f, self.emitter, self._dots = evaluation.f, emitter, {}
@@ -120,22 +84,20 @@ class MemberStage(VectorStage):
     def pointer(self, index: int) -> Pointer:
         return self.f.place(self.block, LANES * self.series.stored[index], "double")
 
-    def vector(self, index: int, m: int | Integer) -> Pointer:
+    def place(self, index: int, m: int | Integer) -> Pointer:
         """Where coefficient ``m`` of a series is, or what goes with it."""
         return self.f.place(self.block, self.series.vector(index, m) * LANES, "double")
 
-    def load(self, index: int, m: int | Integer) -> Operand:
-        """Vector ``m`` of a series."""
+    def vector(self, index: int, m: int | Integer) -> Operand:
+        """Coefficient ``m`` of a series, or what stands before coefficient 0."""
         key = index, m if isinstance(m, int) else m.name
         if key not in self._loaded:
-            place = self.vector(index, m)
-            self._loaded[key] = self.emitter.define(f"load {VECTOR}, ptr {place.name}, align 8")
+            self._loaded[key] = self.f.load_row(self.place(index, m), 0, LANES).name
         return self._loaded[key]
 
     def put(self, index: int, value: Value, m: int | Integer) -> None:
         """The same, stored."""
-        place = self.vector(index, m)
-        self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place.name}, align 8")
+        self.f.store_row(Real(self.f, self.emitter.written(value), LANES), self.place(index, m), 0)
 
     def dot(
         self, index: int, a: int, b: int, ahead: int, weighted: bool = False
@@ -144,26 +106,26 @@ class MemberStage(VectorStage):
             return super().dot(index, a, b, ahead, weighted)
         first, last = self.series.known(index)
         at = self.series.sums + self.series.begun[index] + LANES * self.phase
-        place = self.f.place(self.block, at, "double")
-        total = self.emitter.define(f"load {VECTOR}, ptr {place.name}, align 8")
-        terms: Factors[str] = [(self.load(a, m), self.at(b, ahead - m)) for m in range(1, first)]
-        terms += [(self.at(a, ahead - m), self.load(b, m)) for m in range(1, self.phase + ahead - last)]
+        total = self.f.load_row(self.block, at, LANES).name
+        terms: Factors[str] = [(self.vector(a, m), self.at(b, ahead - m)) for m in range(1, first)]
+        terms += [(self.at(a, ahead - m), self.vector(b, m)) for m in range(1, self.phase + ahead - last)]
         return total, terms
 
     def constant(self, node: Node) -> Value:
-        """The constants of a motion, for each member."""
         if node not in self._constants:
             known = dict(self.known)
             emit_values(self.emitter, [node], known, self.expansion.constants)
             self._constants[node] = known[node]
         return self._constants[node]
 
+    def slopes(self, index: int) -> tuple[Value, Value]:
+        return self.vector(index, SLOPE), self.vector(index, INVERSE)
+
     def first(self, index: int) -> Value:
-        """Coefficient 0 of a series."""
         if self.is_index(self.series.program.series[index].level, 0) and index in self.newest:
             return self.newest[index]
         known = index in self.series.stored or (index, 0) in self.series.besides
-        return self.load(index, 0) if known else None
+        return self.vector(index, 0) if known else None
 
     def at(self, index: int, ahead: int) -> Value:
         if isinstance(self.k, int) and self.k + ahead < 0:
@@ -171,7 +133,7 @@ class MemberStage(VectorStage):
         if ahead == self.series.program.series[index].level:
             return self.newest[index]
         if (index, ahead) not in self._behind:
-            self._behind[index, ahead] = self.load(index, self.k + ahead)
+            self._behind[index, ahead] = self.vector(index, self.k + ahead)
         return self._behind[index, ahead]
 
     def values(self) -> list[Value]:
@@ -208,4 +170,4 @@ class MemberStage(VectorStage):
     def of_order(self, index: int) -> Value:
         """Coefficient k of a term."""
         ahead = self.series.program.series[index].level > 0
-        return self.load(index, self.k) if ahead else self.newest.get(index)
+        return self.vector(index, self.k) if ahead else self.newest.get(index)

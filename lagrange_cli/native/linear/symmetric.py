@@ -98,7 +98,7 @@ def factor_symmetric(
     size = len(matrix)
     rows = [{k: entry for k, entry in enumerate(row) if entry is not None} for row in matrix]
     neighbours = [set(row) - {j} for j, row in enumerate(rows)]
-    order = elimination(neighbours, coordinates) if coordinates < size else range(size)
+    order = [*elimination(neighbours, coordinates)] if coordinates < size else range(size)
     columns: list[list[tuple[int, V]]] = [[] for _ in range(size)]
     reciprocals: list[V | None] = [None] * size
     begins: list[V | None] = []
@@ -125,19 +125,19 @@ def factor_symmetric(
     return Symmetric(kind, order, columns, reciprocals), regular
 
 
-def elimination(neighbours: Sequence[set[int]], coordinates: int) -> list[int]:
-    """In which order to eliminate: the ``coordinates`` first, of each part what has fewest neighbours then.
+def elimination(neighbours: Sequence[set[int]], coordinates: int) -> dict[int, set[int]]:
+    """In which order to eliminate: the ``coordinates`` first, of each part what has fewest neighbours then;
+    each with these.
 
     ``neighbours`` are the places of entries off the diagonal, by row; it is used up.
     """
-    order = []
+    order = {}
     for part in (range(coordinates), range(coordinates, len(neighbours))):
         left = dict.fromkeys(part)
         while left:
             p = min(left, key=lambda one: len(neighbours[one]))
             del left[p]
-            order.append(p)
-            around = neighbours[p]
+            around = order[p] = neighbours[p]
             for i in around:
                 neighbours[i] |= around
                 neighbours[i] -= {i, p}

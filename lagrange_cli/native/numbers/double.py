@@ -12,7 +12,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.declarations import INTRINSICS
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal, opposite
-from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.numbers.kind import Composed, Number
 
 
 def fused(text: str) -> str:
@@ -20,7 +20,7 @@ def fused(text: str) -> str:
     return text.replace("@llvm.fmuladd.", "@llvm.fma.")
 
 
-class Emitter:
+class Emitter(Composed[str]):
     """Doubles as a ``NumberKind``, written into a function's ``body``: values are operands' texts.
 
     What is written for another type differs in the class's constants only.
@@ -66,36 +66,24 @@ class Emitter:
         """A value as an instruction needs it: 0 written out."""
         return self.zero if value is None else value
 
-    def add(self, a: Value, b: Value) -> Value:
-        if a is None:
-            return b
-        if b is None:
-            return a
+    def plus(self, a: Operand, b: Operand) -> Operand:
         return self._arithmetic(f"fadd {self.REAL} {a}, {b}", a, b)
 
     def sub(self, a: Value, b: Value) -> Value:
-        if b is None:
-            return a
-        if a is None:
-            return self.neg(b)
+        if a is None or b is None:
+            return self.neg(b) if a is None else a
         return self._arithmetic(f"fsub {self.REAL} {a}, {b}", a, b)
 
-    def neg(self, a: Value) -> Value:
-        if a is not None and not a.startswith("%"):
-            return self.opposite(a)
-        return None if a is None else self._arithmetic(f"fneg {self.REAL} {a}", a)
+    def minus(self, a: Operand) -> Operand:
+        return self._arithmetic(f"fneg {self.REAL} {a}", a) if a.startswith("%") else self.opposite(a)
 
-    def opposite(self, constant: Operand) -> Operand:
+    def opposite(self, vector: Operand) -> Operand:
         """A constant with the other sign."""
-        return opposite(constant)
+        return opposite(vector)
 
-    def mul(self, a: Value, b: Value) -> Value:
-        if a is None or b is None:
-            return None
-        if a == self.one:
-            return b
-        if b == self.one:
-            return a
+    def times(self, a: Operand, b: Operand) -> Operand:
+        if self.one in (a, b):
+            return b if a == self.one else a
         return self._arithmetic(f"fmul {self.REAL} {a}, {b}", a, b)
 
     def div(self, a: Value, b: Value) -> Value:
@@ -145,9 +133,6 @@ class Emitter:
 
     def function(self, name: str, *arguments: Value) -> Operand:
         return self.intrinsic(name, *arguments) if name in INTRINSICS else self.call(name, *arguments)
-
-    def normalized(self, a: Value) -> Value:
-        return a
 
     def magnitude(self, a: Value) -> Value:
         return self.intrinsic("fabs", a)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.declarations import LIBRARY
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal
-from lagrange_cli.native.llvm.vector import Real, kind, suffix
+from lagrange_cli.native.llvm.text import Operand, Value, literal
+from lagrange_cli.native.llvm.vector import Real, constant, kind, suffix
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Number
 
@@ -14,16 +14,12 @@ VECTOR = kind("double", LANES)
 BITS = kind("i1", LANES)
 
 
-def splat(type: str, one: object) -> str:
-    """A constant in every lane."""
-    return f"<{', '.join([f'{type} {one}'] * LANES)}>"
-
-
 class LaneEmitter(Emitter):
     """The counterpart of ``Emitter`` for all lanes: an index counts vectors."""
 
     REAL, BIT, TAG, ALIGN = VECTOR, BITS, suffix(LANES), 8 * LANES
-    one, zero, true = splat("double", ONE), splat("double", ZERO), splat("i1", "true")
+    one, zero = constant("double", LANES, 1.0), constant("double", LANES, 0.0)
+    true = constant("i1", LANES, "true")
 
     def __init__(self, body: Function) -> None:
         super().__init__(body)
@@ -31,10 +27,10 @@ class LaneEmitter(Emitter):
 
     def number(self, value: Number) -> Value:
         one = literal(value)
-        return None if one is None else splat("double", one)
+        return None if one is None else constant("double", LANES, one)
 
-    def opposite(self, constant: Operand) -> Operand:
-        return splat("double", super().opposite(constant.rpartition(" ")[2].rstrip(">")))
+    def opposite(self, vector: Operand) -> Operand:
+        return constant("double", LANES, super().opposite(vector.rpartition(" ")[2].rstrip(">")))
 
     def function(self, name: str, *arguments: Value) -> Operand:
         """A function, of all lanes (``functions.elementary``); sine and cosine of one angle together."""

@@ -5,13 +5,52 @@ Coefficients of a series are vectors, from ``pointer`` on, each ``step`` behind 
 
 from __future__ import annotations
 
+from lagrange_cli.expression.node import Node
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
 from lagrange_cli.native.recurrences.vector_dots import Coefficients, dot, power_dots, square_dot
 from lagrange_cli.series.program import Op, Series, reciprocal
+
+
+class First(dict[int, "Value"]):
+    """Coefficient 0 of a series, which a stage loads where it is asked for."""
+
+    def __init__(self, stage: VectorStage, index: int) -> None:
+        self.stage, self.index = stage, index
+
+    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
+        return self[m]
+
+    def __missing__(self, m: int) -> Value:
+        return self.stage.first(self.index)
+
+
+class Slopes(dict[int, "tuple[Value, Value]"]):
+    """dp/dx and 1/x of powers p of x, likewise."""
+
+    def __init__(self, stage: VectorStage) -> None:
+        self.stage = stage
+
+    def __missing__(self, index: int) -> tuple[Value, Value]:
+        return self.stage.slopes(index)
+
+
+class VectorExpansion(Expansion[str]):
+    """The expansion of eight members, whose constants their stage knows."""
+
+    stage: VectorStage
+
+    def serve(self, stage: VectorStage) -> None:
+        """Take what is not known from a stage."""
+        self.stage, self.sensitivities = stage, Slopes(stage)
+        self.table = [First(stage, i) for i in range(len(self.program.series))]
+
+    def constant(self, node: Node) -> Value:
+        return self.stage.constant(node)
 
 
 class VectorStage(Stage[str]):
@@ -26,6 +65,18 @@ class VectorStage(Stage[str]):
 
     def pointer(self, index: int) -> Pointer:
         """Where coefficient 0 of a series is."""
+        raise NotImplementedError
+
+    def first(self, index: int) -> Value:
+        """Coefficient 0 of a series."""
+        raise NotImplementedError
+
+    def slopes(self, index: int) -> tuple[Value, Value]:
+        """dp/dx and 1/x of a power p of x."""
+        raise NotImplementedError
+
+    def constant(self, node: Node) -> Value:
+        """A constant of the motion, or one of each member."""
         raise NotImplementedError
 
     def number(self, ahead: int) -> Value:

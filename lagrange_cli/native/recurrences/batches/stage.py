@@ -22,8 +22,8 @@ from lagrange_cli.native.recurrences.batches.layout import BEFORE, CHANGE, INVER
 from lagrange_cli.native.recurrences.batches.quotient import Moving, Quotient, View
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
 from lagrange_cli.native.recurrences.batches.tables import Tables
-from lagrange_cli.native.recurrences.expansion import Expansion, turning_masses
-from lagrange_cli.native.recurrences.vector_stage import VectorStage
+from lagrange_cli.native.recurrences.expansion import turning_masses
+from lagrange_cli.native.recurrences.vector_stage import VectorExpansion, VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op, Series
 
@@ -63,19 +63,6 @@ class _Loaded(dict[int, "Value"]):
         return self.stage.vector(index, self.vector)
 
 
-class _First(dict[int, "Value"]):
-    """Coefficient 0 of a series."""
-
-    def __init__(self, stage: BatchStage, index: int) -> None:
-        self.stage, self.index = stage, index
-
-    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
-        return self[m]
-
-    def __missing__(self, m: int) -> Value:
-        return self.stage.vector(self.index, m)
-
-
 class _Remainders(_Loaded):
     """The low parts of q and q_dot, and of copies of these."""
 
@@ -93,23 +80,10 @@ class _Changes(_Loaded):
         return self[index] if self.stage.expansion.program.series[index].corrected else default
 
 
-class _Slopes(dict[int, "tuple[Value, Value]"]):
-    """dp/dx and 1/x of powers p of x."""
-
-    def __init__(self, stage: BatchStage) -> None:
-        self.stage = stage
-
-    def __missing__(self, index: int) -> tuple[Value, Value]:
-        return self.stage.vector(index, SLOPE), self.stage.vector(index, INVERSE)
-
-
-class BatchExpansion(Expansion[str]):
+class BatchExpansion(VectorExpansion):
     """The expansion of eight members of a batch."""
 
     stage: BatchStage
-
-    def constant(self, node: Node) -> Value:
-        return self.stage.constant(node)
 
     def coordinate(self, i: int) -> str:
         return self.stage.given(0)
@@ -128,11 +102,9 @@ class BatchStage(VectorStage):
             Factorization(jet.emitter, 0, {}, {}), jet.time, 0,
         )  # fmt: skip
         super().__init__(expansion, careful=True)
-        expansion.stage = self
+        expansion.serve(self)
         expansion.turning = jet.turning
-        expansion.table = [_First(self, i) for i in range(len(jet.quotient.program.series))]
         expansion.remainders = _Remainders(self, LOW)
-        expansion.sensitivities = _Slopes(self)
         self.jet, self.k, self.batch, self.b = jet, k, batch, b
         self.f, self.emitter, self._dots = jet.f, jet.emitter, {}
         self._places: dict[int, Operand] = {}
@@ -193,13 +165,18 @@ class BatchStage(VectorStage):
         return gathered(self.emitter, base.name, self.places(table))
 
     def constant(self, node: Node) -> Operand:
-        """A constant of the motion, or one of each member."""
         column = self.jet.quotient.columns.get(node)
         if column is None:
             return self.emitter.everywhere("%constants", "0", self.jet.tables.constants.slot(node))
         return column_at(self.f, self.emitter, column, self.b * LANES, self.places)
 
     # what Stage asks for
+
+    def first(self, index: int) -> Value:
+        return self.vector(index, 0)
+
+    def slopes(self, index: int) -> tuple[Value, Value]:
+        return self.vector(index, SLOPE), self.vector(index, INVERSE)
 
     def at(self, index: int, ahead: int) -> Value:
         if isinstance(self.k, int) and self.k + ahead < 0:
