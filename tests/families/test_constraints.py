@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lagrange_cli.families import consistency
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import compiled_accelerations
@@ -277,3 +278,54 @@ def test_the_accelerations_are_those_of_the_equations(monkeypatch: pytest.Monkey
     found = compiled_accelerations(system)(0.0, q, v, parameters)
     expected = (np.sin(x) * u**2 * np.cos(x) - 2.0 * np.cos(x)) / (1 + np.cos(x) ** 2)
     assert np.max(np.abs(found[:9] - expected)) < 1e-14
+
+
+def start_of(text: str, monkeypatch: pytest.MonkeyPatch, *, together: bool) -> tuple[Spec, Values]:
+    """The consistent start, from the numbers of all members together, or of one after the other."""
+    with monkeypatch.context() as patch:
+        if not together:
+            patch.setattr(consistency, "whole", lambda spec: None)
+        return begun(text)
+
+
+@pytest.mark.parametrize(
+    "change",
+    {
+        "nothing": ("", ""),
+        "given values that are off": ("sin(2*pi*i/N)", "sin(2*pi*i/N + 1e-9*sin(i))"),
+        "velocities that are off": ("0.2*(", "0.2*(1e-9*sin(i) + "),
+        "velocities that are not given": (', velocity: "0.2', ', unit: m, velocity: "0.2'),
+    }.items(),
+    ids=lambda change: change[0],
+)
+def test_starts_are_those_of_members(
+    change: tuple[str, tuple[str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = ring(110)
+    old, new = change[1]
+    if old:
+        assert old in text
+        text = text.replace(old, new)
+    spec, values = start_of(text, monkeypatch, together=True)
+    other, expected = start_of(text, monkeypatch, together=False)
+    assert (spec.left_out, spec.faint) == (other.left_out, other.faint)
+    assert np.max(np.abs(np.array(values.q) - expected.q)) < 1e-13
+    assert np.max(np.abs(np.array(values.v) - expected.v)) < 1e-13
+
+
+def test_constraints_that_depend_on_others_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every third rod of a ring is written twice: those are found, and the motion is that without them."""
+    rods = SHAPES["a ring"][1].partition(": ")[2]
+    text = (
+        ring(90)
+        + f"  again[i in range(30)]: 2*(({rods.replace('[i]', '[3*i]').replace('(i + 1)', '(3*i + 1)')}))\n"
+    )
+    spec, values = begun(text)
+    assert spec.left_out == tuple(f"again[{i}]" for i in range(30))
+    system = systems.family_system(spec)
+    assert system is not None and system.bonds is not None and system.bonds.count == 90
+    outputs = frozenset(["q", "h"])
+    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
+    found = run(ready, values, 0.0, 0.2, 3)
+    _, expected = followed(ring(90), outputs, stop=0.2)
+    assert np.max(np.abs(found.data["q/x"][-1] - expected.data["q/x"][-1])) < 1e-12
