@@ -15,6 +15,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import compiled_accelerations
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.model.start import linear
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
@@ -49,7 +50,7 @@ SHAPES: Mapping[str, tuple[Mapping[str, str], str]] = {
     ),
     "pairs": (
         {"x": "2*(i//2) + (i % 2)*l*0.6", "y": "(i % 2)*l*0.8 + cos(i//2)"},
-        "rod[i in range(1, N, 2)]: " + ROD.format(j="i - 1"),
+        "rod[i in range(N//2)]: " + ROD.replace("[i]", "[2*i + 1]").format(j="2*i"),
     ),
     "a ladder": (
         {"x": "0.1*i", "y": "0.3*sin(i)"},
@@ -194,7 +195,7 @@ def test_what_is_said_of_constraints_does_not_grow_with_them() -> None:
         rounds = len(system.bonds.elimination.rounds)  # each has loops of its own
         return len(system.slots.graph.nodes), len(ready.machine.program.text.splitlines()) // rounds
 
-    (nodes, lines), (more, longer) = counted(96), counted(768)
+    (nodes, lines), (more, longer) = counted(96), counted(384)
     assert nodes == more
     assert longer <= lines
 
@@ -205,10 +206,10 @@ def test_a_step_takes_work_in_proportion_to_the_constraints() -> None:
         ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, frozenset(["q"])))
         return int(ready.machine.program.work)
 
-    assert work(2000) / work(200) < 1.02 * 10
+    assert work(720) / work(90) < 1.02 * 8
 
 
-@pytest.mark.parametrize("count", [90, 1000])
+@pytest.mark.parametrize("count", [400])
 def test_a_ring_in_a_trap_keeps_what_a_textbook_says(count: int) -> None:
     """h, and nothing of what the trap takes away; the rods keep their lengths."""
     ready, motion = followed(ring(count), stop=0.1)
@@ -315,17 +316,18 @@ def test_starts_are_those_of_members(
 
 def test_constraints_that_depend_on_others_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every third rod of a ring is written twice: those are found, and the motion is that without them."""
+    monkeypatch.setattr(systems, "FEWEST_BOUND", 0)
+    monkeypatch.setattr(consistency, "DENSE", 10)
+    monkeypatch.setattr(linear, "DENSE", 10)
     rods = SHAPES["a ring"][1].partition(": ")[2]
-    text = (
-        ring(90)
-        + f"  again[i in range(30)]: 2*(({rods.replace('[i]', '[3*i]').replace('(i + 1)', '(3*i + 1)')}))\n"
-    )
+    third = rods.replace("[i]", "[3*i]").replace("(i + 1)", "(3*i + 1)")
+    text = ring(24) + f"  again[i in range(8)]: 2*({third})\n"
     spec, values = begun(text)
-    assert spec.left_out == tuple(f"again[{i}]" for i in range(30))
+    assert spec.left_out == tuple(f"again[{i}]" for i in range(8))
     system = systems.family_system(spec)
-    assert system is not None and system.bonds is not None and system.bonds.count == 90
+    assert system is not None and system.bonds is not None and system.bonds.count == 24
     outputs = frozenset(["q", "h"])
     ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
     found = run(ready, values, 0.0, 0.2, 3)
-    _, expected = followed(ring(90), outputs, stop=0.2)
-    assert np.max(np.abs(found.data["q/x"][-1] - expected.data["q/x"][-1])) < 1e-12
+    _, expected = followed(ring(24), outputs, stop=0.2)
+    assert np.max(np.abs(found.data["q/x"][-1] - expected.data["q/x"][-1])) < 1e-13
