@@ -61,8 +61,6 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     needs = METHODS[compilation.method].needs
     if needs is Needs.JACOBIAN or compilation.precision != DOUBLE:
         return None
-    if needs is Needs.SERIES and compilation.ensemble:
-        return None
     if compilation.portable or compilation.backward or compilation.proven or compilation.section:
         return None
     if compilation.factor is not None or not known(spec, compilation.outputs):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.algebra import Algebra, E
@@ -14,7 +14,6 @@ from lagrange_cli.model.model import Event, Model, Particle
 from lagrange_cli.model.rigid_body import carriers
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.spec import Event as Written
 from lagrange_cli.spec.spec import Spec
 
 
@@ -57,7 +56,7 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         dissipation=zero if action.dissipation is None else action.dissipation,
         observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
         families=spec.families,
-        events=tuple(built_event(scope, name, event) for name, event in spec.events.items()),
+        events=tuple(built_events(scope)),
         constraints=tuple(one for one in constraints if one.name not in spec.left_out),
         redundant=tuple(one for one in constraints if one.name in spec.left_out),
         spec=spec,
@@ -65,18 +64,19 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
     )
 
 
-def built_event(scope: Scope[E], name: str, event: Written) -> Event[E]:
-    """An event over the algebra.
+def built_events(scope: Scope[E]) -> Iterator[Event[E]]:
+    """The events over the algebra.
 
     Raises:
-        SpecError: where its argument turns out to be the same at all states.
+        SpecError: where the argument of one turns out to be the same at all states.
     """
-    argument = scope.scalar(event.when)
     varying = {scope.time, *scope.q, *scope.v, *scope.multipliers}
-    if not varying.intersection(scope.algebra.symbols(argument)):
-        raise never_changes(scope.spec, name)
-    changes = {target: scope.scalar(value) for target, value in event.changes.items()}
-    return Event(name, argument, event.direction, event.stops, changes)
+    for name, event in scope.spec.events.items():
+        argument = scope.scalar(event.when)
+        if varying.isdisjoint(scope.algebra.symbols(argument)):
+            raise never_changes(scope.spec, name)
+        changes = {target: scope.scalar(value) for target, value in event.changes.items()}
+        yield Event(name, argument, event.direction, event.stops, changes)
 
 
 def never_changes(spec: Spec, name: str, what: str = "never changes") -> SpecError:

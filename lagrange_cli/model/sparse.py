@@ -180,6 +180,8 @@ def leading(rows: Sequence[Mapping[int, float]], sine: float, clear: float) -> l
     ``clear``, what is left of a row is computed, twice (B. N. Parlett, The Symmetric Eigenvalue Problem, sec.
     6-9)."""
     columns: list[dict[int, float]] = [{} for _ in rows]
+    lines: list[Mapping[int, float]] = [{} for _ in rows]
+    """L without its diagonal, by columns and by rows."""
     roots = [0.0] * len(rows)
     touching: dict[int, list[int]] = {}
     found: list[int] = []
@@ -203,6 +205,21 @@ def leading(rows: Sequence[Mapping[int, float]], sine: float, clear: float) -> l
                 known[i] -= entry * share
         return done
 
+    def weights(shares: Mapping[int, float]) -> dict[int, float]:
+        """L^-T times these."""
+        known = dict(shares)
+        pending = [-j for j in known]
+        heapify(pending)
+        while pending:
+            j = -heappop(pending)
+            known[j] /= roots[j]
+            for i, entry in lines[j].items():
+                if i not in known:
+                    known[i] = 0.0
+                    heappush(pending, -i)
+                known[i] -= entry * known[j]
+        return known
+
     for i, row in enumerate(rows):
         done = shares(row)
         square = sum(a * a for a in row.values()) - sum(x * x for x in done.values())
@@ -210,10 +227,7 @@ def leading(rows: Sequence[Mapping[int, float]], sine: float, clear: float) -> l
             rest = dict(row)
             part = done
             for again in range(2):
-                x = dict(part)
-                for j in sorted(x, reverse=True):
-                    x[j] = (x[j] - sum(entry * x[k] for k, entry in columns[j].items() if k in x)) / roots[j]
-                for j, share in x.items():
+                for j, share in weights(part).items():
                     for k, a in rows[j].items():
                         rest[k] = rest.get(k, 0.0) - share * a
                 if not again:
@@ -222,6 +236,7 @@ def leading(rows: Sequence[Mapping[int, float]], sine: float, clear: float) -> l
             square = sum(a * a for a in rest.values())
         if square <= sine * sine:
             continue
+        lines[i] = done
         for j, share in done.items():
             columns[j][i] = share
         roots[i] = math.sqrt(square)

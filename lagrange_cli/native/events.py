@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 
@@ -10,8 +11,8 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of
-from lagrange_cli.model.model import Event, Model
+from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.model.model import Model
 from lagrange_cli.native.interface import BREAK, CUT, SIMPLE
 from lagrange_cli.native.state import Role
 
@@ -39,12 +40,12 @@ def events_of(
     rests = {one.event: one.auxiliary for one in smooth.rests}
     few = not rests and not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
     few = few and not model.constraints
-    masses = [one.mass for one in model.particles]
+    masses = reduce(or_, (one.mass.symbols for one in model.particles), 0)
+    changed = _changed(model)
     found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
-    for i, event in enumerate(model.events):
-        bits = _changed_by(event, model)
+    for i, (event, bits) in enumerate(zip(model.events, changed)):
         simple = bool(event.changes) and few and not event.argument.symbols & bits
-        simple = simple and not any(mass.symbols & bits for mass in masses)
+        simple = simple and not masses & bits
         acts = Role.CHANGE if simple else Role.ACTION
         role = acts if event.stops or event.changes else Role.RECORD
         found.append((event.direction, int(role), rests.get(i, -1)))
@@ -53,17 +54,17 @@ def events_of(
     return tuple(found), tuple(affected)
 
 
-def _changed_by(event: Event[Node], model: Model[Node]) -> int:
-    """The symbols that it changes."""
+def _changed(model: Model[Node]) -> Sequence[int]:
+    """The symbols that each event changes."""
     symbols = dict(zip(model.coordinates, model.q))
     symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
     symbols |= dict(model.parameters)
-    return reduce(or_, (symbols[name].symbols for name in event.changes), 0)
+    return [reduce(or_, (symbols[name].symbols for name in event.changes), 0) for event in model.events]
 
 
 def masses_of(model: Model[Node]) -> dict[str, Node]:
     """The masses that events change, by particle; particles with the same mass stand for each other."""
-    bits = reduce(or_, (_changed_by(event, model) for event in model.events), 0)
+    bits = reduce(or_, _changed(model), 0)
     found = {one.mass: one.name for one in reversed(model.particles) if one.mass.symbols & bits}
     return {name: mass for mass, name in reversed(found.items())}
 
@@ -82,10 +83,11 @@ def sizes_of(model: Model[Node]) -> list[Node]:
     rounding is measured by. (Multipliers of constraints are not known there, and count as 0.)"""
     graph, found = graph_of(model), list[Node]()
     known = {*model.q, *model.v, model.time, *model.parameters.values()}
+    places, speeds = numbered((*model.q, model.time)), (*model.v, graph.one)
     for event in model.events:
         unknown = {one: graph.zero for one in graph.symbols_of(event.argument) if one not in known}
         (argument,) = substituted(graph, [event.argument], unknown)
-        slopes = [graph.diff(argument, x) for x in (*model.q, model.time)]
-        rates = [graph.absolute(s * x) for s, x in zip(slopes, (*model.v, graph.one))]
+        slopes = sorted(graph.gradient(argument, places).items())
+        rates = [graph.absolute(slope * speeds[k]) for k, slope in slopes]
         found += [size_of(graph, argument), graph.sum([(one, 1.0) for one in rates])]
     return found

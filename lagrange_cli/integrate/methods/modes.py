@@ -69,14 +69,20 @@ class Modes:
     def _arguments(self) -> Array:
         """The values of all guards' arguments."""
         self._series()
-        return np.array([self._coefficients(self._rows.first + j)[0] for j in range(self.count)])
+        found: Array = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, 0]
+        return found
 
     def _coefficients(self, row: int) -> Array:
         """The first Taylor coefficients of the integrand of a row, beginning with its value."""
+        found: Array = self._coefficients_of(row, row + 1)[0]
+        return found
+
+    def _coefficients_of(self, start: int, stop: int) -> Array:
+        """Those of some rows (rows, coefficients)."""
         first, step, term = self.machine.program.series_at
-        place = first + row * step
         orders = np.arange(1, DERIVATIVES + 2)
-        found: Array = self._work[place + orders * term] * orders
+        places = first + step * np.arange(start, stop)
+        found: Array = self._work[places[:, None] + orders * term] * orders
         return found
 
     def coefficients_of(self, *rows: int) -> list[Array]:
@@ -87,6 +93,5 @@ class Modes:
     def scale(self) -> Array:
         """The largest coefficients of each order among velocities: the scale for rounding errors of a
         derivative."""
-        rows = range(self._layout.v.start, self._layout.v.stop)
-        found: Array = np.max(np.abs([np.r_[0.0, self._coefficients(row)] for row in rows]), axis=0)
-        return found
+        found = self._coefficients_of(self._layout.v.start, self._layout.v.stop)
+        return np.append(0.0, np.max(np.abs(found), axis=0))
