@@ -8,6 +8,7 @@ import pytest
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.methods import stepper
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.native.families import articulated, jets
@@ -135,6 +136,19 @@ def test_samples_are_what_they_are_alone(count: int) -> None:
     sooner = run(prepared, values, 0.0, 0.75, 2)
     for path, found in few.data.items():
         assert np.allclose(sooner[path][-1], found[3], rtol=0, atol=1e-14), path
+
+
+def test_looks_at_the_world_outside_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between any two steps, where the series of the next one are left for later."""
+    text = SPRINGS.format(count=17, potential='"sum(u[i]**4 - cos(u[i]) for i in range(N))"')
+    prepared, values = ready(text), resolve_values(read_spec(text, "system.yaml"), {})
+    seldom = run(prepared, values, 0.0, 3.0, 5)
+    monkeypatch.setattr(stepper, "FIRST", 1)
+    monkeypatch.setattr(stepper, "POLL_SECONDS", 0.0)
+    often = run(prepared, values, 0.0, 3.0, 5)
+    assert often.outcome.steps == seldom.outcome.steps > 8
+    for path, found in seldom.data.items():
+        assert np.array_equal(often[path], found), path
 
 
 @pytest.mark.parametrize("width", [1e-3, 1e-5])
