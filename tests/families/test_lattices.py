@@ -8,6 +8,7 @@ import pytest
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.methods import stepper
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.native.families import articulated, jets
@@ -120,3 +121,55 @@ potential: sum((x[1] - x[0] - 1.2)**4 + (x[1] - x[0] - 1.2)**2/2 for i in range(
     heavy, light = moved(text, 5.0, ready(text))["v/x"][-1]
     assert abs(light) > 0.01
     assert abs(1e12 * heavy + light) < 1e-13 * abs(light)
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 9, 17])
+def test_samples_are_what_they_are_alone(count: int) -> None:
+    """However many others there are, for any number of members: to the bit; and the last one is the state
+    that a run to this time ends with."""
+    text = SPRINGS.format(count=count, potential='"sum(u[i]**4 - cos(u[i]) for i in range(N))"')
+    prepared, values = ready(text), resolve_values(read_spec(text, "system.yaml"), {})
+    many, few = (run(prepared, values, 0.0, 1.0, samples) for samples in (33, 5))
+    assert many.outcome.steps == few.outcome.steps
+    for path, found in few.data.items():
+        assert np.array_equal(many[path][::8], found), path
+    sooner = run(prepared, values, 0.0, 0.75, 2)
+    for path, found in few.data.items():
+        assert np.allclose(sooner[path][-1], found[3], rtol=0, atol=1e-14), path
+
+
+def test_looks_at_the_world_outside_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between any two steps, where the series of the next one are left for later."""
+    text = SPRINGS.format(count=17, potential='"sum(u[i]**4 - cos(u[i]) for i in range(N))"')
+    prepared, values = ready(text), resolve_values(read_spec(text, "system.yaml"), {})
+    seldom = run(prepared, values, 0.0, 3.0, 5)
+    monkeypatch.setattr(stepper, "FIRST", 1)
+    monkeypatch.setattr(stepper, "POLL_SECONDS", 0.0)
+    often = run(prepared, values, 0.0, 3.0, 5)
+    assert often.outcome.steps == seldom.outcome.steps > 8
+    for path, found in seldom.data.items():
+        assert np.array_equal(often[path], found), path
+
+
+@pytest.mark.parametrize("width", [1e-3, 1e-5])
+def test_a_last_step_into_a_narrow_force_is_taken_again(width: float) -> None:
+    """Beads fly freely, and at the end the first of them is on the slope of a hill that no series showed."""
+    potential = f'"sum(exp(-(u[i]/{width!r})**2)/3 for i in range(N))"'
+    text = SPRINGS.format(count=9, potential=potential)
+    text = text.replace('"sin(i*i)"', '"-1/2 - i/9"').replace('"cos(i)"', "1").replace("1 + i/7", "1")
+    prepared, values = ready(text), resolve_values(read_spec(text, "system.yaml"), {})
+    motion = run(prepared, values, 0.0, 0.5 - 0.3 * width, 2)
+    place, speed = (motion[f"{which}/u[0]"][-1] for which in ("q", "v"))
+    hill = np.exp(-((place / width) ** 2)) / 3
+    assert hill > 0.01
+    assert abs(speed**2 / 2 + hill - 0.5) < 1e-11
+
+
+def test_coefficients_that_are_not_needed_again_are_not_kept() -> None:
+    """A pendulum's series are its velocity's and three more: the slope's, the sine's and the cosine's."""
+    potential = '"-sum(cos(u[i]) for i in range(N))"'
+    few, more = (
+        ready(SPRINGS.format(count=count, potential=potential)).machine.program for count in (80, 160)
+    )
+    others = 24
+    assert more.work - few.work <= 80 * (4 * (few.order + 1) + others)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
+from typing import TypeAlias
 
 from lagrange_cli.native.families.jets import BRIEF, JET
 from lagrange_cli.native.families.spans import divided, smaller
@@ -20,6 +22,11 @@ from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 WEIGHTS = PLACE, SPEED, RATE = range(3)
 """What velocities' coefficients m give at the end of a step: h^(m + 1)/(m + 1) to coordinates, h^m to
 velocities, m h^(m - 1) to accelerations."""
+FEW = 3
+"""Samples in a step that are taken one after the other."""
+AT_ONCE = 4
+"""Orders of a sum in each round of its loop."""
+Take: TypeAlias = "Callable[[Integer, int, Real], None]"
 
 
 class FamilySteps(DoubleSteps):
@@ -36,33 +43,70 @@ class FamilySteps(DoubleSteps):
         with f.loop(0, self.lengths.order + 1 - least, tested=False) as passed:
             yield f.count(self.lengths.order) - passed
 
-    def take_sums(self, f: Function, dt: Real, take: Callable[[Integer, Integer, Real], None]) -> None:
-        """``take(i, last, sum)`` for vectors of rows: those from ``i`` to before ``last``, and what their
-        series add within ``dt``."""
-        lengths = self.lengths
-        with lengths.each(f, 0, lengths.rows) as row:
-            total = f.variable(f.zero(lengths.lanes))
-            with self.orders(f) as m:
-                total.set(f.fused(total.get(), dt, row.series()[m]))
-            take(row.i, f.count(lengths.rows), total.get() * dt)
+    def take_sums(self, f: Function, dt: Real, rows: int, take: Take) -> None:
+        """``take(i, last, sum)`` of what series add within ``dt``, for so many rows together: those from
+        ``i`` to before ``last``; or for 1 row, if several times are side by side."""
+        degrees = self.lengths.degrees
+        with f.loop(0, degrees, rows, tested=False) as i:
+            both = (partial(one, f, i, rows=rows) for one in (self.place, self.speed))
+            place, speed = self.sums_of(f, dt, *both)
+            take(i, degrees, place)
+            take(i + degrees, 2 * degrees, speed)
+
+    def place(self, f: Function, i: Integer, m: Integer | int, rows: int = 0) -> Real:
+        """Coefficient ``m`` of coordinates, from the ``i``-th one on."""
+        return f.load_row("%work", i + m * self.lengths.term, rows or self.lengths.lanes)
+
+    def speed(self, f: Function, i: Integer, m: Integer | int, rows: int = 0) -> Real:
+        """The same of their velocities."""
+        first = self.lengths.first + self.lengths.degrees
+        series = f.place("%work", m * self.lengths.term + first, "double")
+        return f.load_row(series, i, rows or self.lengths.lanes)
+
+    def sums_of(self, f: Function, dt: Real, *series: Callable[[Integer], Real]) -> list[Real]:
+        """sum_m c[m] dt^m, m from 1 on, for each of some series, which have c."""
+        totals = [f.variable(f.zero(dt.lanes)) for _ in series]
+
+        def add(m: Integer) -> None:
+            for total, one in zip(totals, series):
+                total.set(f.fused(total.get(), dt, f.splat(one(m), dt.lanes)))
+
+        order = self.lengths.order
+        for m in range(order, order - order % AT_ONCE, -1):
+            add(f.count(m))
+        with f.loop(0, order - order % AT_ONCE, AT_ONCE, tested=False) as passed:
+            for m in range(AT_ONCE):
+                add(f.count(order - order % AT_ONCE - m) - passed)
+        return [one.get() * dt for one in totals]
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
-        """One after the other: most steps have few of them, but many rows."""
-        at, lanes = f.variable(index), self.lengths.lanes
+        """Eight together, or a few one after the other, but many rows."""
+        at, stride, low = f.variable(index), Integer(f, "%stride"), self.state.part(1).start
         with f.forever() as rounds:
-            after = (f.load("%times", at.get()) - now.t) - now.low
-            with f.when(~(after <= h)):
+            times = (f.load_row("%times", at.get(), LANES) - f.splat(now.t, LANES)) - f.splat(now.low, LANES)
+            hits = (times <= f.splat(h, LANES)).count()
+            with f.when(hits.equals(0)):
                 rounds.leave()
-            dt = f.splat(after, lanes)
 
-            def take(i: Integer, last: Integer, change: Real) -> None:
-                rest = f.load_row("%state", i + self.state.part(1).start, lanes)
-                value = f.load_row("%state", i, lanes) + (change + rest)
-                with f.loop(0, smaller(f, f.count(lanes), last - i), tested=False) as lane:
-                    f.store(f.lane(value, lane), "%out", (i + lane) * Integer(f, "%stride") + at.get())
+            def together(i: Integer, last: int, change: Real) -> None:
+                state, rest = (f.splat(f.load("%state", i + part), LANES) for part in (0, low))
+                f.store_row(state + (change + rest), "%out", i * stride + at.get())
 
-            self.take_sums(f, dt, take)
-            at.set(at.get() + 1)
+            with f.when(hits > FEW):
+                self.take_sums(f, times, 1, together)
+            with f.otherwise(), f.loop(0, hits, tested=False) as one:
+                lanes, place = self.lengths.lanes, at.get() + one
+
+                def alone(i: Integer, last: int, change: Real) -> None:
+                    rest = f.load_row("%state", i + low, lanes)
+                    value = f.load_row("%state", i, lanes) + (change + rest)
+                    count = smaller(f, f.count(lanes), f.count(last) - i)
+                    with f.loop(0, count, tested=False) as lane:
+                        f.store(f.lane(value, lane), "%out", (i + lane) * stride + place)
+
+                self.take_sums(f, f.splat(f.lane(times, one), lanes), lanes, alone)
+            at.set(at.get() + hits)
+            rounds.repeat(hits.equals(LANES))
         return at.get()
 
 
@@ -80,25 +124,10 @@ class VelocitySteps(FamilySteps):
             regular.set(f.call(Bit, JET, *given))
         return now, regular.get()
 
-    def speed(self, f: Function, i: Integer, m: Integer | int) -> Real:
-        """Coefficient ``m`` of velocities, from the ``i``-th one on."""
-        first = self.lengths.first + self.lengths.degrees
-        return f.load_row(f.place("%work", m * self.lengths.term + first, "double"), i, self.lengths.lanes)
-
-    def follower(self, f: Function, i: Integer, m: Integer | int) -> Real:
-        """Coefficient ``m`` of their coordinates."""
-        tables = (f.splat(f.load(table, m), self.lengths.lanes) for table in ("@reciprocals", "@rests"))
-        return divided(f, self.speed(f, i, m - 1), *tables)
-
-    def take_sums(self, f: Function, dt: Real, take: Callable[[Integer, Integer, Real], None]) -> None:
-        degrees = f.count(self.lengths.degrees)
-        with f.loop(0, degrees, self.lengths.lanes, tested=False) as i:
-            place, speed = (f.variable(f.zero(self.lengths.lanes)) for _ in range(2))
-            with self.orders(f) as m:
-                for total, one in ((place, self.follower(f, i, m)), (speed, self.speed(f, i, m))):
-                    total.set(f.fused(total.get(), dt, one))
-            take(i, degrees, place.get() * dt)
-            take(i + degrees, degrees + degrees, speed.get() * dt)
+    def place(self, f: Function, i: Integer, m: Integer | int, rows: int = 0) -> Real:
+        speed = self.speed(f, i, m - 1, rows)
+        inverse, rest = (f.splat(f.load(table, m), speed.lanes) for table in ("@reciprocals", "@rests"))
+        return divided(f, speed, inverse, rest)
 
     def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
         self.pass_time(f, now, h)
@@ -137,7 +166,7 @@ class VelocitySteps(FamilySteps):
                 return f.smaller(f.magnitude(new), f.magnitude(old))
 
             # the low part of a velocity moves its coordinate
-            follows = [self.follower(f, i, m) for m in range(1, CAREFUL + 1)]
+            follows = [self.place(f, i, m) for m in range(1, CAREFUL + 1)]
             lesser = changed(place, follows, speed.at("%state", low) * h, totals[PLACE].get())
             farthest.set(f.larger(farthest.get(), f.select(inside, lesser, zero)))
             lesser = changed(speed, speeds[1 : CAREFUL + 1], zero, totals[SPEED].get())

@@ -28,11 +28,11 @@ from lagrange_cli.records import dataclass, replace
 Numbers = np.ndarray[Any, np.dtype[np.int64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
-MANY = 2**17
-"""Doubles that fit a processor's own cache: systems with fewer have no blocks."""
-BLOCK = 2**14
-"""Doubles of a block: a quarter of that, as several orders of other members are in use."""
-STRIDES = 4
+MANY = 2**14
+"""Doubles that fit a processor's nearest cache, or nearly so: systems with fewer have no blocks."""
+BLOCK = 2**13
+"""Doubles of a block; as many again and more are in use, in several orders."""
+STRIDES = 8
 """A block is as many strides at least: so many orders find the same members in the cache."""
 MARGIN = 6
 """Strides that the seam of a ring takes beside those of the orders."""

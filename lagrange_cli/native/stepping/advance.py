@@ -104,8 +104,9 @@ def advance(steps: Steps) -> str:
         return done.equals(NOTED)
 
     def leaving_at_once() -> Bit:
-        """Whether the step before is the last one, if it is accepted."""
-        return pending.get().equals(Stop.END) | pending.get().equals(Stop.SAMPLES)
+        """Whether the step before is the last one of this call, if it is accepted."""
+        last = pending.get().equals(Stop.END) | pending.get().equals(Stop.SAMPLES)
+        return last | (taken.get() >= pause)
 
     steps.forget(f)
     with f.forever() as rounds:
