@@ -253,8 +253,8 @@ def test_the_tail_of_a_wave_keeps_its_digits() -> None:
 
 @pytest.mark.parametrize("nod", [0.0, 1e-14, 1e-13])
 def test_rounding_is_followed_as_precisely_as_what_moves(nod: float) -> None:
-    """A coin that leans and rolls in a circle nods at 17 rad/s. Longer steps, which leave out what is rounding,
-    would make it a nod a thousand times as large."""
+    """A coin that leans and rolls in a circle nods at 17 rad/s. Longer steps would leave out what is only
+    rounding today, and make it a nod a thousand times as large."""
     motion = follow("coin", 5.0, 51, sets={"disturbance": nod})
     assert motion.outcome.steps < 120
     assert abs(motion["q/theta"] - motion["q/theta"][0]).max() < nod / 17 + 8e-15
