@@ -55,8 +55,21 @@ class Whole:
     extent: Total
 
 
+_LATEST: list[tuple[Spec, Whole | None]] = []
+"""The last one, which is asked for once more for another member of an ensemble."""
+
+
 def whole(spec: Spec) -> Whole | None:
     """The constraints as those of families, if there are many; None where they are of another kind."""
+    for known, found in _LATEST:
+        if known is spec:
+            return found
+    _LATEST[:] = [(spec, examined(spec))]
+    return _LATEST[0][1]
+
+
+def examined(spec: Spec) -> Whole | None:
+    """The same of a system that has not been looked at."""
     if not spec.families.get("coordinates") or len(spec.constraints) <= DENSE or spec.lagrangian is not None:
         return None
     speeds = {velocity_name(family_name(name)) for name in bases_of(names_of(spec.coordinates))}

@@ -37,7 +37,9 @@ def places(search: Search) -> list[Any]:
 def closure(search: Search, q: list[Any], unknown: Sequence[int]) -> list[Any]:
     """The coordinates, with the only values that the open ones can have."""
     plain = [float(x) for x in q]
-    doubles = Equations(search.spec, {name: float(x) for name, x in search.parameters.items()})
+    doubles = search.equations
+    if search.exact is not None:
+        doubles = Equations(search.spec, {name: float(x) for name, x in search.parameters.items()})
     time = float(search.given.t)
 
     def at(x: Sequence[Any]) -> Values:
