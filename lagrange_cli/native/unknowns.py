@@ -10,7 +10,7 @@ from lagrange_cli.mechanics.explicit import Unknowns
 from lagrange_cli.native.linear.blocks import all_unrolled
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.recurrences.expansion import factored, solved
+from lagrange_cli.native.recurrences.matrix import factored, solved
 
 
 def solved_for(

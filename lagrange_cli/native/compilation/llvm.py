@@ -7,7 +7,7 @@ from typing import Any
 import llvmlite.binding as llvm
 
 from lagrange_cli.native.llvm.declarations import complete
-from lagrange_cli.native.numbers.double import fused
+from lagrange_cli.native.llvm.text import fused
 from lagrange_cli.records import dataclass
 
 

@@ -16,8 +16,7 @@ from lagrange_cli.native.functions.double_double import functions
 from lagrange_cli.native.functions.library import texts
 from lagrange_cli.native.functions.payne_hanek import table, wide_functions
 from lagrange_cli.native.llvm.declarations import LIBRARY
-from lagrange_cli.native.llvm.text import ZERO
-from lagrange_cli.native.numbers.double import fused
+from lagrange_cli.native.llvm.text import ZERO, fused
 from lagrange_cli.native.numbers.double_double import operations
 
 INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")

@@ -34,6 +34,11 @@ def operand(value: Value) -> Operand:
     return ZERO if value is None else value
 
 
+def fused(text: str) -> str:
+    """``text`` with every ``fmuladd`` an ``fma``, which is rounded once."""
+    return text.replace("@llvm.fmuladd.", "@llvm.fma.")
+
+
 def table(name: str, row: Sequence[int]) -> str:
     """Constant integers of that name."""
     return f"@{name} = private constant [{len(row)} x i64] [{', '.join(f'i64 {x}' for x in row)}]\n"

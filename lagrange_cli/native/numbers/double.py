@@ -15,11 +15,6 @@ from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal, op
 from lagrange_cli.native.numbers.kind import Composed, Number
 
 
-def fused(text: str) -> str:
-    """``text`` with every ``fmuladd`` an ``fma``, which is rounded once."""
-    return text.replace("@llvm.fmuladd.", "@llvm.fma.")
-
-
 class Emitter(Composed[str]):
     """Doubles as a ``NumberKind``, written into a function's ``body``: values are operands' texts.
 

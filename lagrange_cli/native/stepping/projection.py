@@ -32,7 +32,7 @@ from lagrange_cli.native.numbers.kind import Condition, NumberKind, V, Written
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.compensated import Compensated, Sum
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.recurrences.expansion import factored, solved
+from lagrange_cli.native.recurrences.matrix import factored, solved
 from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.records import dataclass
 

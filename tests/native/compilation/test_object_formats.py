@@ -10,7 +10,7 @@ import pytest
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.llvm.declarations import complete
-from lagrange_cli.native.numbers.double import fused
+from lagrange_cli.native.llvm.text import fused
 from tests.support.motion import DEFAULT, FULL, residual_of
 
 EVERY_FUNCTION = """
