@@ -8,17 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from lagrange_cli.api.folder import Folder
 from lagrange_cli.store.result import Result
 
 
 class Arrays(Mapping[str, Any]):
-    """The datasets of a file by path, each kept once it has been read; they cannot be written to.
+    """The datasets of a file by path, each kept once it has been read; they cannot be written to. The
+    ``folder`` of the file is not removed before them.
 
     Raises ``FileError`` where the file cannot be read, or is no output of lagrange.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path, self._kept = path, dict[str, Any]()
+    def __init__(self, path: Path, folder: Folder | None = None) -> None:
+        self._path, self._folder, self._kept = path, folder, dict[str, Any]()
         with Result(str(path)) as result:
             self.attributes, self._names = result.attributes, dict.fromkeys(result.held)
 

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.api.given import Values, texts_of
+from lagrange_cli.api.given import Values, check_lengths, texts_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.errors import LagrangeWarning
@@ -146,6 +146,7 @@ def check(
         spec, values = read_run(
             content, filename, sizes, lambda spec, problems: resolve_values(spec, overrides, problems)
         )
+        check_lengths(spec, set)
         found = classify(spec, values=values, given=overrides)
     for warning in found.warnings:
         told = replace(warning, message=f"warning: {warning.message}").render(spec.filename)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.run.request import Request
-from lagrange_cli.spec.spec import SolveDefaults
+from lagrange_cli.spec.spec import SolveDefaults, Spec
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,6 +55,17 @@ def pairs(what: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         for indices, one in members((), value):
             member = f"{name}[{','.join(map(str, indices))}]" if indices else name
             yield member, text_of(f"{what}: {member}", one)
+
+
+def check_lengths(spec: Spec, values: Values | None) -> None:
+    """Raise ``UsageError`` where a sequence has not as many values as its family has members."""
+    names = [*(one.name for one in spec.coordinates), *(one.name for one in spec.parameters)]
+    sizes = Counter(map(family_name, names))
+    sizes.update(velocity_name(family_name(one.name)) for one in spec.coordinates)
+    for name, value in (values or {}).items():
+        count = sum(1 for indices, _ in members((), value) if indices)
+        if count and name in sizes and count != sizes[name]:
+            raise UsageError(f"set: {name} has {sizes[name]} members, but {count} values are given")
 
 
 def members(indices: tuple[int, ...], value: Any) -> Iterator[tuple[tuple[int, ...], Any]]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from lagrange_cli.api.ensembles import ended, noted, watching
 from lagrange_cli.api.folder import Folder
-from lagrange_cli.api.given import Value, Values, request_of, text_of
+from lagrange_cli.api.given import Value, Values, check_lengths, request_of, text_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.members import Over, Random, Table, draws_of, threads_of
 from lagrange_cli.api.solve import check_precision
@@ -130,6 +130,7 @@ def section(
     content, filename = content_of(system)
     with WORKING:
         spec, _ = read_run(content, filename, request.sizes, lambda spec, problems: None)
+        check_lengths(spec, set)
         chosen = draw_members(spec, draws, request.overrides) if draws.any else None
         ensemble = make_section(spec, chosen, request, asked)
     told: list[str] = []

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.given import Value, Values, count_of, demand_of, request_of
+from lagrange_cli.api.given import Value, Values, check_lengths, count_of, demand_of, request_of
 from lagrange_cli.api.kept import keep
 from lagrange_cli.api.motion import Motion
 from lagrange_cli.api.system import System, content_of
@@ -134,6 +134,7 @@ def solve(
     content, filename = content_of(system)
     kept = keep(content, filename, request.sizes)
     found = read_motion(content, filename, request, read=kept.read, begin_at=kept.begin_at)
+    check_lengths(found.spec, set)
     ready = prepare_all(found, request, demand, untimed, kept.prepare, kept.check)
     units, told = kept.units(found.spec)
     followed = follow(ready, units, MONITOR, demand)

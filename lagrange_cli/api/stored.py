@@ -51,11 +51,11 @@ class Stored(Pictured):
 
     def __init__(self, path: Path, notes: tuple[str, ...] = (), folder: Folder | None = None) -> None:
         self._path, self._folder, self.notes = path, folder, notes
-        self._arrays = Arrays(path)
+        self._arrays = Arrays(path, folder)
 
     @property
     def path(self) -> Path:
-        """The file, which may be read for as long as this object is there."""
+        """The file, which may be read for as long as this object, or a group of its arrays, is there."""
         return self._path
 
     @property

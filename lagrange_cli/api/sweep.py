@@ -7,7 +7,7 @@ from typing import Any
 
 from lagrange_cli.api.ensembles import ended, noted, watching
 from lagrange_cli.api.folder import Folder
-from lagrange_cli.api.given import Value, Values, request_of
+from lagrange_cli.api.given import Value, Values, check_lengths, request_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.members import Over, Random, Table, draws_of, threads_of
 from lagrange_cli.api.stored import Stored, stored
@@ -147,6 +147,7 @@ def sweep(
     content, filename = content_of(system)
     with WORKING:
         spec, _ = read_run(content, filename, request.sizes, lambda spec, problems: None)
+        check_lengths(spec, set)
         ensemble = make_ensemble(spec, draw_members(spec, draws, request.overrides), request)
     told: list[str] = []
     monitor, threads = watching(told), threads_of(jobs)

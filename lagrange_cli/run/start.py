@@ -26,7 +26,8 @@ class Begin:
     ``moved`` has the values that are given, those of the run, and their differences, by name; ``found`` those
     that are not given.
     ``redundant``, ``undetermined`` and ``singular`` name constraints (see ``model.start.consistent``), and
-    ``normalized`` has the lengths of quaternions before they became 1, by body.
+    ``normalized`` has the lengths of quaternions before they became 1, by body. Constraints that depend on
+    others agree with them up to ``rest``, a part of their size.
     """
 
     moved: Mapping[str, tuple[float, float, float]] = {}
@@ -35,6 +36,7 @@ class Begin:
     undetermined: tuple[str, ...] = ()
     singular: tuple[str, ...] = ()
     normalized: Mapping[str, float] = {}
+    rest: float = 0.0
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""
@@ -184,6 +186,7 @@ def begin_of(found: Start) -> Begin:
         found.undetermined,
         found.singular,
         found.normalized,
+        found.generic.rest,
     )
 
 
@@ -309,8 +312,9 @@ def notes(begin: Begin) -> Iterator[str]:
         yield f"initial values found from the constraints: {in_short(shown)}"
     if begin.redundant:
         noun, verb = ("constraint", "depends") if len(begin.redundant) == 1 else ("constraints", "depend")
+        but = f" (up to {begin.rest:.0e} of its size, which is taken for rounding)" if begin.rest else ""
         yield (
-            f"warning: the {noun} {in_short(begin.redundant)} {verb} on the others: the multipliers of "
+            f"warning: the {noun} {in_short(begin.redundant)} {verb} on the others{but}: the multipliers of "
             f"{in_short(begin.undetermined)} are not unique, and the ones of least norm are written; the "
             "motion is unique"
         )

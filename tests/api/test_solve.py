@@ -330,3 +330,12 @@ def test_without_xarray_the_command_that_installs_it_is_named(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "xarray", None)
     with pytest.raises(lagrange.MissingPackage, match=r"pip install 'lagrange-cli\[xarray\]'"):
         lagrange.solve(PENDULUM, stop=1).to_xarray()
+
+
+def test_a_family_needs_as_many_values_as_it_has_members():
+    chain = lagrange.example("n_pendulum")
+    for wrong in ({"theta": [0.1, 0.2]}, {"theta_dot": [0.1]}):
+        with pytest.raises(lagrange.UsageError, match=r"has 3 members, but . values are given"):
+            lagrange.solve(chain, size={"N": 3}, set=wrong, stop=0.1)
+        with pytest.raises(lagrange.UsageError, match=r"has 3 members, but . values are given"):
+            lagrange.check(chain, size={"N": 3}, set=wrong)

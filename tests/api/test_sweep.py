@@ -244,3 +244,11 @@ def test_moments_of_inertia_and_sizes_of_solids_may_differ_between_members():
 def test_a_member_with_impossible_moments_of_inertia_is_named(over, message):
     with pytest.raises(lagrange.UsageError, match=message):
         lagrange.sweep(TOP, over=over)
+
+
+def test_a_group_of_arrays_outlives_its_sweep():
+    """The file of the results is there as long as anything may be read from it."""
+    system = "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - 2*x**2\nsolve: {stop: 1, samples: 3}\n"
+    group = lagrange.sweep(system, over={"x": [1, 2]}, outputs="q").q
+    gc.collect()
+    assert group["x"].shape == (2, 3)

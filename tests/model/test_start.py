@@ -369,3 +369,20 @@ def test_a_constraint_that_restricts_nothing_at_the_start_is_told_from_a_constan
     assert "restricts nothing at t = 0" in problem.message
     (problem,) = refused(text + "nonholonomic: {e: x_dot - x_dot + t}")
     assert "contains no velocity" in problem.message
+
+
+def test_constraints_that_disagree_by_rounding_only_depend_on_each_other():
+    """With the difference of 1e-9 no wheel could turn, although the file says that they do."""
+    gears = """
+    parameters: {e: 1e-9}
+    coordinates: {a: {initial: 0, velocity: 1}, b: {}, c: {}}
+    masses: {p: 1, q: 1, r: 1}
+    positions: {p: a, q: b, r: c}
+    constraints: {ab: a + 2*b, bc: 2*b + 3*c, ac: a - 3*c*(1 + e)}
+    """
+    found = start(gears)
+    assert (found.redundant, found.singular) == (("ac",), ())
+    assert 1e-12 < found.generic.rest < 1e-9
+    assert found.v == pytest.approx((1, -0.5, 1 / 3), rel=1e-8)
+    assert start(gears, e=0.0).generic.rest == 0.0
+    refused(gears, e=1e-3)

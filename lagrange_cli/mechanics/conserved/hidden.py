@@ -42,12 +42,14 @@ Vector = tuple[str, str]
 @dataclass(frozen=True)
 class Candidate:
     """A function of the state, its ``rate`` of change along the motion, and what it is called. Where it
-    depends on velocities, it is a product of ``vectors``, such as ("v", "x") and ("L", "z")."""
+    depends on velocities, it is a product of ``vectors``, such as ("v", "x") and ("L", "z"). ``parts`` are
+    its factors that are fixed, and the text of the others."""
 
     node: Node
     rate: Node
     text: str
     vectors: tuple[Vector, ...] = ()
+    parts: tuple[Node, str] | None = None
 
 
 def hidden(found: Found) -> None:
@@ -124,10 +126,11 @@ def places(model: Model[Node], noether: Noether, moving: Sequence[Particle[Node]
     simple = [(x, name) for x, name in zip(r, COMPONENTS)]
     squares = [(a * b, squares_of(m, n)) for i, (a, m) in enumerate(simple) for b, n in simple[i:]]
     powers = parts_of(model.potential)[:MOST_TERMS]
-    given = [*simple, *squares, *((u, times(model, "", u)) for u in powers)]
-    given += [(x * u, times(model, n, u)) for u in powers for x, n in (*simple, *squares)]
-    for node, text in given:
+    for node, text in (*simple, *squares):
         yield Candidate(node, noether.rate(node), text)
+    for u in powers:
+        for x, n in ((graph.one, ""), *simple, *squares):
+            yield Candidate(x * u, noether.rate(x * u), times(model, n, u), parts=split_text(model, n, u))
 
 
 def parts_of(potential: Node) -> list[Node]:
@@ -137,10 +140,16 @@ def parts_of(potential: Node) -> list[Node]:
 
 def times(model: Model[Node], name: str, node: Node) -> str:
     """Something that has a name, or 1, times a term of U."""
-    parts = graph_of(model).split_parameters(node, variables(model))
-    fixed, rest = (text_of(one) if one.kind is not Kind.SUM else f"({text_of(one)})" for one in parts)
-    texts = [text for text in (fixed, name, rest) if text not in ("", "1")]
-    return "*".join(texts).replace("*1/", "/")
+    fixed, text = split_text(model, name, node)
+    return term(fixed, text).replace("*1/", "/")
+
+
+def split_text(model: Model[Node], name: str, node: Node) -> tuple[Node, str]:
+    """The fixed factors of this, and the text of the others."""
+    fixed, rest = graph_of(model).split_parameters(node, variables(model))
+    moving = text_of(rest) if rest.kind is not Kind.SUM else f"({text_of(rest)})"
+    texts = [text for text in (name, moving) if text not in ("", "1")]
+    return fixed, "*".join(texts).replace("*1/", "/") or "1"
 
 
 def coefficients(potential: Node) -> list[tuple[Node, float]]:
@@ -216,5 +225,10 @@ def described(
         ((one, other),) = moving
         if [*still] == [squares_of(one[1], other[1])]:
             name, because = f"F_{one[1]}{other[1]}", "a component of Fradkin's tensor, m v v + k r r"
-    text = joined([term(sign * factor, given[i].text) for i, factor in reversed([*relation.items()])])
+    shown = [(sign * factor, given[i]) for i, factor in reversed([*relation.items()])]
+    texts = [
+        term(factor, one.text) if one.parts is None else term(factor * one.parts[0], one.parts[1])
+        for factor, one in shown
+    ]
+    text = joined([one.replace("*1/", "/") for one in texts])
     return name, text, because, sign

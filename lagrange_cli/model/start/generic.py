@@ -3,6 +3,7 @@ agree."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
@@ -60,11 +61,27 @@ def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Gene
             there = search.rates(near, search.given.v, t).rows
             seen.append(independent(there, scale, typical, sine=APART))
             places.append(there)
-    if len(seen) == 1:  # a place that stands alone: nothing is known beyond it
-        return Generic(tuple(range(len(search.names))), tuple(typical))
+    if len(seen) == 1:
+        rest = disagreement(search, q, scale, best)
+        if rest > AGREE:  # a place that stands alone: nothing is known beyond it
+            return Generic(tuple(range(len(search.names))), tuple(typical))
+        return Generic(tuple(best), tuple(typical), coupled(rows, best, scale), rest)
     best = max(seen, key=len)
     refuse_restricting(search, q, scale, best)
     return Generic(tuple(best), tuple(typical), coupled(places[seen.index(best)], best, scale))
+
+
+def disagreement(search: Search, q: Sequence[Any], scale: Sequence[float], best: Sequence[int]) -> float:
+    """By how much the other constraints are off, relative to their size, where the ``best`` are satisfied
+    nearby; infinite where that is not known."""
+    bound, found = [i for i in best if i < search.count], []
+    for number in range(TRIES if not depend_on_time(search, q) else 0):
+        near = nearby(search, q, scale, bound, number)
+        if near is not None:
+            values, rows = search.position_values(near)
+            rest = [i for i in range(search.count) if i not in best]
+            found.append(search.worst([values[i] for i in rest], [rows[i] for i in rest], scale))
+    return max(found, default=math.inf)
 
 
 def depend_on_time(search: Search, q: Sequence[Any]) -> bool:

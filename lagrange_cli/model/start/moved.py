@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.model.start.nearest import NEAR, Surface
+from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface
 from lagrange_cli.model.start.search import SLIGHTLY, Search
 
 
@@ -47,7 +47,7 @@ def told(
 ) -> list[tuple[str, float]]:
     """The names of values that are moved, and where to."""
     return [
-        (name, float(new))
+        (name, float(new) if abs(new) > ROUND * size else 0.0)
         for name, old, new, size in zip(names, before, after, scale)
         if abs(float(new - old)) > NEAR * size
     ]

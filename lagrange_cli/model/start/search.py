@@ -39,11 +39,13 @@ class Given:
 @dataclass(frozen=True)
 class Generic:
     """What constraints do in general: the numbers of those that are ``independent``, the steepness of each
-    that is ``typical``, and the numbers of those that are ``coupled`` by depending on each other."""
+    that is ``typical``, and the numbers of those that are ``coupled`` by depending on each other. These
+    agree up to ``rest``, a part of their size, where that is more than rounding."""
 
     independent: tuple[int, ...]
     typical: tuple[float, ...]
     coupled: tuple[int, ...] = ()
+    rest: float = 0.0
 
 
 class Evaluated(Protocol):
