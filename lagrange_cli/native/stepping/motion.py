@@ -79,7 +79,7 @@ class Steps(ABC):
         self.noise = self._noise()
         self.sizes = StepSize(
             lengths, given.tolerance, rest, fades=self.parts == 1,
-            uncertain=self.noise.rounding if self.noise and not lengths.floor else None,
+            uncertain=(self.noise.place, 1.0) if self.noise and not lengths.floor else None,
         )  # fmt: skip
         self.quadratures = None
         if rows[1]:
