@@ -242,11 +242,10 @@ class Follower:
             way = f.magnitude((t - f.splat(Real(f, "%start", 1), LANES)) + low) * CRAWLING
             stuck = stuck | ((taken > ENOUGH) & (h * taken.to_real() < way) & (h < left))
             moving = live & regular & (met < ENDLESS) & ~(stuck | finishing | refused)
-            reach = f.smaller(h, left)
             if self.quadratures:  # steps are divided by single motions only
-                moving = moving & ~f.call(Bit, "rough", state, work, reach, reach)
+                moving = moving & ~f.call(Bit, "rough", state, work, f.smaller(h, left))
             final = (left <= h) & moving
-            step = f.select(moving, reach, zero)
+            step = f.select(moving, f.smaller(h, left), zero)
             full = self.sample(f, step, moving, count)
             usual = f.larger(step, self.get(f, "usual") * LAG)
             allowed = allowance(f, bounds, passed, usual, step)

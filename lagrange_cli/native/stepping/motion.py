@@ -229,7 +229,7 @@ class Steps(ABC):
         """Whether the integrals' series do not hold all through the step of ``h`` just taken. Nothing is
         proven where the motion's are not ``sound``: they were cut."""
         places = f.pointer("%trial"), f.pointer("%work")
-        rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h), h)
+        rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h), *([h] if self.parts > 1 else []))
         if self.integrands is None:
             return rough
         return rough | (sound & ~self._has_proven(f, now.t + now.low, *places, h, now.unit))

@@ -5,7 +5,9 @@ coefficients of its series, where forces cancel to fewer digits, are 1e-10: no s
 to be small beside it, and in such steps it does not grow. But rounding changes its rate by far more. How much
 is measured as for integrands (``rounding_errors``): by changes of coordinates and velocities in proportion to
 themselves, so that what is small beside nothing but itself keeps all its digits. Rates are known to that
-only, and velocities are measured by what it changes them in a step.
+only, and velocities are measured by what it changes them in a step. They are not measured by more, such as
+all that the terms which cancel change them: steps could be so long that the rounding errors of these terms,
+which grow with the exponential of their frequency times the step, are no longer small.
 """
 
 from __future__ import annotations
@@ -131,5 +133,6 @@ class Noise:
 
     def floors(self, f: Function, h: Real) -> None:
         """What velocities are measured by over ``h``, where ``Lengths.floor`` is."""
-        with self.lengths.velocities(f) as row:
-            row.put(row.at("%state", self.place) * self.lengths.wide(f, h), "%work", self.lengths.floor)
+        lengths = self.lengths
+        with lengths.velocities(f) as row:
+            row.put(row.at("%state", self.place) * lengths.wide(f, h), "%work", lengths.floor)

@@ -195,7 +195,8 @@ class Parts:
             if self.sums.beyond:
                 row.put(f.select(every, f.zero(self.own.lanes), row.at(state, third)), state, third)
             known = self.quadratures.known
-            error = f.select(explained, self.rounding(row), row.at(self.at.begin, known) * FADING)
+            before = row.at(self.at.begin, known) * FADING
+            error = f.select(explained, self.rounding(row), before)
             row.put(f.select(every, error, row.at(state, known)), state, known)
 
     def lose_samples(self, index: Variable[Integer], last: Integer) -> None:

@@ -103,10 +103,11 @@ class Quadratures:
         return f
 
     def rough(self) -> Function:
-        """``@rough(state, work, h, in_time)``: whether the last terms of an integral's series over ``h``
-        matter, or are not finite; the same length is ``in_time``, where the series has another unit."""
+        """``@rough(state, work, h)``: whether the last terms of an integral's series over ``h`` matter, or
+        are not finite; the same length ``in_time`` follows, where the series has another unit."""
         real, bit = (kind(one, self.lengths.motions) for one in ("double", "i1"))
-        head = f"define internal {bit} @rough(ptr %state, ptr %work, {real} %h, {real} %in_time) #0"
+        more = f", {real} %in_time" if self._beyond else ""
+        head = f"define internal {bit} @rough(ptr %state, ptr %work, {real} %h{more}) #0"
         f = Function(head, self.lengths.motions)
         lengths, top, h = self.own, self.own.top, Real(f, "%h")
         wide, least = lengths.wide(f, h), lengths.wide(f, f.constant(ENOUGH * self.tolerance))
@@ -124,7 +125,7 @@ class Quadratures:
             c = row.series()
             last = f.magnitude(c[top]) * wide + f.magnitude(c[top - 1])
             last = f.select(last.equals(zero), zero, (last * first) * second)
-            size = self.sizes.sizes(row, c, wide, lengths.wide(f, Real(f, "%in_time")))
+            size = self.sizes.sizes(row, c, wide, Real(f, "%in_time") if self._beyond else None)
             bad.set(bad.get() | (self.sizes.heard(row) & ~(last <= size * least)))
         f.give(lengths.of_motions(f, bad.get()))
         return f
