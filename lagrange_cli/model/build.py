@@ -70,10 +70,11 @@ def built_events(scope: Scope[E]) -> Iterator[Event[E]]:
     Raises:
         SpecError: where the argument of one turns out to be the same at all states.
     """
-    varying = {scope.time, *scope.q, *scope.v, *scope.multipliers}
+    varying = {scope.time, *scope.q, *scope.v}
     for name, event in scope.spec.events.items():
         argument = scope.scalar(event.when)
-        if varying.isdisjoint(scope.algebra.symbols(argument)):
+        found = scope.algebra.symbols(argument)  # multipliers among them are in scope from here on
+        if varying.isdisjoint(found) and found.isdisjoint(scope.multipliers):
             raise never_changes(scope.spec, name)
         changes = {target: scope.scalar(value) for target, value in event.changes.items()}
         yield Event(name, argument, event.direction, event.stops, changes)
