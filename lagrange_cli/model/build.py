@@ -74,7 +74,7 @@ def built_events(scope: Scope[E]) -> Iterator[Event[E]]:
     for name, event in scope.spec.events.items():
         argument = scope.scalar(event.when)
         found = scope.algebra.symbols(argument)  # multipliers among them are in scope from here on
-        if varying.isdisjoint(found) and found.isdisjoint(scope.multipliers):
+        if varying.isdisjoint(found) and set(scope.multipliers).isdisjoint(found):
             raise never_changes(scope.spec, name)
         changes = {target: scope.scalar(value) for target, value in event.changes.items()}
         yield Event(name, argument, event.direction, event.stops, changes)
