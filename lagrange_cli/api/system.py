@@ -28,6 +28,8 @@ def content_of(system: System) -> tuple[bytes, str]:
     """
     if isinstance(system, Mapping):
         return as_yaml(as_json(system)), MAPPING
+    if isinstance(system, str) and not system.strip():
+        raise UsageError("the text of the system is empty: give the name of a file, or its content")
     if isinstance(system, str) and is_text(system):
         return system.encode("utf-8", "surrogatepass"), TEXT
     if isinstance(system, (str, os.PathLike)):

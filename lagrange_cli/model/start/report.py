@@ -109,7 +109,7 @@ class Refusal:
         kind, hint = "no coordinate", "write an expression in coordinates that stays 0"
         if name in self.spec.nonholonomic:
             kind, hint = "no velocity", "write an expression in velocities that stays 0"
-        message = f"constraint '{name}' does not change with any state: it contains {kind}"
+        message = f"constraint '{name}' does not change with any state: {kind} has an effect on it"
         return self.source.error(self.written(name).place, message, hint)
 
     def open_coordinate(self, number: int) -> SpecError:
