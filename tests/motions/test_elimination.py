@@ -12,7 +12,7 @@ from lagrange_cli.api.sweep import sweep
 from lagrange_cli.errors import LagrangeWarning
 from lagrange_cli.native.elimination import reduced
 from tests.support.draws import examples
-from tests.support.elimination import CART, DISC, GEARS, MIXED, SHAKEN, SYSTEMS, TRAIN, motion_of
+from tests.support.elimination import CART, DISC, GEARS, MIXED, PUSHED, SHAKEN, SYSTEMS, TRAIN, motion_of
 from tests.support.motion import residual_of
 
 
@@ -63,7 +63,7 @@ def test_the_same_in_double_double(name):
 )
 def test_members_in_lanes_are_followed_as_alone(name):
     """The sixth of nine members has the numbers of the file."""
-    coordinate = {"shaken": "th", "disc": "x", "cart": "th", "steep": "x"}.get(name, "a")
+    coordinate = {"shaken": "th", "pushed": "th", "disc": "x", "cart": "th", "steep": "x"}.get(name, "a")
     alone = motion_of(SYSTEMS[name], stop=2.0, samples=5, outputs="q,v")
     begin = float(np.asarray(alone.q[coordinate])[0])
     swept = sweep(
@@ -146,6 +146,15 @@ def test_a_driven_coordinate_is_where_it_is_driven():
     motion = motion_of(SHAKEN, stop=20.0, samples=201, outputs="q,v,ledger")
     assert np.abs(motion.q["x"] - 0.3 * np.cos(3 * motion.t)).max() < 3e-15
     assert np.abs(motion.v["x"] + 0.9 * np.sin(3 * motion.t)).max() < 1e-14
+
+
+def test_a_drive_that_sets_in_ends_a_step():
+    """The coordinate is not among the unknowns, but has a kink where a step is to end."""
+    motion = motion_of(PUSHED, stop=2.0, samples=5, outputs="q,v")
+    moved = np.maximum(0, motion.t - 0.7)
+    assert np.abs(np.asarray(motion.q["x"]) - moved**2).max() < 1e-15
+    assert np.abs(np.asarray(motion.v["x"]) - 2 * moved).max() < 1e-15
+    assert motion.attributes["steps"] < 20
 
 
 def test_a_hidden_force_is_seen_through_a_constraint():

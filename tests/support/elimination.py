@@ -43,6 +43,14 @@ lagrangian: >-
   (m + M)*x_dot**2/2 + M*R**2*phi_dot**2/4 + m*l*cos(th)*x_dot*th_dot + m*l**2*th_dot**2/2 + m*g*l*cos(th)
 nonholonomic: {roll: x_dot - R*phi_dot + 0.1}
 """
+PUSHED = """
+parameters: {m: 1.0, M: 2.0, l: 0.7, g: 9.81}
+coordinates: {x: {initial: 0}, th: {initial: 0.4}}
+masses: {cart: M, bob: m}
+embedding: {cart: [x, 0], bob: [x + l*sin(th), -l*cos(th)]}
+potential: m*g*bob.y
+constraints: {drive: "x - max(0, t - 0.7)**2 - max(0, -1.2 - t)**2"}
+"""
 DISC = """
 parameters: {m: 2.0, R: 0.4, g: 9.81, al: 0.3, k: 30}
 coordinates: {x: {initial: 0.2, velocity: 0.1}, phi: {initial: 1}}
@@ -114,7 +122,7 @@ constraints:
 SYSTEMS = {
     "gears": GEARS, "pulleys": PULLEYS, "shaken": SHAKEN, "belts": BELTS, "cart": CART, "disc": DISC,
     "mixed": MIXED, "equal": EQUAL, "dragged": DRAGGED, "struck": STRUCK, "landing": LANDING, "steep": STEEP,
-    "train": TRAIN,
+    "train": TRAIN, "pushed": PUSHED,
 }  # fmt: skip
 """Systems some of whose constraints are solved for coordinates, by name."""
 

@@ -24,11 +24,16 @@ def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
     if not (
         found
         or residual.model.events
-        or switches([*residual.residual, *integrands.values()], variables)
+        or switches([*residual.residual, *followed(residual), *integrands.values()], variables)
         or inner_poles([*integrands.values()], residual.residual, variables)
     ):
         return Guarded(residual, integrands)
     return with_multipliers(residual, integrands, found)[1]
+
+
+def followed(residual: Residual) -> list[Node]:
+    """The coordinates and velocities that are not among the unknowns, as functions of those that are."""
+    return [node for one in residual.dependent for node in (one.place, one.speed) if node is not None]
 
 
 def guarded_values(
@@ -76,16 +81,23 @@ def assembled(
     for one in residual.cyclic_momenta:
         momentum, speed = modes.frozen([one.momentum, one.speed])
         momenta.append(replace(one, momentum=momentum, speed=speed))
+    dependent = []
+    for given in residual.dependent:
+        place, speed = given.place, modes.frozen([given.speed])[0]
+        if place is not None:
+            (place,) = modes.frozen([place])
+        dependent.append(replace(given, place=place, speed=speed))
     model = with_auxiliary(residual.model, graph, len(modes.multipliers))
     wider = replace(
         residual, model=model, residual=rows, mass_matrix=tuple(matrix), inertias=inertias,
-        cyclic_momenta=tuple(momenta),
+        cyclic_momenta=tuple(momenta), dependent=tuple(dependent),
     )  # fmt: skip
     linear = [*rows, *quadratures]
     alone = [
         *(row[k] for j, row in enumerate(matrix) for k in nonzero(row, graph.zero, j)),
         *inertias,
         *(one.speed for one in momenta),
+        *followed(wider),
     ]
     alone += [*events, *(guard.argument for guard in modes.guards.values())]
     slopes = [graph.diff(x, m) for m in modes.multipliers for x in linear if not has_rates(x, m)]

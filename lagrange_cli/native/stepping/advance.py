@@ -29,6 +29,8 @@ LAG = 0.7
 """The factor by which the usual step may shrink per step, as steps do in front of a singularity."""
 PASSES = 8.0
 """If so many kinks are passed while t hardly changes, the motion sticks at one."""
+TRIES = 1000
+"""Lengths that are tried for a step, far more than halving takes to the resolution of time: there is none."""
 NO_GUARD = -1
 SMALLEST, HUGE = 2.0**-1022, 1.7976931348623157e308
 
@@ -58,6 +60,7 @@ def advance(steps: Steps) -> str:
     limited, limited_before, began = (f.variable(f.count(0)) for _ in range(3))
     length, uneven, usual_before = (f.variable(zero) for _ in range(3))
     index, taken, pending = f.variable(f.count(0)), f.variable(f.count(0)), f.variable(f.count(NOTHING))
+    tries = f.variable(f.count(0))
     settled, unit_before = f.variable(yes), f.variable(one)
     """Whether the integrals of the step before are right already; the unit of time of its series."""
 
@@ -149,6 +152,7 @@ def advance(steps: Steps) -> str:
                 remember(Clock.USUAL_STEP, f.select(begins, before, clock(Clock.USUAL_STEP)))
                 index.set(began.get())
                 taken.set(less)
+                tries.set(tries.get() + 1)
                 pending.set(f.count(NOTHING))
                 if due is not None:
                     due.set(f.count(NO_GUARD))
@@ -164,6 +168,7 @@ def advance(steps: Steps) -> str:
                     steps.expand(f, Now(t, low, clock(Clock.STEP), one))
             for number in (Clock.REFUSED, Clock.REFUSED_BEYOND, Clock.UNEXPLAINED):
                 remember(number, zero)
+            tries.set(f.count(0))
             with f.when(pending.get().equals(Stop.END)):
                 leave(Stop.END, taken.get())
             # The step contains more samples than there is room for. It is completed after they are written,
@@ -186,7 +191,8 @@ def advance(steps: Steps) -> str:
         left = (stop - t) - low
         h = steps.vet(f, now, by_series, left, gap.equals(0.0))
         reach, passed = f.smaller(h, left), f.magnitude(t)
-        with f.when((h <= passed * bounds.shortest + SMALLEST) & (h < left)):
+        too_short = (h <= passed * bounds.shortest + SMALLEST) & (h < left)
+        with f.when(too_short | (tries.get() >= TRIES)):
             leave(Stop.UNDERFLOW, taken.get())
 
         usual, last, times = (
