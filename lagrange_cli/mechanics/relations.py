@@ -122,6 +122,7 @@ class Relations:
         sizes = [
             evaluate([one for one, _ in sums], self._parameters(names, scaled))[0] for scaled in scalings
         ]
+        sums = [(one, n) for one, n in sums if all(size[one] for size in sizes)]  # R - R is 0
         made: dict[int, Node] = {}
         for i, value in vector.items():
             others = [changed[name].get(last, {}).get(i) for name in names]

@@ -29,6 +29,15 @@ def test_a_combination_of_two_columns_is_found(a, b, size):
     assert Relations(graph).combination([one, other], alone) is None
 
 
+def test_a_sum_of_parameters_that_is_0_is_no_factor():
+    graph = Graph()
+    x, y, z, a, b = (graph.symbol(name) for name in "xyzab")
+    nothing = graph.function("tanh", [a + 40.0]) - 1.0  # to the last digit
+    columns = [[x * y + nothing * z, x], [(a + b) * x * y, (a + b) * x]]
+    (found,) = Relations(graph, [x, y, z]).relations(columns)
+    assert found[0] / found[1] is -(a + b)
+
+
 def test_columns_that_are_zero_are_relations_by_themselves():
     graph = Graph()
     found = Relations(graph).relations([[graph.zero, graph.zero]] * 3)
