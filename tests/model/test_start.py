@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from textwrap import dedent
 
 import numpy as np
@@ -13,8 +14,10 @@ from scipy.optimize import minimize
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.exact import context
+from lagrange_cli.model.start.closures import STARTS, closures
 from lagrange_cli.model.start.consistent import consistent
-from lagrange_cli.model.start.equations import Equations
+from lagrange_cli.model.start.equations import Equations, Masses
+from lagrange_cli.model.start.nearest import ROUND, Surface
 from lagrange_cli.model.start.search import Given
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import left_open, resolve_values
@@ -154,6 +157,20 @@ def test_all_closures_of_loops_in_a_row_are_listed():
         "xb = 1.61538461538462, yb = -0.923076923076923, xc = 3.09411764705882, yc = 0.423529411764706",
     ):
         assert way in problem.message
+
+
+def test_a_closure_that_is_found_again_is_not_looked_at_again() -> None:
+    """Wires that give a coordinate each: to tidy a closure takes a look for each of them."""
+    count, looks = 40, [0]
+
+    def at(x: Sequence[float]) -> tuple[list[float], list[dict[int, float]]]:
+        looks[0] += 1
+        return [one - 7.0 - k / 10 for k, one in enumerate(x)], [{k: 1.0} for k in range(count)]
+
+    surface = Surface(at, range(count), range(count), Masses({}), [1.0] * count, ROUND)
+    found = closures(surface, [0.0] * count, [])
+    assert np.allclose(found.states, [[7.0 + k / 10 for k in range(count)]])
+    assert looks[0] < STARTS * count  # Newton's method takes 25 from each place
 
 
 def test_a_coordinate_that_nothing_determines_needs_a_value():

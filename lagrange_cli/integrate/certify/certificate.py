@@ -8,8 +8,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.certify.companion import INPUTS, Companion
 from lagrange_cli.integrate.prepared import Prepared
@@ -36,6 +37,8 @@ SMALL = 0.1
 """The roundings of inputs prevail if the error without them is smaller than this part."""
 STILL = 0.3
 """A motion has not left its start if its displacement is less than this fraction of that of another one."""
+ROUND = 2.0**-52
+"""The relative error of what is known but for rounding."""
 
 
 class Certificate:
@@ -76,6 +79,10 @@ class Certificate:
             for first in range(0, len(made.sources), made.components)
         ]
         """Rows of the components of each vector: a small one is rounded as coarsely as the others."""
+        names = [*map(family_name, self._recording.coordinates)]
+        numbers = {name: k for k, name in enumerate(dict.fromkeys(names))}
+        self._families = np.array([numbers[one] for one in names], dtype=np.int64)
+        """A number for each coordinate, the same for all of a family."""
         self._target = np.inf if target is None else target
         self._largest, self._apart = np.zeros((self._rows, 1)), np.zeros((self._rows, 1))
         self.written, self.run = (
@@ -151,11 +158,24 @@ class Certificate:
         return bool(found) and not any(self._values.v)
 
     def _relative(self, estimates: Array, largest: Array) -> Array:
-        """The largest error of a coordinate (c,), relative to its largest value so far; 1 where that is 0 and
-        the error is not."""
-        errors, sizes = estimates[: self._state // 2], largest[: self._state // 2]
-        found: Array = np.max(np.where(sizes > 0, errors / sizes, errors > np.spacing(0.0)), axis=0)
+        """The largest error of a coordinate (c,), relative to its largest value so far."""
+        half = self._state // 2
+        found: Array = np.max(relative(estimates[:half], largest[:half], self._families), axis=0)
         return found
+
+
+def relative(errors: Array, sizes: Array, families: NDArray[np.int64]) -> Array:
+    """Errors (rows, c) relative to ``sizes``; 1 where that is 0 and the error is not.
+
+    An error below the rounding of the largest member of a family is rounding, too: other members may be 0 but
+    for that, such as those that constraints keep there. ``families`` has a number for each row.
+    """
+    most = np.zeros((np.max(families, initial=-1) + 1, sizes.shape[1]))
+    np.maximum.at(most, families, sizes)
+    with np.errstate(all="ignore"):
+        found = np.where(sizes > 0, errors / sizes, errors > np.spacing(0.0))
+    hidden = (errors <= np.spacing(most[families])) & (sizes < most[families])
+    return np.where(hidden, np.fmin(found, ROUND), found)
 
 
 class Estimate:

@@ -62,6 +62,8 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
         left = undetermined(surface, state)
         if left:
             return Closures([], left)
+        if any(alike(surface, state, other) for other in found):
+            continue
         state = tidied(surface, state)
         if not any(alike(surface, state, other) for other in found):
             found.append(tidied(surface, where_two_meet(surface, state, ROUNDINGS * ROUND) or state))
@@ -96,7 +98,8 @@ def starts(
     Every other one keeps some of the values of a closure that has been ``found``: of several loops, each may
     close in more than one way, whatever the others do.
     """
-    known = [abs(one) for k, one in enumerate(x) if k not in set(unknown) and one]
+    inner = {*unknown}
+    known = [abs(one) for k, one in enumerate(x) if k not in inner and one]
     lengths = list(dict.fromkeys([*known, *(abs(one) for one in sizes if one), 1.0, math.pi]))[:12]
     count = max(4, min(STARTS, MOST_ENTRIES // max(1, rows * len(unknown))))
     numbers = Random(0)  # from which every run draws the same

@@ -57,7 +57,7 @@ def closure(search: Search, q: list[Any], unknown: Sequence[int]) -> list[Any]:
         raise search.refusal.open_coordinate(found.left[0])
     chosen = found.states[0] if found.states else found.best
     if chosen is None:
-        raise search.refusal.no_closure([k for k in range(len(q)) if k not in set(unknown)], unknown)
+        raise search.refusal.no_closure(sorted({*range(len(q))}.difference(unknown)), unknown)
     if len(found.states) > 1:
         more = len(found.states) >= MOST_CLOSURES
         listed = [{k: state[k] for k in unknown} for state in found.states]

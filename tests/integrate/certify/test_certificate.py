@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from lagrange_cli.integrate.certify.certificate import AS_RUN, FOLDER, typical_difference
+from lagrange_cli.integrate.certify.certificate import AS_RUN, FOLDER, relative, typical_difference
 from lagrange_cli.integrate.certify.companion import Companion
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.outcome import Outcome
@@ -232,3 +232,10 @@ def test_where_companions_have_stopped_the_error_is_not_known(monkeypatch):
     assert np.all(np.isfinite(errors[:5])) and np.all(errors[5:] == np.inf)
     assert outcome.estimated is not None
     assert outcome.estimated.trusted_until == 4.0
+
+
+def test_a_member_that_is_rounding_beside_its_family_loses_no_digits() -> None:
+    sizes = np.array([[1e-30], [0.0], [20.0], [1e-9], [1e-30]])
+    errors = np.array([[4e-20], [1e-25], [2e-13], [1e-12], [4e-20]])
+    found = relative(errors, sizes, np.array([0, 0, 0, 0, 1]))
+    assert np.allclose(found, [[2.0**-52], [2.0**-52], [1e-14], [1e-3], [4e10]], rtol=1e-12)
