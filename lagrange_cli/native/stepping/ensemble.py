@@ -243,8 +243,8 @@ class Follower:
             if self.noise:
                 due = self.noise.due(f) & live
                 with f.when(f.any(due)):
-                    places = self.part(f, "constants"), state, work, self.part(f, "arrays")
-                    self.noise.call(f, places, (t, low, f.constant(1.0)), due)
+                    at = self.part(f, "constants"), state, work, self.part(f, "arrays")
+                    self.noise.call(f, at, (t, low, f.constant(1.0)), due)
             regular = f.call(Bit, "paired_jet", self.part(f, "constants"), t + low, state, work)
             uneven = self.get(f, "uneven")
             one, never = f.constant(1.0), Bit(f, "zeroinitializer")
