@@ -96,7 +96,7 @@ ARRAYS = 8
 def lane_places(width: int, section: str = "") -> dict[str, int]:
     """Where these numbers are in what lanes work on, in vectors; ``width`` is that of the state."""
     names = (*LANE_NUMBERS, *OWN_NUMBERS[section], *LANE_COUNTERS)
-    return {name: 2 * width + place for place, name in enumerate(names)}
+    return {name: 3 * width + place for place, name in enumerate(names)}
 
 
 def records_at(layout: StateLayout, work: int, parts: int) -> int:

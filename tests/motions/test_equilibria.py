@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
+from lagrange_cli.api.sweep import sweep
 from tests.support.command import lagrange
 from tests.support.motion import follow
 
@@ -232,6 +233,27 @@ def test_double_double_velocities_that_are_rounding_do_not_set_the_steps(tmp_pat
     summary = json.loads(run.stdout)
     assert summary["steps"] < 100
     assert summary["h_drift"] < 1e-31
+
+
+def test_members_in_lanes_are_not_held_up_by_rounding(tmp_path: Path) -> None:
+    """The same net with several springs: steps were shorter than 1e-4."""
+    (tmp_path / "net.yaml").write_text(PINNED, encoding="utf-8")
+    options = "--over", "k=40:60:9", "--stop", "0.05", "--samples", "2", "--outputs", "q,h"
+    run = lagrange("sweep", "net.yaml", *options, "-o", "net.h5", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    with h5py.File(tmp_path / "net.h5") as file:
+        assert max(file["steps"]) < 100
+        assert np.ptp(file["q/x"][:, -1], axis=1).max() < 1e-13  # of the columns
+
+
+def test_members_in_lanes_keep_the_digits_of_small_motions() -> None:
+    """Swings of all sizes beside one another, and one without any rounding that is measured."""
+    sizes = [1e-280, 1e-9, 1e-20, 1e-100, 1e-9, 0.0, 1e-250, 1e-30, 1e-200]
+    swept = sweep(HUNG, over={"theta": sizes}, stop=5.0, samples=11, outputs="q", cache=False)
+    swings = np.asarray(swept.q["theta"])
+    swing = swings[1] / 1e-9
+    for size, found in zip(sizes, swings):
+        assert abs(found - size * swing).max() <= 1e-12 * size * abs(swing).max()
 
 
 @pytest.mark.parametrize("size", [1e-20, 1e-100, 1e-280])

@@ -247,3 +247,17 @@ generalized_forces: {{x: "abs(sin({w}*t + {b}))**{power}"}}
 
         v += MP.quad(rate, [0, MP.mpf("0.25"), MP.mpf("0.5"), MP.mpf("0.75"), 1])
     assert abs(found["v/x"][-1] - v) <= 1e-28
+
+
+def test_a_force_of_the_time_is_passed_where_the_motion_is(tmp_path):
+    """At the root, x is 0.008 in one of two motions that differ by where they begin, 1.9 in the other."""
+    system = """
+coordinates: {{x: {{initial: {}, velocity: -0.0705}}}}
+lagrangian: x_dot**2/2
+generalized_forces: {{x: "0.6979*sqrt(abs(sin(1.0974*t - 1.9201)))"}}
+"""
+    (_, one), (_, other) = (
+        solved(tmp_path, system.format(x), *LONG, "--stop", "4", "--samples", "5") for x in ("-0.8537", "1")
+    )
+    assert abs(one["v/x"][-1] - other["v/x"][-1]) <= 1e-28
+    assert abs(other["q/x"][-1] - one["q/x"][-1] - MP.mpf("1.8537")) <= 1e-28

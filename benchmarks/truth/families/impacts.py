@@ -303,7 +303,7 @@ def multiplied_out(d: Draw) -> Case:
 
     when = d.choice(
         f"x**3 - 3*{a}*x**2 + 3*{a}**2*x - {a}**3", f"(x - {a})*(x**2 - 2*{a}*x + {a}**2)",
-        f"3*sin(x - {a}) - sin(3*x - 3*{a})",
+        f"3*sin((x - {a})/9) - sin((x - {a})/3)",
     )  # fmt: skip
     return line(d, reference, 5, events=set_velocity(f"-{e}*x_dot", when))
 

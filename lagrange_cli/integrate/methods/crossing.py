@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4)]
 """The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
-double-double. (There the longest come first: proofs of steps know of u no more than a double.)"""
+double-double. (There the longest come first, and they are parts of the time, too, if that is longer: proofs
+of steps know of u no more than doubles of both tell.)"""
 NEAR = 2.0**-16
 """If u = 0 is farther away, in the same terms, something else stops the motion."""
 FELT = 2.0**-50, 2.0**-98
@@ -96,10 +97,11 @@ class Crossing(Modes):
         self.memory[:] = memory
         if not v > 0.0 or left > usual * NEAR:
             return False
+        longest = max(usual, abs(float(memory[layout.time]))) if parts > 1 else usual
         for way in WAYS[parts - 1]:
             self.memory[:] = memory
             self.modes[j] = begin
-            if self._moved(left, left + usual * way, begin, mode, j, (usual, float(v))):
+            if self._moved(left, left + longest * way, begin, mode, j, (usual, float(v))):
                 self.marks[:] = 0.0
                 for number in BEGINNING:
                     self.memory[layout.at(number)] = 0.0

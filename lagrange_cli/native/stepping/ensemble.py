@@ -24,10 +24,12 @@ from lagrange_cli.native.stepping.acceptance import DOUBLE, accepted, allowance
 from lagrange_cli.native.stepping.advance import LAG, SMALLEST
 from lagrange_cli.native.stepping.doubles import moved
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.pack import Pack, atomic, each_lane, spread
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
+from lagrange_cli.native.stepping.sums import Pair
 
 ALL = 2**LANES - 1
 ENOUGH, CRAWLING = 1 << 18, 2.0**-12
@@ -50,7 +52,12 @@ class Follower:
         self.lengths = Lengths(
             pack.degrees, pack.rows, pack.width, order, LANES, 1, LANES, row=LANES * pack.span, term=LANES
         )
-        self.sizes, self.bounds = StepSize(self.lengths, tolerance), DOUBLE.coarser(tolerance).timed(timed)
+        self.bounds, self.noise = DOUBLE.coarser(tolerance).timed(timed), None
+        if pack.degrees > 1:
+            size = 0.5 * self.bounds.rounding
+            self.noise = Noise(self.lengths, pack.width, 2 * pack.width, 0, size, 0, self.expand)
+        uncertain = (self.noise.place, 1.0) if self.noise else None
+        self.sizes = StepSize(self.lengths, tolerance, uncertain=uncertain)
         first = 2 * pack.degrees
         given = first, pack.quadratures, tolerance, self.bounds
         self.quadratures = Quadratures(self.lengths, *given) if pack.quadratures else None
@@ -59,7 +66,8 @@ class Follower:
         """All of them."""
         own = self.admit(), self.retire(), *self.sampling(), self.record(), self.follow()
         rough = [self.quadratures.rough()] if self.quadratures else []
-        made = *self.sizes.functions(), accepted(self.lengths), *rough, *own
+        noise = [self.noise.function()] if self.noise else []
+        made = *self.sizes.functions(), accepted(self.lengths), *noise, *rough, *own
         return "".join(f.text() for f in made)
 
     def sampling(self) -> list[Function]:
@@ -102,6 +110,11 @@ class Follower:
         f.store(n.get(), self.number(f, "member", lane))
         f.give(Bit(f, "true"))
         return f
+
+    def expand(self, f: Function, time: Pair, unit: Real) -> None:
+        """Compute the series of the lanes' states."""
+        t, low = time
+        f.call(Bit, "paired_jet", f.pointer("%constants"), t + low, f.pointer("%state"), f.pointer("%work"))
 
     def begin(self, f: Function, n: Integer, lane: Integer) -> None:
         """Load what else a member begins with."""
@@ -227,6 +240,11 @@ class Follower:
                     f.give()
             live = active.get().flags(LANES)
             t, low, previous = (self.get(f, name) for name in ("time", "time_low", "previous"))
+            if self.noise:
+                due = self.noise.due(f) & live
+                with f.when(f.any(due)):
+                    at = self.part(f, "constants"), state, work, self.part(f, "arrays")
+                    self.noise.call(f, at, (t, low, f.constant(1.0)), due)
             regular = f.call(Bit, "paired_jet", self.part(f, "constants"), t + low, state, work)
             uneven = self.get(f, "uneven")
             one, never = f.constant(1.0), Bit(f, "zeroinitializer")
@@ -249,7 +267,10 @@ class Follower:
             full = self.sample(f, step, moving, count)
             usual = f.larger(step, self.get(f, "usual") * LAG)
             allowed = allowance(f, bounds, passed, usual, step)
-            farthest = moved(f, self.lengths, step, allowed, expected, self.pack.width, moving=moving)
+            if self.noise:
+                self.noise.count(f, f.select(moving, f.constant(1.0), zero))
+            width = self.pack.width
+            farthest = moved(f, self.lengths, step, allowed, expected, width, moving=moving, noise=self.noise)
             later, rest = two_sum(t, low + step)
             for name, value in (
                 ("time", f.select(moving, later, t)),

@@ -99,8 +99,10 @@ class Steps(ABC):
         by itself."""
         if self.state.degrees < 2 or self.given.floors:
             return None
-        last = self.state.width if self.parts > 1 else 0
-        return Noise(self.lengths, self.state, 0.5 * self.bounds.rounding, last, self._expanded)
+        width = self.state.width
+        first, last = LANES * -(-(self.state.memory + 3 * width) // LANES), width if self.parts > 1 else 0
+        size = 0.5 * self.bounds.rounding
+        return Noise(self.lengths, width, self.state.errors, first, size, last, self._expanded)
 
     def _expanded(self, f: Function, time: Pair, unit: Real) -> None:
         """Compute the series of the state where they belong."""
@@ -188,7 +190,8 @@ class Steps(ABC):
         """Compute the least sizes that velocities are measured by, where there are any."""
         if self.noise:
             places = f.pointer("%constants"), *self.places(f), f.pointer("%trial")
-            with f.when(self.noise.due(f)), f.when(f.call(Bit, "noise", *places, now.t, now.low, now.unit)):
+            times, always = (now.t, now.low, now.unit), Bit(f, "true")
+            with f.when(self.noise.due(f)), f.when(self.noise.call(f, places, times, always)):
                 self.forget(f)
             if self.lengths.floor:
                 self.noise.floors(f, now.previous)

@@ -12,11 +12,10 @@ which grow with the exponential of their frequency times the step, are no longer
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Real
-from lagrange_cli.native.state import LANES, StateLayout
+from lagrange_cli.native.llvm.vector import Bit, Pointer, Real, kind
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.rounding_errors import WAYS, share
 from lagrange_cli.native.stepping.step_size import ENDLESS
@@ -34,46 +33,54 @@ LASTS = 32.0
 
 @dataclass(frozen=True)
 class Noise:
-    """Writes ``@noise(constants, t, low, unit, state, work, trial)``, which writes down how much of each rate
-    is rounding (``StateLayout.errors``); 0 where no velocity is faint. The first of these numbers counts the
-    steps until it is ``due`` again.
+    """Writes ``@noise(constants, state, work, arrays, t, low, unit, which)``, which writes down how much of
+    each rate is rounding, ``place`` rows behind its velocity; 0 where no velocity is faint. The first of
+    these numbers counts the steps until it is ``due`` again. Only those of the motions ``which`` are due
+    change.
 
     Coordinates and velocities change by the part ``size`` of them, in parts that are ``last`` rows behind.
     ``expand`` is to compute the series of a state. ``@noise`` returns whether those in ``%work`` are of
-    another one.
+    another one. It uses three arrays of the ``width`` of a state, from row ``first`` of ``%arrays`` on.
     """
 
     lengths: Lengths
-    state: StateLayout
+    width: int
+    place: int
+    first: int
     size: float
     last: int
     expand: Callable[[Function, Pair, Real], None]
 
-    @property
-    def place(self) -> int:
-        """So many rows behind velocities they are."""
-        return self.state.errors
-
     def function(self) -> Function:
         """The function."""
-        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work", "trial"))
-        f = Function(f"define internal i1 @noise({places}, double %t, double %low, double %unit) #0")
-        suspicious = self._faint(f)
-        with f.when(suspicious):
-            self._measure(f)
-        with f.when(~suspicious):
-            self._clear(f)
-        f.store(f.constant(LASTS), "%state", self.place)
-        f.give(suspicious)
+        motions = self.lengths.motions
+        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work", "arrays"))
+        times = ", ".join(f"{kind('double', motions)} %{name}" for name in ("t", "low", "unit"))
+        given = f"{places}, {times}, {kind('i1', motions)} %which"
+        f = Function(f"define internal i1 @noise({given}) #0", motions)
+        which = Bit(f, "%which", motions)
+        suspicious = self._faint(f) & which
+        self._clear(f, which)
+        measured = f.any(suspicious)
+        with f.when(measured):
+            self._measure(f, suspicious)
+        left = f.load("%state", self.place)
+        f.store(f.select(which, f.constant(LASTS), left), "%state", self.place)
+        f.give(measured)
         return f
+
+    def call(self, f: Function, places: Sequence[Pointer], times: Sequence[Real], which: Bit) -> Bit:
+        """Call it at ``places`` for the motions ``which``: whether the series in ``%work`` are of another
+        state now."""
+        return f.call(Bit, "noise", *places, *times, which, lanes=1)
 
     def due(self, f: Function) -> Bit:
         """Whether it is to be called at the beginning of a step."""
         return f.load("%state", self.place) <= 0.0
 
-    def count(self, f: Function) -> None:
-        """Count a step that was taken."""
-        f.store(f.load("%state", self.place) - 1.0, "%state", self.place)
+    def count(self, f: Function, steps: Real | float = 1.0) -> None:
+        """Count a step that was taken, or what ``steps`` there were of each motion."""
+        f.store(f.load("%state", self.place) - steps, "%state", self.place)
 
     def _faint(self, f: Function) -> Bit:
         """Whether there are velocities that may be rounding."""
@@ -87,14 +94,12 @@ class Noise:
         most, least = lengths.gather(f, "fmax", fastest.get()), lengths.gather(f, "fmin", slowest.get())
         return least < most * FAINT
 
-    def _measure(self, f: Function) -> None:
+    def _measure(self, f: Function, which: Bit) -> None:
         """The measurement."""
-        lengths, width = self.lengths, self.state.width
-        first = LANES * -(-(self.state.memory + 3 * width) // LANES)
-        base, half, saved = (f.place("%trial", first + array * width) for array in range(3))
+        lengths = self.lengths
+        base, half, saved = (f.place("%arrays", self.first + array * self.width) for array in range(3))
         with lengths.each(f) as row:
             row.put(row.at("%state", self.last), saved)
-        self._clear(f)
         t, low, unit = (Real(f, f"%{name}") for name in ("t", "low", "unit"))
         self.expand(f, (t, low), unit)
         inverse = lengths.wide(f, f.constant(1.0) / unit)
@@ -105,7 +110,11 @@ class Noise:
                 with lengths.each(f) as row:
                     old = row.at(saved)
                     most = (row.at("%state") if self.last else old) * size
-                    new = f.select(row.among(0, 2 * lengths.degrees), old + share(f, row, way) * most, old)
+                    new = f.select(
+                        row.among(0, 2 * lengths.degrees),
+                        old + lengths.wide(f, share(f, row, way)) * most,
+                        old,
+                    )
                     row.put(new, "%state", self.last)
                 self.expand(f, (t, low), unit)
                 with lengths.velocities(f) as row:
@@ -113,22 +122,22 @@ class Noise:
                     if size < self.size:
                         row.put(change, half)
                     else:
-                        self._keep(row, row.at(half), change)
+                        self._keep(row, which, row.at(half), change)
         with lengths.each(f) as row:
             row.put(row.at(saved), "%state", self.last)
 
-    def _keep(self, row: Row, half: Real, whole: Real) -> None:
+    def _keep(self, row: Row, which: Bit, half: Real, whole: Real) -> None:
         """Keep the larger change, where rates are smooth."""
         f, change = row.f, row.f.magnitude(whole)
         steady = (f.magnitude((whole - half) - half) <= change * SMOOTH) & (change < ENDLESS)
         before = row.at("%state", self.place)
-        counts = row.moving(steady) if self.lengths.together > 1 else steady
+        counts = row.moving(steady & f.splat(which, self.lengths.lanes))
         row.put(f.select(counts, f.larger(change, before), before), "%state", self.place)
 
-    def _clear(self, f: Function) -> None:
+    def _clear(self, f: Function, which: Bit) -> None:
         with self.lengths.velocities(f) as row:
             before = row.at("%state", self.place)
-            every = row.moving(f.splat(Bit(f, "true", 1), self.lengths.lanes))
+            every = row.moving(f.splat(which, self.lengths.lanes))
             row.put(f.select(every, f.zero(self.lengths.lanes), before), "%state", self.place)
 
     def floors(self, f: Function, h: Real) -> None:

@@ -40,6 +40,7 @@ class Pack:
         sizes = {
             "state": self.width,
             "low": self.width,
+            "errors": self.width,
             **dict.fromkeys(lane_places(self.width, self.section), 1),
             "constants": self.constants,
             "scratch": -(-self.constants // LANES),
@@ -48,6 +49,7 @@ class Pack:
             "allowed": self.degrees,
             "work": self.work,
             "own": self.scratch,
+            "arrays": 3 * self.width,
             "size": 0,
         }
         found, place = {}, 0
