@@ -11,7 +11,9 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.run.request import Request
+from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.spec import SolveDefaults, Spec
+from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,13 +61,21 @@ def pairs(what: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 def check_lengths(spec: Spec, values: Values | None) -> None:
     """Raise ``UsageError`` where a sequence has not as many values as its family has members."""
-    names = [*(one.name for one in spec.coordinates), *(one.name for one in spec.parameters)]
-    sizes = Counter(map(family_name, names))
-    sizes.update(velocity_name(family_name(one.name)) for one in spec.coordinates)
+    coordinates = sizes_of(spec.coordinates)
+    velocities = Counter({velocity_name(name): size for name, size in coordinates.items()})
+    sizes = coordinates + velocities + sizes_of(spec.parameters)
     for name, value in (values or {}).items():
         count = sum(1 for indices, _ in members((), value) if indices)
         if count and name in sizes and count != sizes[name]:
             raise UsageError(f"set: {name} has {sizes[name]} members, but {count} values are given")
+
+
+def sizes_of(section: Sequence[Any]) -> Counter[str]:
+    """The number of members by name, 1 for what is no family."""
+    sizes = Counter[str]()
+    for one in groups_of(section):
+        sizes[family_name(one.name)] += len(one) if isinstance(one, WrittenFamily) else 1
+    return sizes
 
 
 def members(indices: tuple[int, ...], value: Any) -> Iterator[tuple[tuple[int, ...], Any]]:

@@ -109,8 +109,11 @@ def visited(loop: Sum, indices: Indices, count: int) -> Places:
     """The values that the index of a loop takes for any of ``count`` members, each once, in ascending
     order."""
     bounds = [integers(bound, indices) for bound in loop.bounds]
-    if len(bounds) > 2 or all(isinstance(bound, int) for bound in bounds):
-        return np.unique(rounds(loop, indices, 1 if all(isinstance(b, int) for b in bounds) else count)[1])
+    if all(isinstance(bound, int) for bound in bounds):
+        values = rounds(loop, indices, 1)[1]
+        return values if len(values) < 2 or values[0] < values[1] else values[::-1]
+    if len(bounds) > 2:
+        return np.unique(rounds(loop, indices, count)[1])
     start, stop = (np.broadcast_to(one, count) for one in (0, *bounds)[-2:])
     runs = np.flatnonzero(start < stop)
     if not len(runs):

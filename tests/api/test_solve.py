@@ -22,6 +22,7 @@ from lagrange_cli.cli.main import main
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.spec.structure import structure
 from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.spec.whole import WrittenFamily
 from tests.support.command import SYSTEMS
 
 PENDULUM = SYSTEMS / "pendulum.yaml"
@@ -339,3 +340,16 @@ def test_a_family_needs_as_many_values_as_it_has_members():
             lagrange.solve(chain, size={"N": 3}, set=wrong, stop=0.1)
         with pytest.raises(lagrange.UsageError, match=r"has 3 members, but . values are given"):
             lagrange.check(chain, size={"N": 3}, set=wrong)
+
+
+def test_members_of_large_families_are_not_looked_at_one_by_one(monkeypatch):
+    made, make = [], WrittenFamily._make
+
+    def counted(self, *given):
+        made.append(given)
+        return make(self, *given)
+
+    monkeypatch.setattr(WrittenFamily, "_make", counted)
+    motion = lagrange.solve(SYSTEMS / "fpu_chain.yaml", size={"N": 1200}, stop=0.01, samples=2)
+    assert motion.status == "complete"
+    assert len(made) < 50
