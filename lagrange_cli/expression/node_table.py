@@ -18,7 +18,7 @@ SCATTERING = 2**30 - 35
 
 class NodeTable:
     """Nodes by their contents, and the leaves of the graph: numbers and symbols. What is done with nodes is
-    added by ``normal_forms``."""
+    added by ``switch_forms`` and ``normal_forms``."""
 
     number = staticmethod(float)
     """What numbers are; with ``tidy``, ``power_of`` and ``function_of`` the arithmetic of constants."""

@@ -1,0 +1,111 @@
+"""Where the arrays of a system of families are: what lasts during a motion, and scratch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+
+from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.projection import Moves
+from lagrange_cli.native.families.restraint import AtAState, Motion
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Pointer, Real
+from lagrange_cli.native.motions import RATES
+from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
+from lagrange_cli.native.recurrences.batches.tables import Tables
+from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.state import StateLayout
+from lagrange_cli.spec.content import names_of
+
+Observed = Mapping[str, tuple[Total, int]]
+"""Quantities by name: where each of them is."""
+
+
+class Arrangement:
+    """What lasts during a motion, and where arrays of it are in ``%constants``."""
+
+    def __init__(
+        self, system: FamilySystem, observed: Observed, tolerance: float, order: int, scheme: str
+    ) -> None:
+        self.system, self.slots, self.graph = system, system.slots, system.slots.graph
+        self.observed, self.tolerance, self.order, self.scheme = observed, tolerance, order, scheme
+        self.tables = Tables(Constants())
+        self.lasting = Lasting(system)
+        self.degrees = system.q.count
+        self.layout = StateLayout(self.degrees)
+        for total in system.totals:
+            self.lasting.arranged(total)
+        self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
+        self.motion = None if system.bonds is None else Motion(system, self.lasting)
+        self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
+        if system.bonds is not None:
+            self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
+        self.forces = self.lasting.arranged(system.forces, kept=False)
+        roots = dict.fromkeys(total for total, _ in observed.values())
+        self.roots = [self.lasting.arranged(total) for total in roots]
+        self.pulled = None
+        if system.bonds is not None and system.bonds.multipliers in needed(self.roots, self.slots):
+            self.pulled = AtAState(system, self.lasting)
+        everyone = np.arange(self.degrees)
+        force, mass = (
+            self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)
+        )
+        self.rates = total_of(self.degrees, [Term(system.everyone, force / mass, everyone)], self.graph)
+        self.diagonal = (self.lasting.masses, self.lasting.inverses) if self.balance is None else ()
+        """M and 1/M, where M is diagonal."""
+        self.places: dict[Array, int] = {}
+        """Where arrays are that last, from the beginning of scratch in ``%constants``."""
+        self.size, self.board, self.strips = 0, 0, 0
+        for array, count in ((system.given, system.given.count), (system.whole, self.largest)):
+            self.place(array, count)
+        for array in self.lasting.fixed:
+            self.place(array, array.count)
+
+    @cached_property
+    def tabled(self) -> SaddleTables:
+        """How multipliers are found."""
+        assert self.system.bonds is not None
+        return SaddleTables(self.system.bonds.elimination, self.tables)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names of all parameters, in the order in which they are given."""
+        return tuple(names_of(self.system.spec.parameters))
+
+    def place(self, array: Array, count: int) -> None:
+        self.places[array] = self.size
+        self.size += room(count)
+
+    @property
+    def largest(self) -> int:
+        """How many whole numbers are needed."""
+        listed = [one.table for one in self.slots.of.values() if one.array.source is Source.WHOLE]
+        return 1 + max((int(table.max()) for table in listed), default=0)
+
+    @property
+    def scalars(self) -> int:
+        """Constants of the motion, in whole vectors."""
+        return LANES * -(-len(self.tables.constants.slots) // LANES)
+
+    def scratch(self, f: Function) -> Pointer:
+        """Where arrays begin in ``%constants``."""
+        return f.place("%constants", f.load_integer("@scratch"), "double")
+
+    def evaluation(self, f: Function, arrays: Mapping[Array, Pointer], time: Real) -> Evaluation:
+        """What computes totals in ``f``, where some arrays are besides those that last."""
+        base = self.scratch(f)
+        places = {array: f.place(base, at, "double") for array, at in self.places.items()}
+        places.update(arrays)
+        return Evaluation(
+            f, self.slots, places.__getitem__, self.tables,
+            {self.system.time: f.splat(time, LANES).name}, LaneEmitter(f),
+        )  # fmt: skip
