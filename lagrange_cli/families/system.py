@@ -29,6 +29,7 @@ from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import particles, separated
 from lagrange_cli.families.slopes import slopes
+from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
 
@@ -201,7 +202,13 @@ def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Tota
 
 
 def refuse_others(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where forces may jump, or have kinks."""
-    for node in reachable([*system.force_nodes, system.potential]):
+    """Raise ``Unsuited`` where forces may jump, or have kinks, or exponentials that have to be bounded."""
+    roots, moving = [*system.force_nodes, system.potential], system.time.symbols
+    for node in reachable(roots):
         if node.kind in (Kind.SWITCH, Kind.DDT) or (node.kind is Kind.FUNCTION and node.data == "atan2"):
             raise Unsuited
+    for symbol, slot in system.slots.of.items():
+        if slot.array in (system.q, system.v, *system.totals):
+            moving |= symbol.symbols
+    if saturated_each(system.slots.graph, roots, moving) != tuple(roots):
+        raise Unsuited

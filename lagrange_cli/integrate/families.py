@@ -47,7 +47,7 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     if not known(spec, outputs):
         return False
     system = family_system(spec)
-    return system is not None and system.bonds is None and not narrow(system) and not mixed(system)
+    return system is not None and system.bonds is None and not mixed(system) and not unproven(system)
 
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:
@@ -61,12 +61,12 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     needs = METHODS[compilation.method].needs
     if needs is Needs.JACOBIAN or compilation.precision != DOUBLE:
         return None
-    if compilation.portable or compilation.backward or compilation.proven or compilation.section:
+    if compilation.portable or compilation.backward or compilation.section:
         return None
     if compilation.factor is not None or not known(spec, compilation.outputs):
         return None
     system = family_system(spec)
-    if system is None or (needs is Needs.SERIES and narrow(system)):
+    if system is None or (needs is Needs.SERIES and unproven(system, asked=compilation.proven)):
         return None
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
@@ -97,6 +97,11 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
     return tuple(said)
 
 
+def unproven(system: FamilySystem, *, asked: bool = False) -> bool:
+    """Whether steps must be proven, or are ``asked`` to be, and cannot be."""
+    return (system.joints is not None or system.bonds is not None) and (asked or narrow(system))
+
+
 def narrow(system: FamilySystem) -> bool:
     """Whether forces may hide between the places where steps look at them."""
     return hides(reachable(system.force_nodes), moving(system), large=True)
@@ -112,13 +117,15 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
-    program = write_family_program(system, observed, tolerance, order, scheme=scheme)
+    hides = narrow(system)
+    proven = needs is Needs.SERIES and (hides or compilation.proven)
+    program = write_family_program(system, observed, tolerance, order, scheme=scheme, proven=proven)
     recording = Recording(
         coordinates=tuple(names_of(system.spec.coordinates)),
         states=tuple(planner.states),
         made=tuple(planner.made),
         conserved=tuple(name for name in observed if name in conserved.union(planner.kept)),
-        undetected=(NARROW,) * narrow(system),
+        undetected=(NARROW,) * (hides and not proven),
     )
     return program, recording
 

@@ -47,21 +47,24 @@ def terms_of(
     for one in accelerations:
         moving |= one.symbols
         exact |= one.symbols
+    return tuple(tuple(terms(row, moving, exact)) for row in rows)
 
-    def terms(node: Node, factor: Node) -> list[Node]:
-        if not node.symbols & moving or (node.kind is Kind.SYMBOL and node.symbols & exact):
-            return []
-        if node.kind is Kind.SUM:
-            listed = zip(node.arguments, node.data[1])
-            return [one for argument, scale in listed for one in terms(argument, factor * scale)]
-        if node.kind is Kind.PRODUCT:
-            changing = [(a, e) for a, e in zip(node.arguments, node.data) if a.symbols & moving]
-            if len(changing) == 1 and changing[0][1] == 1:
-                fixed = [(a, e) for a, e in zip(node.arguments, node.data) if a is not changing[0][0]]
-                return terms(changing[0][0], factor * node.graph.product(fixed))
-        return [factor * node]
 
-    return tuple(tuple(terms(row, residual.graph.one)) for row in rows)
+def terms(node: Node, moving: int, exact: int, factor: Node | None = None) -> list[Node]:
+    """The terms of an expression, times a ``factor``, that contain ``moving`` symbols, except those that are
+    linear in ``exact`` ones alone."""
+    if not node.symbols & moving or (node.kind is Kind.SYMBOL and node.symbols & exact):
+        return []
+    factor = node.graph.one if factor is None else factor
+    if node.kind is Kind.SUM:
+        listed = zip(node.arguments, node.data[1])
+        return [one for argument, scale in listed for one in terms(argument, moving, exact, factor * scale)]
+    if node.kind is Kind.PRODUCT:
+        changing = [(a, e) for a, e in zip(node.arguments, node.data) if a.symbols & moving]
+        if len(changing) == 1 and changing[0][1] == 1:
+            fixed = [(a, e) for a, e in zip(node.arguments, node.data) if a is not changing[0][0]]
+            return terms(changing[0][0], moving, exact, factor * node.graph.product(fixed))
+    return [factor * node]
 
 
 def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lagrange_cli.native.stepping.doubles import DoubleSteps
     from lagrange_cli.native.stepping.lengths import Lengths
     from lagrange_cli.native.stepping.motion import Given
+    from lagrange_cli.native.stepping.proof import Proving
 
 RATES = 2
 """The order of q's series that gives the accelerations alone."""
@@ -90,20 +91,26 @@ def motion_of(equations: Equations, parts: int) -> Motion:
     return batched(equations) or double(equations)
 
 
-def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Defect, Constants] | None:
+def proof_of(equations: Equations, nodes: Sequence[Node]) -> Proving | None:
     """The proof of integrals of ``nodes``, if there are any."""
     residual = equations.residual
     if not nodes:
         return None
     accelerations, rows = expanded(residual, nodes)
-    return residual, Defect(accelerations, terms_of(rows, residual, accelerations)), equations.constants
+    return proving(equations, Defect(accelerations, terms_of(rows, residual, accelerations)))
 
 
-def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Constants] | None]:
+def proving(equations: Equations, left: Defect) -> Proving:
+    """The proof of what is ``left`` of equations."""
+    from lagrange_cli.native.stepping.equations_proof import EquationsProof
+
+    return partial(EquationsProof, equations.residual, left, equations.constants)
+
+
+def provings_of(equations: Equations) -> Sequence[Proving | None]:
     """The proofs of the equations, of integrands, and of the arguments of guards; None for what is not
     proven."""
-    residual = equations.residual
-    own = (residual, defect(residual), equations.constants) if equations.proven else None
+    own = proving(equations, defect(equations.residual)) if equations.proven else None
     return own, proof_of(equations, equations.integrands), proof_of(equations, equations.arguments)
 
 

@@ -34,6 +34,12 @@ PIECES = {
     "a square of a sum": "k*sum(u[i] for i in range(N))**2/{a}",
     "sums in sums": "sum((u[i] - sum(w[j]/N for j in range(N)))**2/2 for i in range(N))",
     "an exponent": "sum(u[i]**(2 + 2*(i % 2))/{a} for i in range(N))",
+    "a Toda ring": "sum(exp(u[i] - u[(i + 1) % N])/{a} for i in range(N))",
+    "bonds": "sum((1 - exp(-{b}*(w[i] - 0.1*k)))**2/{a} for i in range(N))",
+    "steep ones": "sum((1.5 + u[i] + w[i]/4)**(-6)/{a} for i in range(N))",
+    "a step": "sum(g[i]*tanh({b}*u[i])/{a} + atan(k*w[i]) for i in range(N))",
+    "a steep running sum": "sum(exp(-run[i]/2)*w[i]/{a} for i in range(N))",
+    "a steep sum of all": "exp(sum(u[i] for i in range(N))/N)/{a}",
     "every other one": "sum(w[i]**2/2 for i in range(0, N, 2)) + sum(w[i]**2 for i in range(1, N, 2))",
 }
 FORCES = {
@@ -42,7 +48,7 @@ FORCES = {
     "one": 'generalized_forces: {{"w[0]": "cos(t)/{a}"}}',
     "damping": "dissipation: sum((u_dot[i] - w_dot[i])**2/{a} for i in range(N))",
 }
-DEFINED = {"a definition", "a running sum"}
+DEFINED = {"a definition", "a running sum", "a steep running sum"}
 STRETCH = (
     '{"stretch[0]": "u[0]", "stretch[i in range(1, N)]": "u[i] - u[i - 1]", "stretch[N]": "-u[N - 1]",'
     ' "run[0]": "u[0]", "run[i in range(1, N)]": "run[i - 1] + w[i]*k"}'

@@ -34,10 +34,17 @@ class Arrangement:
     """What lasts during a motion, and where arrays of it are in ``%constants``."""
 
     def __init__(
-        self, system: FamilySystem, observed: Observed, tolerance: float, order: int, scheme: str
+        self,
+        system: FamilySystem,
+        observed: Observed,
+        tolerance: float,
+        order: int,
+        scheme: str,
+        proven: bool,
     ) -> None:
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
         self.observed, self.tolerance, self.order, self.scheme = observed, tolerance, order, scheme
+        self.proven = proven
         self.tables = Tables(Constants())
         self.lasting = Lasting(system)
         self.degrees = system.q.count

@@ -21,6 +21,7 @@ from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Projection
+from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.runs import runs_of
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
@@ -42,16 +43,24 @@ from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
 
 def write_family_program(
-    system: FamilySystem, observed: Observed, tolerance: float, order: int, *, scheme: str = ""
+    system: FamilySystem,
+    observed: Observed,
+    tolerance: float,
+    order: int,
+    *,
+    scheme: str = "",
+    proven: bool = False,
 ) -> Program:
     """The program of ``system`` with q's series to ``order``; one of ``RATES`` gives the accelerations alone,
-    with the steps of a ``scheme`` on these."""
-    return _Writer(system, observed, tolerance, order, scheme).program()
+    with the steps of a ``scheme`` on these. If steps by series are to be ``proven``, M is diagonal and there
+    are no constraints."""
+    return _Writer(system, observed, tolerance, order, scheme, proven).program()
 
 
 class _Writer(Arrangement):
@@ -88,7 +97,8 @@ class _Writer(Arrangement):
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
             work += weights_size(self.order)
         given = Given(
-            interface.inner, work, self.tolerance, (None, None, None), None, project=self.projection(),
+            interface.inner, work, self.tolerance, (self.proving(), None, None), None,
+            project=self.projection(),
             timed=not self.system.steady, floors=floors,
         )  # fmt: skip
         if self.scheme:
@@ -113,7 +123,7 @@ class _Writer(Arrangement):
             },
             text=text,
             series=SeriesProgram((), (), (), (), ()),
-            hiding=False,
+            hiding=self.proven,
             tables=len(listed),
             operations={"jet": jet.operations, "observe": counted},
         )  # fmt: skip
@@ -187,6 +197,14 @@ class _Writer(Arrangement):
     def board_of(self, f: Function) -> Pointer:
         """Where the board is."""
         return f.place(self.scratch(f), self.board, "double")
+
+    def proving(self) -> Proving | None:
+        """The proof of steps, if they are proven; its arrays are the next ones."""
+        if not self.proven:
+            return None
+        first = self.size
+        self.size += proof_room(self)
+        return partial(FamilyProof, self, first)
 
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""

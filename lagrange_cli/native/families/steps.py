@@ -135,6 +135,7 @@ class VelocitySteps(FamilySteps):
             self.noise.count(f)
         low, degrees, (rates, allowances, _) = self.state.width, self.lengths.degrees, self.expected(f)
         lanes, weights = self.lengths.lanes, self.weights(f, h)
+        nothing = f.splat(self.bounds.nothing(f, h), lanes) if self.proof else None
         h, zero = f.splat(h, lanes), f.zero(lanes)
         farthest = f.variable(zero)
         with f.loop(0, degrees, lanes, tested=False) as i:
@@ -174,6 +175,7 @@ class VelocitySteps(FamilySteps):
             size = f.magnitude(found) + f.magnitude(speeds[1])
             speed.put(found, rates)
             most = allowed.of(f, self.lengths, size, speed.floored(lesser))
+            most = most if nothing is None else most + nothing
             speed.put(most + speed.at("%state", self.noise.place) if self.noise else most, allowances)
         return f.reduce("fmax", farthest.get())
 

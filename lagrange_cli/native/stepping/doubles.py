@@ -92,12 +92,12 @@ class DoubleSteps(Steps):
         m, lengths = f.variable(f.count(self.lengths.order)), self.lengths
         with f.when(~self._sound), f.section() as found, f.forever():
             total = f.variable(f.zero(lengths.lanes))
-            with lengths.each(f) as row:
+            with lengths.stored(f) as row:
                 total.set(total.get() + f.magnitude(row.series()[m.get()]))
             with f.when((lengths.gather(f, "fadd", total.get()) > 0.0) | (m.get() < 3)):
                 found.leave()
             m.set(m.get() - 1)
-        return m.get() - 1
+        return m.get() if lengths.followers else m.get() - 1
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.guards

@@ -19,7 +19,7 @@ from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.parts import Part, Parts, Places, Units
-from lagrange_cli.native.stepping.proof import Proof, Proving
+from lagrange_cli.native.stepping.proof import Margins, Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures, followed
 from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
@@ -118,8 +118,8 @@ class Steps(ABC):
             return None
         small = self.small * max(1.0, self.given.tolerance / self.bounds.precision)
         nothing, low = self.bounds.nothing_much, self.lengths.width
-        return Proof(
-            *proving, self.lengths, low, nothing, small, self.parts, integrals, self._multipliers, name
+        return proving(
+            Margins(self.lengths, low, nothing, small, self.parts, integrals, self._multipliers, name)
         )
 
     # what differs between kinds of numbers

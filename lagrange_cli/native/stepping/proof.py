@@ -14,19 +14,16 @@ F. Corliss, Appl. Math. Comput. 105, 21, 1999.)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from math import log
 from typing import TypeAlias
 
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.mechanics.cancellation import squared_tanh
-from lagrange_cli.mechanics.defect import Defect
-from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Value
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
@@ -41,24 +38,23 @@ SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 what the series suggests, below which there is none."""
 WIDER = 1 + 2.0**-40
 """A margin larger than the rounding error of radii."""
-
-
-Proving: TypeAlias = "tuple[Residual, Defect, Constants]"
-"""Equations, what is left of them, and where their constants are."""
+HEAD = (
+    "define internal i1 @{}(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, "
+    "double %h, double %unit, double %beyond) #0"
+)
+"""The function, in the ``unit`` of time that the series have; ``beyond`` is the first order of the
+accelerations that they do not reach."""
 
 
 @dataclass(frozen=True)
-class Proof:
-    """What ``@proven`` is written from.
+class Margins:
+    """What a proof takes from the steps, of which ``name`` is the function's.
 
     What rests may be moved by ``nothing``; low parts of the state are ``low`` doubles behind. A number has
     ``parts`` doubles, of which the first is looked at. A defect cannot be distinguished from rounding up to
     the fraction ``small`` of the accelerations, their change, and what changes the velocity within a step.
     """
 
-    residual: Residual
-    defect: Defect
-    constants: Constants
     lengths: Lengths
     low: int
     nothing: float
@@ -70,152 +66,29 @@ class Proof:
     multipliers: tuple[int, int] = (0, 0)
     """The first row and the number of the integrals of constraints' multipliers."""
     name: str = "proven"
-    """The name of the function."""
 
+    def negligible(self, f: Function, h: Real) -> Real:
+        """What moves what rests by nothing, as an acceleration."""
+        return f.constant(self.nothing) / (h * f.function("maxnum", h, 1.0))
+
+
+class Proof(ABC):
+    """What ``@proven`` is written from."""
+
+    margins: Margins
+
+    @abstractmethod
     def function(self) -> Function:
-        """``@proven(constants, t, state, work, h, unit, beyond)``, in the ``unit`` of time that the series
-        have; ``beyond`` is the first order of the accelerations that they do not reach."""
-        places = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work"
-        given = f"{places}, double %h, double %unit, double %beyond"
-        f = Function(f"define internal i1 @{self.name}({given}) #0")
-        emitter = Emitter(f)
-        disks = Disks(f, emitter, LANES)
-        emitter.parts = disks.parts = self.parts  # constants have as many
-        self._extents(f)
-        moving = self._leaves(f, disks)
-        rows = [one for row in self.defect.terms for one in row]
-        self._without_cancelling(disks, rows, moving)
-        emit_values(disks, rows, moving, self.constants)
-        allowed = self._allowed(f, emitter, moving)
-        logarithms, sums = f.vector([-log(k) for k in RATIOS]), f.vector([k / (k - 1) for k in RATIOS])
-        weights = disks.exp(logarithms * f.splat(Real(f, "%beyond"), LANES)) * sums
-        unlimited = disks.all(float("inf"))
-        for row, most in zip(self.defect.terms, allowed):
-            total = f.constant(0.0)
-            for term in row:
-                radius = disks.radius(moving[term] or disks.constant(0)) * weights
-                # what is not a number is not known
-                total = total + f.reduce("fmin", f.select(radius < unlimited, radius, unlimited))
-            sure = total * WIDER <= most
-            if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
-                sure = sure & (most < f.constant(float("inf")))
-            with f.when(~sure):
-                f.give(Bit(f, "false"))
-        f.give(Bit(f, "true"))
-        return f
+        """The function."""
 
-    def _extents(self, f: Function) -> None:
-        """By how much q, v, the accelerations and multipliers change within the disks, vectors at
-        ``%extents``; and what each acceleration and multiplier may be off, doubles at ``%scales``."""
-        lengths, n = self.lengths, self.lengths.degrees
-        first_multiplier, multipliers = self.multipliers
-        f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n + multipliers}, align {8 * LANES}")
-        first_rate, rates = self.integrals if self.integrals[1] else (n, n)
-        f.line(f"  %scales = alloca double, i64 {rates + multipliers}, align 8")
-        h, inverse = Real(f, "%h"), f.constant(1.0) / Real(f, "%unit")
-        scaled = h * inverse
-        r = f.splat(scaled, LANES) * f.vector([k * WIDER for k in RATIOS])
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.margins.name
 
-        def sum_of(row: Pointer, last: Integer, first: int, x: Real) -> Real:
-            """sum_{m >= 1} |c[m]| x^m, or that of the slopes sum_{m >= 2} m |c[m]| x^(m - 1)."""
-            total, m = f.variable(f.splat(f.constant(0.0), x.lanes)), f.variable(last)
-            with f.forever() as rounds:
-                c = f.magnitude(f.load(row, m.get() * lengths.term))
-                c = c * m.get().to_real() if first > 1 else c
-                total.set((total.get() + f.splat(c, x.lanes)) * x)
-                m.set(m.get() - 1)
-                rounds.repeat(m.get() >= first)
-            return total.get()
 
-        def row_of(i: Integer) -> Pointer:
-            return f.place("%work", i * lengths.row + lengths.first)
-
-        with f.loop(0, 2 * n, tested=False) as i:
-            low = f.splat(f.magnitude(f.load("%state", i + self.low)), LANES)
-            last = f.select(i < n, f.count(lengths.order), f.count(lengths.top))
-            f.store_row(sum_of(row_of(i), last, 1, r) + low, "%extents", i * LANES, aligned=True)
-        nothing = f.constant(self.nothing) / (h * f.function("maxnum", h, 1.0))
-        top = f.count(lengths.top)
-
-        def slopes(i: Integer, place: Integer) -> None:
-            extent = sum_of(row_of(i), top, 2, r) * f.splat(inverse, LANES)
-            f.store_row(extent, "%extents", place * LANES, aligned=True)
-
-        def size(i: Integer) -> Real:
-            row = row_of(i)
-            return (sum_of(row, top, 2, scaled) + f.magnitude(f.load(row, lengths.term))) * inverse
-
-        with f.loop(first_rate, first_rate + rates, tested=False) as i:
-            if not self.integrals[1]:
-                slopes(i, i + n)
-            speed = f.magnitude(f.load("%state", i)) / h
-            f.store(f.fused(size(i) + speed, self.small, nothing), "%scales", i - first_rate)
-        if multipliers:
-            with f.loop(0, multipliers, tested=False) as i:
-                slopes(i + first_multiplier, i + 3 * n)
-                f.store(size(i + first_multiplier) * self.small, "%scales", i + rates)
-
-    def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
-        """The disks of the symbols that the terms contain."""
-        model, n, emitter, lengths = self.residual.model, self.lengths.degrees, disks.centres, self.lengths
-        symbols = 0
-        for row in self.defect.terms:
-            for term in row:
-                symbols |= term.symbols
-        for one in self.residual.cyclic_momenta:
-            symbols |= one.momentum.symbols
-        for entries in self.residual.entries:
-            for entry in entries.values():
-                symbols |= entry.symbols
-        radius = f.splat(Real(f, "%h"), LANES) * f.vector([k * WIDER for k in RATIOS])
-        known: dict[Node, Disk | None] = {model.time: Disk("%t", radius)}
-        residual = self.residual
-        rows = [*range(n, 2 * n), *range(self.multipliers[0], sum(self.multipliers))]
-        leaves = [*enumerate((*residual.state_q, *residual.state_v))]
-        leaves += zip((2 * n + k for k in residual.unknown), self.defect.accelerations)
-        leaves += enumerate(residual.multipliers, 3 * n)
-        for i, symbol in leaves:
-            if symbol.symbols & symbols:
-                if i < 2 * n:
-                    centre = emitter.load("%state", i)
-                else:
-                    place = rows[i - 2 * n] * lengths.row + lengths.first + lengths.term
-                    centre = emitter.define(f"fdiv double {emitter.load('%work', place)}, %unit")
-                extent = f.load_row("%extents", i * LANES, LANES, aligned=True)
-                known[symbol] = Disk(centre, extent)
-        # momenta are constants: those of the velocities
-        points = centres(known)
-        emit_values(emitter, [one.momentum for one in self.residual.cyclic_momenta], points, self.constants)
-        known.update((one.symbol, Disk(points[one.momentum])) for one in self.residual.cyclic_momenta)
-        return known
-
-    def _without_cancelling(self, disks: Disks, terms: list[Node], known: dict[Node, Disk | None]) -> None:
-        """Another form of terms that cancel: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2. A difference
-        of disks does not make use of what they have in common."""
-        for node in reachable(terms):
-            u = squared_tanh(node)
-            if u is not None and u.symbols & self.residual.variables:
-                emit_values(disks, [u], known, self.constants)
-                inverse = disks.div(disks.one, disks.function("cosh", known[u]))
-                scale = disks.number(node.data[0])
-                known[node] = disks.mul(scale, disks.mul(inverse, inverse))
-
-    def _allowed(self, f: Function, emitter: Emitter, moving: dict[Node, Disk | None]) -> list[Real]:
-        """How large the defect of each row may be: by the masses, as an error of the accelerations."""
-        if self.integrals[1]:
-            return [f.load("%scales", i) for i in range(self.integrals[1])]
-        known = centres(moving)
-        matrix, n = self.residual.entries, self.lengths.degrees
-        places = [*self.residual.unknown, *range(n, n + len(self.residual.multipliers))]
-        emit_values(emitter, [one for row in matrix for one in row.values()], known, self.constants)
-        found = []
-        for row in matrix:
-            total: Value = None
-            for j, entry in row.items():
-                mass = emitter.magnitude(known[entry])
-                total = emitter.fma(mass, emitter.load("%scales", places[j]), total)
-            found.append(Real(f, emitter.written(total), 1))
-        return found
+Proving: TypeAlias = "Callable[[Margins], Proof]"
+"""What gives a proof for certain steps."""
 
 
 def proven(
@@ -248,6 +121,34 @@ def proven(
     return length.get()
 
 
-def centres(disks: Mapping[Node, Disk | None]) -> dict[Node, Value]:
-    """The values where the step begins."""
-    return {node: None if disk is None else disk.centre for node, disk in disks.items()}
+def radii(f: Function, h: Real) -> Real:
+    """The radii of disks around 0 that reach beyond ``h``."""
+    return f.splat(h, LANES) * f.vector([k * WIDER for k in RATIOS])
+
+
+def weights_of(disks: Disks) -> Real:
+    """What the radius of a term is multiplied by: k^-n / (1 - 1/k), beyond order n."""
+    f = disks.f
+    logarithms, sums = f.vector([-log(k) for k in RATIOS]), f.vector([k / (k - 1) for k in RATIOS])
+    return disks.exp(logarithms * f.splat(Real(f, "%beyond"), LANES)) * sums
+
+
+def least(disks: Disks, term: Disk | None, weights: Real) -> Real:
+    """The bound of a term's part of the defect, by the k that suits it best."""
+    radius, unlimited = disks.radius(term or disks.constant(0)) * weights, disks.all(float("inf"))
+    # what is not a number is not known
+    return disks.f.reduce("fmin", disks.f.select(radius < unlimited, radius, unlimited))
+
+
+def without_cancelling(
+    disks: Disks, terms: list[Node], variables: int, known: dict[Node, Disk | None], constants: Constants
+) -> None:
+    """Another form of terms that cancel: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2. A difference of
+    disks does not make use of what they have in common."""
+    for node in reachable(terms):
+        u = squared_tanh(node)
+        if u is not None and u.symbols & variables:
+            emit_values(disks, [u], known, constants)
+            inverse = disks.div(disks.one, disks.function("cosh", known[u]))
+            scale = disks.number(node.data[0])
+            known[node] = disks.mul(scale, disks.mul(inverse, inverse))

@@ -1,0 +1,174 @@
+"""``@proven`` of equations that are written out: a term for each of their terms (see ``stepping.proof``)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.defect import Defect
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import Value
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.recurrences.disk import Disks
+from lagrange_cli.native.recurrences.disk_arithmetic import Disk
+from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.proof import (
+    HEAD,
+    WIDER,
+    Margins,
+    Proof,
+    least,
+    radii,
+    weights_of,
+    without_cancelling,
+)
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class EquationsProof(Proof):
+    """The proof of equations, of which the ``defect`` is left and whose constants are known."""
+
+    residual: Residual
+    defect: Defect
+    constants: Constants
+    margins: Margins
+
+    @property
+    def lengths(self) -> Lengths:
+        """Where the series are."""
+        return self.margins.lengths
+
+    def function(self) -> Function:
+        f = Function(HEAD.format(self.name))
+        emitter = Emitter(f)
+        disks = Disks(f, emitter, LANES)
+        emitter.parts = disks.parts = self.margins.parts  # constants have as many
+        self._extents(f)
+        moving = self._leaves(f, disks)
+        rows = [one for row in self.defect.terms for one in row]
+        without_cancelling(disks, rows, self.residual.variables, moving, self.constants)
+        emit_values(disks, rows, moving, self.constants)
+        allowed = self._allowed(f, emitter, moving)
+        weights = weights_of(disks)
+        for row, most in zip(self.defect.terms, allowed):
+            total = f.constant(0.0)
+            for term in row:
+                total = total + least(disks, moving[term], weights)
+            sure = total * WIDER <= most
+            if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
+                sure = sure & (most < f.constant(float("inf")))
+            with f.when(~sure):
+                f.give(Bit(f, "false"))
+        f.give(Bit(f, "true"))
+        return f
+
+    def _extents(self, f: Function) -> None:
+        """By how much q, v, the accelerations and multipliers change within the disks, vectors at
+        ``%extents``; and what each acceleration and multiplier may be off, doubles at ``%scales``."""
+        lengths, n = self.lengths, self.lengths.degrees
+        first_multiplier, multipliers = self.margins.multipliers
+        f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n + multipliers}, align {8 * LANES}")
+        first_rate, rates = self.margins.integrals if self.margins.integrals[1] else (n, n)
+        f.line(f"  %scales = alloca double, i64 {rates + multipliers}, align 8")
+        h, inverse = Real(f, "%h"), f.constant(1.0) / Real(f, "%unit")
+        scaled = h * inverse
+        r = radii(f, scaled)
+
+        def sum_of(row: Pointer, last: Integer, first: int, x: Real) -> Real:
+            """sum_{m >= 1} |c[m]| x^m, or that of the slopes sum_{m >= 2} m |c[m]| x^(m - 1)."""
+            total, m = f.variable(f.splat(f.constant(0.0), x.lanes)), f.variable(last)
+            with f.forever() as rounds:
+                c = f.magnitude(f.load(row, m.get() * lengths.term))
+                c = c * m.get().to_real() if first > 1 else c
+                total.set((total.get() + f.splat(c, x.lanes)) * x)
+                m.set(m.get() - 1)
+                rounds.repeat(m.get() >= first)
+            return total.get()
+
+        def row_of(i: Integer) -> Pointer:
+            return f.place("%work", i * lengths.row + lengths.first)
+
+        with f.loop(0, 2 * n, tested=False) as i:
+            low = f.splat(f.magnitude(f.load("%state", i + self.margins.low)), LANES)
+            last = f.select(i < n, f.count(lengths.order), f.count(lengths.top))
+            f.store_row(sum_of(row_of(i), last, 1, r) + low, "%extents", i * LANES, aligned=True)
+        nothing = self.margins.negligible(f, h)
+        top = f.count(lengths.top)
+
+        def slopes(i: Integer, place: Integer) -> None:
+            extent = sum_of(row_of(i), top, 2, r) * f.splat(inverse, LANES)
+            f.store_row(extent, "%extents", place * LANES, aligned=True)
+
+        def size(i: Integer) -> Real:
+            row = row_of(i)
+            return (sum_of(row, top, 2, scaled) + f.magnitude(f.load(row, lengths.term))) * inverse
+
+        with f.loop(first_rate, first_rate + rates, tested=False) as i:
+            if not self.margins.integrals[1]:
+                slopes(i, i + n)
+            speed = f.magnitude(f.load("%state", i)) / h
+            f.store(f.fused(size(i) + speed, self.margins.small, nothing), "%scales", i - first_rate)
+        if multipliers:
+            with f.loop(0, multipliers, tested=False) as i:
+                slopes(i + first_multiplier, i + 3 * n)
+                f.store(size(i + first_multiplier) * self.margins.small, "%scales", i + rates)
+
+    def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
+        """The disks of the symbols that the terms contain."""
+        model, n, emitter, lengths = self.residual.model, self.lengths.degrees, disks.centres, self.lengths
+        symbols = 0
+        for row in self.defect.terms:
+            for term in row:
+                symbols |= term.symbols
+        for one in self.residual.cyclic_momenta:
+            symbols |= one.momentum.symbols
+        for entries in self.residual.entries:
+            for entry in entries.values():
+                symbols |= entry.symbols
+        known: dict[Node, Disk | None] = {model.time: Disk("%t", radii(f, Real(f, "%h")))}
+        residual = self.residual
+        rows = [*range(n, 2 * n), *range(self.margins.multipliers[0], sum(self.margins.multipliers))]
+        leaves = [*enumerate((*residual.state_q, *residual.state_v))]
+        leaves += zip((2 * n + k for k in residual.unknown), self.defect.accelerations)
+        leaves += enumerate(residual.multipliers, 3 * n)
+        for i, symbol in leaves:
+            if symbol.symbols & symbols:
+                if i < 2 * n:
+                    centre = emitter.load("%state", i)
+                else:
+                    place = rows[i - 2 * n] * lengths.row + lengths.first + lengths.term
+                    centre = emitter.define(f"fdiv double {emitter.load('%work', place)}, %unit")
+                extent = f.load_row("%extents", i * LANES, LANES, aligned=True)
+                known[symbol] = Disk(centre, extent)
+        # momenta are constants: those of the velocities
+        points = centres(known)
+        emit_values(emitter, [one.momentum for one in self.residual.cyclic_momenta], points, self.constants)
+        known.update((one.symbol, Disk(points[one.momentum])) for one in self.residual.cyclic_momenta)
+        return known
+
+    def _allowed(self, f: Function, emitter: Emitter, moving: dict[Node, Disk | None]) -> list[Real]:
+        """How large the defect of each row may be: by the masses, as an error of the accelerations."""
+        if self.margins.integrals[1]:
+            return [f.load("%scales", i) for i in range(self.margins.integrals[1])]
+        known = centres(moving)
+        matrix, n = self.residual.entries, self.lengths.degrees
+        places = [*self.residual.unknown, *range(n, n + len(self.residual.multipliers))]
+        emit_values(emitter, [one for row in matrix for one in row.values()], known, self.constants)
+        found = []
+        for row in matrix:
+            total: Value = None
+            for j, entry in row.items():
+                mass = emitter.magnitude(known[entry])
+                total = emitter.fma(mass, emitter.load("%scales", places[j]), total)
+            found.append(Real(f, emitter.written(total), 1))
+        return found
+
+
+def centres(disks: Mapping[Node, Disk | None]) -> dict[Node, Value]:
+    """The values where the step begins."""
+    return {node: None if disk is None else disk.centre for node, disk in disks.items()}
