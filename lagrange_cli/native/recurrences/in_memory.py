@@ -15,8 +15,7 @@ from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, Pair, called
-from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import Expansion

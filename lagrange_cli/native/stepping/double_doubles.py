@@ -11,8 +11,7 @@ from collections.abc import Callable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.layout_rows import Rows
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance

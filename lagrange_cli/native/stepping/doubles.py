@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.recurrences.layout import Layout
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance

@@ -18,7 +18,7 @@ from __future__ import annotations
 from lagrange_cli.native.interface import BEYOND, HALT, LIMIT, NEXT, Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.acceptance import DOUBLE, accepted, allowance
 from lagrange_cli.native.stepping.advance import LAG, SMALLEST

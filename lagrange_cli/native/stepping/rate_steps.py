@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import CARRIED_COUNT, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.doubles import DoubleSteps

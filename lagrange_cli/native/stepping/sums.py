@@ -10,8 +10,7 @@ from typing import Protocol, TypeAlias
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 
