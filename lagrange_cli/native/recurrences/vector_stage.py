@@ -11,32 +11,10 @@ from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
 from lagrange_cli.native.recurrences.vector_dots import Coefficients, dot, power_dots, square_dot
 from lagrange_cli.series.program import Op, Series, reciprocal
-
-
-class First(dict[int, "Value"]):
-    """Coefficient 0 of a series, which a stage loads where it is asked for."""
-
-    def __init__(self, stage: VectorStage, index: int) -> None:
-        self.stage, self.index = stage, index
-
-    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
-        return self[m]
-
-    def __missing__(self, m: int) -> Value:
-        return self.stage.first(self.index)
-
-
-class Slopes(dict[int, "tuple[Value, Value]"]):
-    """dp/dx and 1/x of powers p of x, likewise."""
-
-    def __init__(self, stage: VectorStage) -> None:
-        self.stage = stage
-
-    def __missing__(self, index: int) -> tuple[Value, Value]:
-        return self.stage.slopes(index)
 
 
 class VectorExpansion(Expansion[str]):
@@ -46,8 +24,12 @@ class VectorExpansion(Expansion[str]):
 
     def serve(self, stage: VectorStage) -> None:
         """Take what is not known from a stage."""
-        self.stage, self.sensitivities = stage, Slopes(stage)
-        self.table = [First(stage, i) for i in range(len(self.program.series))]
+        self.stage, self.sensitivities = stage, Loaded(stage.slopes)
+
+        def first(index: int) -> Loaded[int, Value]:
+            return Loaded(lambda m: stage.first(index))
+
+        self.table = [first(index) for index in range(len(self.program.series))]
 
     def constant(self, node: Node) -> Value:
         return self.stage.constant(node)
