@@ -49,7 +49,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     from lagrange_cli.native.functions.elementary import definitions
     from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
     from lagrange_cli.native.recurrences.paired import write_paired_jet
-    from lagrange_cli.native.stepping.ensemble import follow
+    from lagrange_cli.native.stepping.ensemble import Follower
     from lagrange_cli.native.stepping.pack import Pack
 
     order, constants, series = lane_order(tolerance), Constants(), program.series
@@ -73,7 +73,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
 
         stepping, pack = follow_section(pack, *given, section)
     else:
-        stepping = follow(pack, *given, timed=residual.timed)
+        stepping = Follower(pack, *given, timed=residual.timed).text()
     text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, project, stepping])
     text = "\n".join([text, definitions(text)])
     length.allow(text.count(" = "))

@@ -63,6 +63,14 @@ class Function(Flow):
         """An argument that is a place in memory."""
         return Pointer(self, name, 1)
 
+    def pointers(self, *names: str) -> list[Pointer]:
+        """Several of them, whose names are given without %."""
+        return [Pointer(self, f"%{name}", 1) for name in names]
+
+    def reals(self, *names: str) -> list[Real]:
+        """Likewise arguments that are numbers."""
+        return [Real(self, f"%{name}") for name in names]
+
     def place(self, base: Pointer | str, index: Integer | int | str, type: str = "") -> Pointer:
         """The address of ``base[index]``: of doubles of the body's lanes, or of ``type``."""
         name, at = (one.name if isinstance(one, Value) else one for one in (base, index))
@@ -101,11 +109,6 @@ class Function(Flow):
         align = 8 * value.lanes if aligned else 8
         self.line(f"  {word} {value.kind} {value.name}, ptr {place.name}, align {align}")
 
-    def look_at(self, base: Pointer | str, index: int) -> Integer:
-        """An integer that another thread may change at any time."""
-        place = self.place(base, index, "i64")
-        return Integer(self, self.define(f"load volatile i64, ptr {place.name}, align 8"), 1)
-
     def load_integer(self, base: Pointer | str, index: Integer | int = 0) -> Integer:
         """One integer."""
         place = self.place(base, index, "i64")
@@ -113,10 +116,11 @@ class Function(Flow):
 
     # what threads share
 
-    def observe(self, base: Pointer | str, index: Integer | int = 0) -> Integer:
-        """An integer that another thread may ``publish``, and with it all that it has written before."""
+    def observe(self, base: Pointer | str, index: Integer | int = 0, ordering: str = "acquire") -> Integer:
+        """An integer that another thread may change: one that it may ``publish``, and with it all that it has
+        written before; or that alone (``monotonic``)."""
         place = self.place(base, index, "i64")
-        return Integer(self, self.define(f"load atomic i64, ptr {place.name} acquire, align 8"), 1)
+        return Integer(self, self.define(f"load atomic i64, ptr {place.name} {ordering}, align 8"), 1)
 
     def publish(self, value: Integer, base: Pointer | str, index: Integer | int = 0) -> None:
         """Store an integer behind all that has been written before."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
+from lagrange_cli.native.llvm.text import Operand, Value, table
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.expansion import Expansion
@@ -104,5 +104,4 @@ class VectorStage(Stage[str]):
 
 def rests(size: int) -> str:
     """The table of the rounding errors of 1/m."""
-    listed = ", ".join(f"double {operand(literal(reciprocal_rest(m)) if m else None)}" for m in range(size))
-    return f"@rests = private constant [{size} x double] [{listed}]"
+    return table("rests", [reciprocal_rest(m) if m else 0.0 for m in range(size)], "double")

@@ -87,7 +87,7 @@ class GuardCode:
     def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
         kinds: list[Any] = [h, f.count(0), h]
-        state, work, trial = (f.pointer(f"%{name}") for name in ("state", "work", "trial"))
+        state, work, trial = f.pointers("state", "work", "trial")
         root, which, known = f.parts("first_guard", kinds, state, work, h, unit, trial)
         return root, which, known
 

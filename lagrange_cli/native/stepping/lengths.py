@@ -102,13 +102,6 @@ class Lengths:
             at = (row - lane) * self.row + lane
         return f.place(work, at + self.first if self.first else at, "double")
 
-    def single(self, f: Function, i: Integer) -> Pointer:
-        """Where coefficient 0 of one row is."""
-        if self.row == 1:
-            return f.place("%work", i + self.first if self.first else i)
-        lane = i & (self.lanes - 1)
-        return f.place("%work", (i - lane) * self.row + lane + self.first, "double")
-
     def gather(self, f: Function, operation: str, value: Real) -> Real:
         """For each motion the largest (``fmax``) or least number (``fmin``), or their sum (``fadd``)."""
         if self.together == 1:

@@ -23,11 +23,6 @@ from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.projection import LOOSE, afterwards, places_of
 
 
-def in_batches(residual: Residual, layout: StateLayout, tables: Tables) -> str:
-    """The function's text."""
-    return BatchProjection(residual, layout, tables).text()
-
-
 class BatchProjection:
     """Writes ``@project(constants, state)``. All it needs besides is scratch: the residuals with all digits
     and their slopes, the matrix of the equations, right sides, and what depends on the moves."""

@@ -8,7 +8,7 @@ is divided (``division``).
 from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Pointer, Real, kind
+from lagrange_cli.native.llvm.vector import Pointer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.acceptance import Bounds, accepted
 from lagrange_cli.native.stepping.lengths import Lengths
@@ -105,9 +105,8 @@ class Quadratures:
     def rough(self) -> Function:
         """``@rough(state, work, h)``: whether the last terms of an integral's series over ``h`` matter, or
         are not finite; the same length ``in_time`` follows, where the series has another unit."""
-        real, bit = (kind(one, self.lengths.motions) for one in ("double", "i1"))
-        more = f", {real} %in_time" if self._beyond else ""
-        head = f"define internal {bit} @rough(ptr %state, ptr %work, {real} %h{more}) #0"
+        more = ", REAL %in_time" if self._beyond else ""
+        head = f"define internal BIT @rough(ptr %state, ptr %work, REAL %h{more}) #0"
         f = Function(head, self.lengths.motions)
         lengths, top, h = self.own, self.own.top, Real(f, "%h")
         wide, least = lengths.wide(f, h), lengths.wide(f, f.constant(ENOUGH * self.tolerance))

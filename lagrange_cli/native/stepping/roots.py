@@ -14,7 +14,7 @@ from typing import Any
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
-from lagrange_cli.native.llvm.text import literal, operand
+from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
@@ -60,10 +60,8 @@ class Roots:
     def text(self) -> str:
         """Its IR."""
         inverse = [1.0 / math.comb(self.degree, m) for m in range(self.degree + 1)]
-        listed = ", ".join(f"double {operand(literal(x))}" for x in inverse)
-        table = f"@inverse_binomials = private constant [{len(inverse)} x double] [{listed}]\n"
         own = self._value(), self._bernstein(), self._known(), self._first_root()
-        return table + "".join(f.text() for f in own)
+        return table("inverse_binomials", inverse, "double") + "".join(f.text() for f in own)
 
     def _each(self, f: Function, body: Callable[[Integer], None], first: Integer | int = 0) -> None:
         with f.loop(first, self.degree + 1, tested=not isinstance(first, int)) as m:
