@@ -119,7 +119,8 @@ def double(equations: Equations) -> Motion:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
-    from lagrange_cli.native.stepping.doubles import DoubleSteps, lengths_of
+    from lagrange_cli.native.stepping.doubles import DoubleSteps
+    from lagrange_cli.native.stepping.lengths import side_by_side
 
     residual, series, order = equations.residual, equations.series, equations.highest
     layout = arrange(series, order)
@@ -129,7 +130,7 @@ def double(equations: Equations) -> Motion:
         from lagrange_cli.native.stepping.projection import in_doubles
 
         project = in_doubles(residual, equations.state, equations.constants, equations.emitter)
-    lengths = lengths_of(layout, equations.state.degrees)
+    lengths = side_by_side(equations.state.degrees, equations.state.rows, order)
     work, steps = with_steps(equations, lengths, DoubleSteps, work, project)
     return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 1, layout.width))
 

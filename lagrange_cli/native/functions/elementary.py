@@ -76,7 +76,7 @@ def one_by_one(f: Function, name: str, arguments: list[Real]) -> list[Real]:
     results = [f.variable(Real(f, "poison")) for _ in range(FUNCTIONS[name].results)]
     with f.loop(0, f.lanes, tested=False) as i:
         single = [f.lane(one, i) for one in arguments]
-        made = f.parts(f"{name}.1", [Real(f, "poison", 1)] * len(results), *single)
+        made = f.parts([Real] * len(results), f"{name}.1", *single, lanes=1)
         for result, one in zip(results, made):
             result.set(f.inserted(result.get(), one, i))
     return [result.get() for result in results]

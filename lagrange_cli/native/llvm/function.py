@@ -10,7 +10,8 @@ text = f.text()
 
 from __future__ import annotations
 
-from typing import TypeVar, overload
+from collections.abc import Sequence
+from typing import Any, TypeVar, overload
 
 from lagrange_cli.native.llvm.flow import Flow
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, Value, kind
@@ -49,15 +50,15 @@ class Function(Flow):
         type = kind(result.type, lanes or self.lanes)
         return result(self, self.define(f"call {type} @{name}({listed})"), lanes or self.lanes)
 
-    def parts(self, name: str, results: list[V], *arguments: Value) -> list[V]:
-        """A call of ``@name``, which gives values of the types of ``results``, together where there are
-        several."""
-        listed = ", ".join(f"{one.kind} {one.name}" for one in arguments)
+    def parts(self, results: Sequence[type[Any]], name: str, *arguments: Value, lanes: int = 0) -> list[Any]:
+        """A call of ``@name``, which gives several values together, or one."""
         if len(results) == 1:
-            return [results[0].made(f"call {results[0].kind} @{name}({listed})")]
-        together = f"{{ {', '.join(one.kind for one in results)} }}"
+            return [self.call(results[0], name, *arguments, lanes=lanes)]
+        listed, lanes = ", ".join(f"{one.kind} {one.name}" for one in arguments), lanes or self.lanes
+        together = f"{{ {', '.join(kind(one.type, lanes) for one in results)} }}"
         made = self.define(f"call {together} @{name}({listed})")
-        return [one.made(f"extractvalue {together} {made}, {k}") for k, one in enumerate(results)]
+        parts = (self.define(f"extractvalue {together} {made}, {k}") for k in range(len(results)))
+        return [one(self, part, lanes) for one, part in zip(results, parts)]
 
     def pointer(self, name: str) -> Pointer:
         """An argument that is a place in memory."""

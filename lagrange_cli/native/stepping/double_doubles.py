@@ -82,7 +82,7 @@ class DoubleDoubleSteps(Steps):
     def __init__(self, rows: Rows, given: Given) -> None:
         floor = given.work - LANES * -(-rows.width // LANES) if given.state.degrees > 1 else 0
         lengths = Lengths(
-            given.state.degrees, len(rows.state), rows.width, rows.order, 1, 1, 1,
+            given.state.degrees, len(rows.state), rows.width, rows.order, 1, 1,
             row=2 * rows.beyond, term=1, first=LANES, floor=floor,
         )  # fmt: skip
         self._low, self._width = rows.beyond, rows.width

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
-from lagrange_cli.native.recurrences.layout import Layout
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
 from lagrange_cli.native.stepping.lengths import Lengths, Row
@@ -21,12 +20,6 @@ from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, P
 
 MANY = 64
 """From so many coordinates on, those that stand beside no velocity have a loop of their own."""
-
-
-def lengths_of(layout: Layout, degrees: int) -> Lengths:
-    """Where the state's series are."""
-    width, lanes = layout.width, min(layout.width, LANES)
-    return Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
 
 
 def accelerate(lengths: Lengths) -> str:

@@ -45,7 +45,7 @@ class Follower:
     ) -> None:
         self.pack, self.places, self.parameters = pack, pack.places, parameters
         self.lengths = Lengths(
-            pack.degrees, pack.rows, pack.width, order, LANES, 1, LANES, row=LANES * pack.span, term=LANES
+            pack.degrees, pack.rows, pack.width, order, LANES, 1, row=LANES * pack.span, term=LANES
         )
         self.bounds, self.noise = DOUBLE.coarser(tolerance).timed(timed), None
         if pack.degrees > 1:

@@ -87,7 +87,7 @@ class Quadratures:
         h, met = f.variable(over), f.variable(one)
         with f.section() as settled, f.loop(0, ROUNDS, tested=False):
             before = h.get()
-            found, total = f.parts("integral_step_size", [one, one], *places, before)
+            found, total = f.parts((Real, Real), "integral_step_size", *places, before)
             h.set(f.smaller(found, over))
             met.set(total)
             with f.when(~((h.get() < before * 0.5) | (h.get() > before * 2.0))):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
@@ -198,9 +197,8 @@ class Roots:
         times ``p`` but for rounding, is there: from crossing to crossing such errors would add up."""
         one = f.constant(1.0)
         a, w = f.variable(f.constant(0.0)), f.variable(one)
-        kinds: list[Any] = [f.count(0), one]
         with f.forever() as pieces:
-            changes, least = f.parts("bernstein", kinds, p, b, a.get(), w.get())
+            changes, least = f.parts((Integer, Real), "bernstein", p, b, a.get(), w.get())
             end = a.get() + w.get()
 
             def pass_by(end: Real = end) -> None:

@@ -245,13 +245,13 @@ def chosen_step(
     one = f.constant(1.0)
     first = previous.equals(0.0)
     over = f.select(first, one, previous)
-    usual, met = f.parts("step_size", [one, one], *places, over)
+    usual, met = f.parts((Real, Real), "step_size", *places, over)
     unsure = first | (usual > over * LEAP)
     unsure = unsure if live is None else unsure & live
     h, total = f.variable(usual), f.variable(met)
     with f.when(f.any(unsure)):
         longest = f.constant(LARGEST_GUESS)
-        again, more = f.parts("step_size", [one, one], *places, f.smaller(usual, longest))
+        again, more = f.parts((Real, Real), "step_size", *places, f.smaller(usual, longest))
         guess = f.select(first, f.smaller(again, longest), previous)
         h.set(f.select(unsure, f.call(Real, "cautious_step", *places, guess), usual))
         total.set(f.select(first, met + more, met))

@@ -122,7 +122,7 @@ class PairSums:
 
     def called(self, f: Function, name: str, row: Row, work: Pointer, h: Pair) -> Pair:
         """A sum at ``h`` in units of the series."""
-        high, low = f.parts(name, [*h], row.series(work).place, *h)
+        high, low = f.parts((Real, Real), name, row.series(work).place, *h)
         return high, low
 
     def product(self, f: Function, a: Pair, b: Pair) -> Pair:
@@ -134,7 +134,7 @@ class PairSums:
 
 def pair(f: Function, name: str, *arguments: Real) -> Pair:
     """A sum or product of numbers by the functions of ``numbers.double_double``."""
-    high, low = f.parts(f"pair_{name}", [f.constant(0.0)] * 2, *arguments)
+    high, low = f.parts((Real, Real), f"pair_{name}", *arguments)
     return high, low
 
 
