@@ -21,13 +21,13 @@ import math
 from functools import reduce
 from operator import add, and_
 
-from lagrange_cli.native.interface import DIRECTION, PATIENCE, SECTION, STROBE
+from lagrange_cli.native.interface import DIRECTION, PATIENCE, SECTION
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.pack import Pack
-from lagrange_cli.native.stepping.periods import Periods, Returns
+from lagrange_cli.native.stepping.periods import Returns
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.roots import (
     CONVERGED,
@@ -63,12 +63,6 @@ LOW = 3
 """The degree of the polynomial that is examined first."""
 CHAINS = 4
 """Partial sums of a polynomial that are added in parallel."""
-
-
-def follow_section(pack: Pack, order: int, tolerance: float, parameters: int, kind: str) -> tuple[str, Pack]:
-    """IR of ``@follow`` and its helpers for that kind of section, and what lanes work on."""
-    follower = {SECTION: Crossings, STROBE: Periods}[kind](pack, order, tolerance, parameters)
-    return follower.text(), follower.pack
 
 
 class Crossings(Returns):

@@ -20,7 +20,7 @@ from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.parts import Part, Parts, Places, Units
 from lagrange_cli.native.stepping.proof import Proof, Proving
-from lagrange_cli.native.stepping.quadratures import Quadratures, followed
+from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
@@ -72,9 +72,10 @@ class Steps(ABC):
         self.given, self.state, self.sums = given, given.state, sums
         self.constrained = bool(given.project)
         self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance).timed(given.timed)
-        arguments = given.guards.arguments if given.guards else 0
-        rows = followed(given.state, arguments + given.multipliers)
-        self._multipliers = given.state.integrals.start + arguments, given.multipliers
+        arguments, first = given.guards.arguments if given.guards else 0, given.state.integrals.start
+        silent = arguments + given.multipliers  # these integrals have no say
+        rows = first + silent, given.state.quadratures - silent
+        self._multipliers = first + arguments, given.multipliers
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
         self.noise = self._noise()
         self.sizes = StepSize(
@@ -89,10 +90,9 @@ class Steps(ABC):
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
-        rows_of_arguments = given.state.integrals.start, arguments
         self.proof = self._proof("proven", given.proving[0])
         self.integrands = self._proof("integrands_proven", given.proving[1], rows)
-        self.arguments = self._proof("arguments_proven", given.proving[2], rows_of_arguments)
+        self.arguments = self._proof("arguments_proven", given.proving[2], (first, arguments))
 
     def _noise(self) -> Noise | None:
         """What finds velocities that are rounding: where there are several coordinates that are measured each

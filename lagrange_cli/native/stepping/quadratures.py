@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
-from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.acceptance import Bounds, accepted
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.step_size import ENDLESS, LARGEST_GUESS, StepSize
@@ -26,11 +25,6 @@ ROUNDING = 7
 
 FADING = 0.875
 """Rounding errors of one step count for so much in the next one."""
-
-
-def followed(state: StateLayout, before: int) -> tuple[int, int]:
-    """The first row of quadratures that have a say, and how many there are, behind so many that have none."""
-    return state.integrals.start + before, state.quadratures - before
 
 
 class Quadratures:
