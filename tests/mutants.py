@@ -105,7 +105,7 @@ MUTATIONS = {
         ("tests/native/stepping/test_step_size.py",),
     ),
     "the refill of lanes off by one": Mutation(
-        "native/stepping/ensemble.py", '"%states", n.get() * rows', '"%states", following * rows',
+        "native/stepping/ensemble.py", '"%states", n * rows', '"%states", (n + 1) * rows',
         ("tests/integrate/ensemble/test_lanes.py::test_members_move_as_they_do_alone[pendulum-1]",),
     ),
     "a velocity's unit": Mutation(

@@ -249,7 +249,7 @@ class DoubleDouble:
     low: Array
 
     def __add__(self, other: DoubleDouble) -> DoubleDouble:
-        from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+        from lagrange_cli.native.numbers.error_free import two_sum
 
         high, error = two_sum(self.high, other.high)
         low, rest = two_sum(self.low, other.low)

@@ -8,7 +8,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
 from lagrange_cli.mechanics.switching.switches import switches
-from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.interface import LANES, SECTION, STROBE
 from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.text import tables
@@ -49,7 +49,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     from lagrange_cli.native.functions.elementary import definitions
     from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
     from lagrange_cli.native.recurrences.paired import write_paired_jet
-    from lagrange_cli.native.stepping.ensemble import follow
+    from lagrange_cli.native.stepping.ensemble import Follower
     from lagrange_cli.native.stepping.pack import Pack
 
     order, constants, series = lane_order(tolerance), Constants(), program.series
@@ -68,13 +68,17 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     prepare, size = write_prepare(Emitter, constants, parameters, "internal void @prepare_lane")
     pack = replace(pack, constants=size)
     given = order, tolerance, len(program.parameters)
-    if section:
-        from lagrange_cli.native.stepping.crossings import follow_section
+    if section == SECTION:
+        from lagrange_cli.native.stepping.crossings import Crossings
 
-        stepping, pack = follow_section(pack, *given, section)
+        follower: Follower = Crossings(pack, *given)
+    elif section == STROBE:
+        from lagrange_cli.native.stepping.periods import Periods
+
+        follower = Periods(pack, *given)
     else:
-        stepping = follow(pack, *given, timed=residual.timed)
-    text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, project, stepping])
+        follower = Follower(pack, *given, timed=residual.timed)
+    text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, project, follower.text()])
     text = "\n".join([text, definitions(text)])
     length.allow(text.count(" = "))
-    return replace(program, text=text, lanes=LANES * pack.places["size"])
+    return replace(program, text=text, lanes=LANES * follower.places["size"])

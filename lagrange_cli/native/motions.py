@@ -20,6 +20,7 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import SeriesProgram
 
 if TYPE_CHECKING:
+    from lagrange_cli.native.followed import Followed
     from lagrange_cli.native.recurrences.batches.tables import Tables
     from lagrange_cli.native.stepping.doubles import DoubleSteps
     from lagrange_cli.native.stepping.lengths import Lengths
@@ -36,29 +37,27 @@ SOLVED = 3
 
 @dataclass(frozen=True)
 class Equations:
-    """The specification of a motion: series, their order, the tolerance of steps, and whether these are
-    proven."""
+    """The specification of a motion: what is followed, its series to an order, and the
+    tolerance of steps."""
 
-    residual: Residual
+    followed: Followed
     series: SeriesProgram
     state: StateLayout
     constants: Constants
     order: int
     tolerance: float
-    proven: bool
     guards: GuardRows | None
-    multipliers: int
-    """So many integrals, behind those of guards' arguments, show the multipliers' series to proofs."""
-    integrands: Sequence[Node]
-    """The integrands of quadratures, if any of them has to be proven."""
-    arguments: Sequence[Node]
-    """The arguments of guards, likewise."""
     emitter: Callable[[Function], Emitter]
     """The writers for doubles."""
     in_two: bool
     """Whether steps to roots are (see ``stepping.guards``)."""
     scheme: str = ""
     """The method of steps on rates (``stepping.schemes``), if they are such ones: series give these alone."""
+
+    @property
+    def residual(self) -> Residual:
+        """The equations that series are of."""
+        return self.followed.smooth.residual
 
     @property
     def steps(self) -> bool:
@@ -110,24 +109,26 @@ def proving(equations: Equations, left: Defect) -> Proving:
 def provings_of(equations: Equations) -> Sequence[Proving | None]:
     """The proofs of the equations, of integrands, and of the arguments of guards; None for what is not
     proven."""
-    own = proving(equations, defect(equations.residual)) if equations.proven else None
-    return own, proof_of(equations, equations.integrands), proof_of(equations, equations.arguments)
+    more = equations.followed
+    own = proving(equations, defect(equations.residual)) if more.proven else None
+    return own, proof_of(equations, more.proven_too), proof_of(equations, more.doubtful)
 
 
 def given_of(equations: Equations, work: int, project: str = "") -> Given:
     """The code for steps, which work on so many doubles."""
     from lagrange_cli.native.stepping.motion import Given
 
-    state, proving, multipliers = equations.state, provings_of(equations), equations.multipliers
-    given = state, work, equations.tolerance, proving, equations.guards, equations.in_two
-    return Given(*given, multipliers, project, equations.residual.timed)
+    given = equations.state, work, equations.tolerance, provings_of(equations), equations.guards
+    more = equations.in_two, equations.followed.multipliers, project, equations.residual.timed
+    return Given(*given, *more)
 
 
 def double(equations: Equations) -> Motion:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
-    from lagrange_cli.native.stepping.doubles import DoubleSteps, lengths_of
+    from lagrange_cli.native.stepping.doubles import DoubleSteps
+    from lagrange_cli.native.stepping.lengths import side_by_side
 
     residual, series, order = equations.residual, equations.series, equations.highest
     layout = arrange(series, order)
@@ -137,7 +138,7 @@ def double(equations: Equations) -> Motion:
         from lagrange_cli.native.stepping.projection import in_doubles
 
         project = in_doubles(residual, equations.state, equations.constants, equations.emitter)
-    lengths = lengths_of(layout, equations.state.degrees)
+    lengths = side_by_side(equations.state.degrees, equations.state.rows, order)
     work, steps = with_steps(equations, lengths, DoubleSteps, work, project)
     return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 1, layout.width))
 
@@ -160,9 +161,9 @@ def batched(equations: Equations) -> Motion | None:
         return None
     lengths, project = lengths_of(blocks, equations.state.degrees), ""
     if residual.multipliers and equations.steps:
-        from lagrange_cli.native.stepping.projection_batches import in_batches
+        from lagrange_cli.native.stepping.projection_batches import BatchProjection
 
-        project = in_batches(residual, equations.state, tables)
+        project = BatchProjection(residual, equations.state, tables).text()
     work, steps = with_steps(equations, lengths, BatchSteps, work, project)
     return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 0, 0), tables)
 
@@ -209,7 +210,8 @@ def double_double(equations: Equations) -> Motion:
     from lagrange_cli.native.numbers.double_double import operations
     from lagrange_cli.native.recurrences.in_memory import write_jet
     from lagrange_cli.native.recurrences.layout_rows import arrange
-    from lagrange_cli.native.stepping.double_doubles import stepper
+    from lagrange_cli.native.stepping.advance import advance
+    from lagrange_cli.native.stepping.double_doubles import DoubleDoubleSteps
 
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
@@ -220,6 +222,6 @@ def double_double(equations: Equations) -> Motion:
         from lagrange_cli.native.stepping.projection import in_double_doubles
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)
-    stepping = stepper(rows, given_of(equations, work, project))
-    parts = [*operations(), *functions(), jet, *stepping]
+    steps = DoubleDoubleSteps(rows, given_of(equations, work, project))
+    parts = [*operations(), *functions(), jet, advance(steps), steps.accelerate().text()]
     return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))

@@ -128,22 +128,8 @@ def write_program(
 
         interface = replace(interface, carried=scheme_of(scheme).carried(interface.inner))
     rows = interface.rows_of_guards if interface.guarded else None
-    equations = Equations(
-        residual,
-        series,
-        interface.inner,
-        constants,
-        order,
-        tolerance,
-        more.proven,
-        rows,
-        more.multipliers,
-        more.proven_too,
-        more.doubtful,
-        emitter,
-        factor is not None,
-        scheme,
-    )
+    given = more, series, interface.inner, constants, order, tolerance, rows
+    equations = Equations(*given, emitter, factor is not None, scheme)
     made = motion_of(equations, parts)
     symbols = [*model.q, *model.v]
 
@@ -160,10 +146,10 @@ def write_program(
         observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
     texts = [*made.parts, observe]
     if residual.bent:
-        given = model.time, [*residual.state_q, *residual.state_v], interface.inner.width
+        at = model.time, [*residual.state_q, *residual.state_v], interface.inner.width
         own = [*residual.multipliers]
         written = partial(write_values, at_one_time=parts > 1, unknowns=unknowns_of(residual))
-        texts.append(written(MULTIPLIERS, make, *given, own, constants)[0])
+        texts.append(written(MULTIPLIERS, make, *at, own, constants)[0])
     if linearized:
         texts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
     if interface.events:

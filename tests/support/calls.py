@@ -26,7 +26,7 @@ def text(name: str, lanes: int) -> str:
     function = FUNCTIONS[name]
 
     def write(f: Function, values: Sequence[Real]) -> list[Real]:
-        return f.parts(f"{name}.{lanes}", [f.zero(lanes)] * function.results, *values)
+        return f.parts([Real] * function.results, f"{name}.{lanes}", *values)
 
     made = over_columns(write, function.arguments, lanes)
     return made + definitions(made)

@@ -95,26 +95,23 @@ def load_machine(code: bytes, program: Interface) -> Machine:
         found = ctypes.CFUNCTYPE(result, *arguments)(address)
         return with_stack(found, STACK_PER_BYTE * len(code)) if len(code) > SMALL else found
 
+    at_samples = (*[pointer] * 4, integer, integer)
+    advance = (*[pointer] * 4, real, pointer, integer, pointer, integer, integer, integer, pointer)
+    follow = (*[pointer] * 4, real, real, pointer, integer, pointer, pointer, pointer, integer)
     return Machine(
         program=program,
         loaded=loaded,
         prepare=function("prepare", None, pointer, pointer),
-        observe=function("observe", None, pointer, pointer, pointer, pointer, integer, integer),
-        linearize=function("linearize", None, pointer, pointer, pointer, pointer, integer, integer),
-        act=function("act", None, pointer, pointer, pointer, pointer, integer, integer),
+        observe=function("observe", None, *at_samples),
+        linearize=function("linearize", None, *at_samples),
+        act=function("act", None, *at_samples),
         project=function("project", None, pointer, pointer),
-        constrain=function("constrain", None, pointer, pointer, pointer, pointer, integer, integer),
-        advance=function(
-            "advance", integer, pointer, pointer, pointer, pointer, real, pointer, integer, pointer,
-            integer, integer, integer, pointer,
-        ),
+        constrain=function("constrain", None, *at_samples),
+        advance=function("advance", integer, *advance),
         accelerate=function("accelerate", integer, pointer, real, pointer, pointer, pointer),
-        follow=function(
-            "follow", None, pointer, pointer, pointer, pointer, real, real, pointer, integer, pointer,
-            pointer, pointer, integer,
-        ) if program.lanes else None,
+        follow=function("follow", None, *follow) if program.lanes else None,
         help=function("help", integer, pointer) if program.strips else None,
-    )  # fmt: skip
+    )
 
 
 def load(code: bytes) -> Loaded:

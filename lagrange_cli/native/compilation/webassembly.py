@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 
 from lagrange_cli.native.compilation.stack import with_stack
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Real, kind
+from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.records import dataclass
 
 TRIPLE, FEATURES = "wasm32-unknown-unknown", "+simd128,+bulk-memory"
@@ -35,7 +35,7 @@ SYMBOLS, OF_DATA, OF_SECTION = 8, 1, 3
 """The table of symbols among the parts of the section ``linking``, and two kinds of its rows."""
 UNDEFINED, NAMED, LOCAL = 0x10, 0x40, 0x2
 """Flags of symbols."""
-SPLITTER = 2.0**27 + 1
+SPLITTER, HALF = 2.0**27 + 1, 2**32 - 1
 FUSED = re.compile(r"@llvm\.fma\.(?:v(\d+))?f64\(")
 
 
@@ -90,7 +90,7 @@ def with_fma(text: str) -> str:
     text = self_contained(text)
     lanes = sorted({int(found or 1) for found in FUSED.findall(text)})
     text = FUSED.sub(lambda found: f"@fma.{found[1] or 1}(", text)
-    wide = [WIDE_PRODUCT] if "mul i128" in text else []
+    wide = [wide_product()] if "mul i128" in text else []
     return "\n".join([text, *map(fma, lanes), chosen("fmin", "olt"), chosen("fmax", "ogt"), *wide])
 
 
@@ -101,9 +101,8 @@ def fma(lanes: int) -> str:
     The sum of the three parts is rounded twice. If c is about -a * b, as where the error of a product is
     asked for, the result is exact. What is too large for that is computed as it is without ``fma``.
     """
-    real = kind("double", lanes)
-    f = Function(f"define internal {real} @fma.{lanes}({real} %a, {real} %b, {real} %c) #0", lanes)
-    a, b, c = (Real(f, name, lanes) for name in ("%a", "%b", "%c"))
+    f = Function(f"define internal REAL @fma.{lanes}(REAL %a, REAL %b, REAL %c) #0", lanes)
+    a, b, c = f.reals("a", "b", "c")
     product = a * b
     (a_high, a_low), (b_high, b_low) = halves(a), halves(b)
     error = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
@@ -111,8 +110,7 @@ def fma(lanes: int) -> str:
     back = total - product
     rest = (product - (total - back)) + (c - back)
     value = total + (rest + error)
-    sure = Bit(f, f.define(f"fcmp ord {real} {value.name}, {value.name}"), lanes)
-    f.give(f.select(sure, value, total))
+    f.give(f.select(value.compared("ord", value), value, total))
     return f.text()
 
 
@@ -126,48 +124,24 @@ def halves(x: Real) -> tuple[Real, Real]:
 def chosen(name: str, comparison: str) -> str:
     """C's ``fmin`` or ``fmax``, which LLVM calls: the other number, where one is none."""
     f = Function(f"define hidden double @{name}(double %a, double %b) #0")
-    a, b = Real(f, "%a"), Real(f, "%b")
-    first = Bit(f, f.define(f"fcmp {comparison} double %a, %b"), 1)
-    nothing = Bit(f, f.define("fcmp uno double %b, %b"), 1)
-    f.give(f.select(first | nothing, a, b))
+    a, b = f.reals("a", "b")
+    f.give(f.select(a.compared(comparison, b) | b.compared("uno", b), a, b))
     return f.text()
 
 
-WIDE_PRODUCT = """
-define hidden void @__multi3(ptr %product, i64 %a, i64 %a.high, i64 %b, i64 %b.high) #0 {
-  %a0 = and i64 %a, 4294967295
-  %a1 = lshr i64 %a, 32
-  %b0 = and i64 %b, 4294967295
-  %b1 = lshr i64 %b, 32
-  %p00 = mul i64 %a0, %b0
-  %p01 = mul i64 %a0, %b1
-  %p10 = mul i64 %a1, %b0
-  %p11 = mul i64 %a1, %b1
-  %m0 = lshr i64 %p00, 32
-  %m1 = and i64 %p01, 4294967295
-  %m2 = and i64 %p10, 4294967295
-  %m3 = add i64 %m0, %m1
-  %middle = add i64 %m3, %m2
-  %l0 = and i64 %p00, 4294967295
-  %l1 = shl i64 %middle, 32
-  %low = or i64 %l0, %l1
-  %h0 = lshr i64 %p01, 32
-  %h1 = lshr i64 %p10, 32
-  %h2 = lshr i64 %middle, 32
-  %h3 = mul i64 %a, %b.high
-  %h4 = mul i64 %a.high, %b
-  %s0 = add i64 %p11, %h0
-  %s1 = add i64 %s0, %h1
-  %s2 = add i64 %s1, %h2
-  %s3 = add i64 %s2, %h3
-  %high = add i64 %s3, %h4
-  store i64 %low, ptr %product, align 8
-  %above = getelementptr i8, ptr %product, i64 8
-  store i64 %high, ptr %above, align 8
-  ret void
-}
-"""
-"""LLVM's function for products of 128 bits, with which angles beyond 2^20 are reduced."""
+def wide_product() -> str:
+    """LLVM's function for products of 128 bits, with which angles beyond 2^20 are reduced."""
+    f = Function("define hidden void @__multi3(ptr %product, i64 %a, i64 %a.high, i64 %b, i64 %b.high) #0")
+    a, a_high, b, b_high = (Integer(f, f"%{name}") for name in ("a", "a.high", "b", "b.high"))
+    (a0, a1), (b0, b1) = ([x & HALF, x.operation("lshr", 32)] for x in (a, b))
+    least, one, other, most = a0 * b0, a0 * b1, a1 * b0, a1 * b1
+    middle = least.operation("lshr", 32) + (one & HALF) + (other & HALF)
+    for part in (one, other, middle):
+        most = most + part.operation("lshr", 32)
+    f.store((least & HALF) | (middle << 32), "%product")
+    f.store(most + a * b_high + a_high * b, "%product", 1)
+    f.give()
+    return f.text()
 
 
 # The format

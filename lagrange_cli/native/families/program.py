@@ -41,7 +41,7 @@ from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.doubles import accelerate
-from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.lengths import side_by_side
 from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import replace
@@ -86,12 +86,9 @@ class _Writer(Arrangement):
         jet = self.jet()
         parts, work, floor = [jet.text], jet.work, 0
         floors = self.floors() if self.diagonal and (self.scheme or self.order > RATES) else ""
-        lanes, width = min(self.layout.width, LANES), self.layout.width
         if floors and not self.scheme:
-            floor, work = work, work + room(width)
-        lengths = Lengths(
-            self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width, floor=floor
-        )
+            floor, work = work, work + room(self.layout.width)
+        lengths = side_by_side(self.degrees, self.layout.rows, self.order, floor)
         if self.order > RATES and self.balance is None and self.motion is None:
             first, term = velocity_planes(self.degrees)
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)

@@ -18,8 +18,9 @@ from lagrange_cli.native.families.restraint import Restraint
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.numbers.kind import NumberKind, V
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
 from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
@@ -93,7 +94,7 @@ class Exact(Everywhere):
     def value(self, kind: NumberKind[V], node: Node) -> V | None:
         if node.kind is Kind.NUMBER:
             return kind.number(node.data)
-        assert isinstance(kind, Compensated)
+        assert isinstance(kind, Compensated) and isinstance(kind.emitter, LaneEmitter)
         return cast("V", (kind.emitter.everywhere("%constants", "0", self.slot(node)), None))
 
 

@@ -13,7 +13,7 @@ from math import factorial
 
 from lagrange_cli.native.llvm.vector import Integer, Real, cast
 from lagrange_cli.native.numbers.double_double import Pair, apply, choose, define, pair
-from lagrange_cli.native.numbers.error_free import operators_two_product as two_product
+from lagrange_cli.native.numbers.error_free import two_product
 
 LARGEST_ANGLE = 2.0**40
 """The largest angle of a sine: beyond it few digits of the angle would be left, and four doubles of pi do not

@@ -21,7 +21,7 @@ from collections.abc import Callable
 from lagrange_cli.native.functions import formulas
 from lagrange_cli.native.llvm.declarations import LIBRARY
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Real, kind
+from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.records import dataclass
 
 
@@ -44,11 +44,6 @@ FUNCTIONS = {
 }
 
 
-def sine_and_cosine(lanes: int) -> str:
-    """The type of both together."""
-    return f"{{ {kind('double', lanes)}, {kind('double', lanes)} }}"
-
-
 def definitions(text: str) -> str:
     """The functions that ``text`` calls and lacks."""
     head = rf"@({'|'.join(FUNCTIONS)})\.(\d+)\("
@@ -60,9 +55,9 @@ def definitions(text: str) -> str:
 
 def definition(name: str, lanes: int) -> str:
     """The text of one function."""
-    function, real = FUNCTIONS[name], kind("double", lanes)
-    result = sine_and_cosine(lanes) if function.results == 2 else real
-    given = ", ".join(f"{real} %a{i}" for i in range(function.arguments))
+    function = FUNCTIONS[name]
+    result = "{ REAL, REAL }" if function.results == 2 else "REAL"
+    given = ", ".join(f"REAL %a{i}" for i in range(function.arguments))
     f = Function(f"define internal {result} @{name}.{lanes}({given}) noinline #0", lanes)
     arguments = [Real(f, f"%a{i}") for i in range(function.arguments)]
     if function.formula is not None:
@@ -81,7 +76,7 @@ def one_by_one(f: Function, name: str, arguments: list[Real]) -> list[Real]:
     results = [f.variable(Real(f, "poison")) for _ in range(FUNCTIONS[name].results)]
     with f.loop(0, f.lanes, tested=False) as i:
         single = [f.lane(one, i) for one in arguments]
-        made = f.parts(f"{name}.1", [Real(f, "poison", 1)] * len(results), *single)
+        made = f.parts([Real] * len(results), f"{name}.1", *single, lanes=1)
         for result, one in zip(results, made):
             result.set(f.inserted(result.get(), one, i))
     return [result.get() for result in results]

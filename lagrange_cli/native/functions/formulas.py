@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from lagrange_cli.native.llvm.declarations import INTRINSICS
 from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Real
-from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
+from lagrange_cli.native.numbers.error_free import fast_sum
 
 SINE = (
     -0.16666666666666632, 0.00833333333332249, -0.00019841269829857768, 2.7557313706978406e-06,

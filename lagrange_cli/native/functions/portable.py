@@ -17,13 +17,13 @@ from lagrange_cli.native.functions.library import texts
 from lagrange_cli.native.functions.payne_hanek import table, wide_functions
 from lagrange_cli.native.llvm.declarations import LIBRARY
 from lagrange_cli.native.llvm.text import ZERO, fused
+from lagrange_cli.native.numbers.double_double import TYPE as PAIR_TYPE
 from lagrange_cli.native.numbers.double_double import operations
 
 INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")
 """LLVM's functions that become calls of the C library."""
 LIBM = re.compile(rf"@(?:llvm\.({'|'.join(INTRINSICS)})\.f64|({'|'.join(LIBRARY)}))\(")
 TURNING = re.compile(r"  (%[\w.]+) = call double @llvm\.(sin|cos)\.f64\(double ([%\w.]+)\)")
-PAIR = elementary.sine_and_cosine(1)
 ELEMENTARY = re.compile(r"^define [^@]*@(?:sin_cos|exp|log|pow)\.\d+\(.*?^}$", re.MULTILINE | re.DOTALL)
 """Functions of ``elementary``, which call the C library's beyond their range."""
 DEFINED = re.compile(r"^define [^@]*@([\w.]+)\(", re.MULTILINE)
@@ -63,8 +63,8 @@ def together(lines: Sequence[str]) -> Iterator[str]:
         name, function, angle = found.groups()
         if angle not in made:
             made[angle] = f"%turned.{i}"
-            yield f"  {made[angle]} = call {PAIR} @sin_cos.1(double {angle}, double {ZERO})"
-        yield f"  {name} = extractvalue {PAIR} {made[angle]}, {int(function == 'cos')}"
+            yield f"  {made[angle]} = call {PAIR_TYPE} @sin_cos.1(double {angle}, double {ZERO})"
+        yield f"  {name} = extractvalue {PAIR_TYPE} {made[angle]}, {int(function == 'cos')}"
 
 
 def _own(call: re.Match[str]) -> str:

@@ -41,7 +41,7 @@ class LargeDefinite:
     @property
     def functions(self) -> tuple[str, ...]:
         """The functions that it calls."""
-        return factor_definite(), solve_definite(self.stride)
+        return factor_definite(), arrange_definite(), solve_definite(self.stride)
 
     @property
     def _places(self) -> tuple[int, int, int]:
@@ -70,15 +70,6 @@ class LargeDefinite:
         return [self.emitter.body.place("%work", place) for place in self._places[:count]]
 
 
-def factor_definite() -> str:
-    """IR of ``i1 @factor_definite(a, reciprocal, n, stride, floor)``: whether the block is regular.
-
-    ``a`` has ``stride`` rows of ``stride`` doubles, a multiple of 8, and behind them 8 doubles a row.
-    ``reciprocal`` holds the diagonal, and becomes the 1/d_j; what is beyond ``n`` is left out.
-    """
-    return _factor() + _arrange()
-
-
 def _function(result: str, name: str, sizes: str) -> tuple[Function, Pointer, Pointer, Integer, Pointer]:
     """A function with ``a``, ``reciprocal``, ``stride``, and what is behind the matrix."""
     given = f"ptr noalias %a, ptr noalias %reciprocal, {sizes}"
@@ -87,8 +78,13 @@ def _function(result: str, name: str, sizes: str) -> tuple[Function, Pointer, Po
     return f, a, reciprocal, stride, f.place(a, stride * stride)
 
 
-def _factor() -> str:
-    """It leaves D L^T in the upper triangle. What earlier rows take off eight others is taken off in
+def factor_definite() -> str:
+    """IR of ``i1 @factor_definite(a, reciprocal, n, stride, floor)``: whether the block is regular.
+
+    ``a`` has ``stride`` rows of ``stride`` doubles, a multiple of 8, and behind them 8 doubles a row.
+    ``reciprocal`` holds the diagonal, and becomes the 1/d_j; what is beyond ``n`` is left out.
+
+    It leaves D L^T in the upper triangle. What earlier rows take off eight others is taken off in
     registers, so that each is read and written once. Behind the matrix are their factors, the panel's -L."""
     f, a, reciprocal, stride, factors = _function(
         "i1", "factor_definite", "i64 %n, i64 %stride, double %floor"
@@ -143,7 +139,8 @@ def _factor() -> str:
     return f.text()
 
 
-def _arrange() -> str:
+def arrange_definite() -> str:
+    """``@arrange_definite(a, reciprocal, stride)``: the form that the solution reads."""
     f, a, reciprocal, stride, blocks = _function("void", "arrange_definite", "i64 %stride")
     with f.loop(0, stride, tested=False) as j:
         inverse, row = -f.load(reciprocal, j), f.place(a, j * stride)

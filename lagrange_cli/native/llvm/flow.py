@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Generic, TypeVar
 
-from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Value
+from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Value, kind
 
 V = TypeVar("V", bound=Value)
 _NAME = re.compile(r"%[\w.]+")
@@ -72,7 +72,10 @@ class Loop:
 
 
 class Flow(Body):
-    """The blocks of one function. Instructions after the end of a block are dropped."""
+    """The blocks of one function. Instructions after the end of a block are dropped.
+
+    In its ``head``, ``REAL`` and ``BIT`` stand for the types of numbers and conditions in all ``lanes``.
+    """
 
     def __init__(self, head: str, lanes: int = 1) -> None:
         self._blocks: list[Block] = []
@@ -82,7 +85,7 @@ class Flow(Body):
         self._labels = 0
         self._entry = Block("entry")
         self._enter(self._entry)
-        self._head = head
+        self._head = head.replace("REAL", kind("double", lanes)).replace("BIT", kind("i1", lanes))
         super().__init__(lanes)
 
     # blocks

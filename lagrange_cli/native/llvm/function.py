@@ -10,7 +10,8 @@ text = f.text()
 
 from __future__ import annotations
 
-from typing import TypeVar, overload
+from collections.abc import Sequence
+from typing import Any, TypeVar, overload
 
 from lagrange_cli.native.llvm.flow import Flow
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, Value, kind
@@ -49,19 +50,27 @@ class Function(Flow):
         type = kind(result.type, lanes or self.lanes)
         return result(self, self.define(f"call {type} @{name}({listed})"), lanes or self.lanes)
 
-    def parts(self, name: str, results: list[V], *arguments: Value) -> list[V]:
-        """A call of ``@name``, which gives values of the types of ``results``, together where there are
-        several."""
-        listed = ", ".join(f"{one.kind} {one.name}" for one in arguments)
+    def parts(self, results: Sequence[type[Any]], name: str, *arguments: Value, lanes: int = 0) -> list[Any]:
+        """A call of ``@name``, which gives several values together, or one."""
         if len(results) == 1:
-            return [results[0].made(f"call {results[0].kind} @{name}({listed})")]
-        together = f"{{ {', '.join(one.kind for one in results)} }}"
+            return [self.call(results[0], name, *arguments, lanes=lanes)]
+        listed, lanes = ", ".join(f"{one.kind} {one.name}" for one in arguments), lanes or self.lanes
+        together = f"{{ {', '.join(kind(one.type, lanes) for one in results)} }}"
         made = self.define(f"call {together} @{name}({listed})")
-        return [one.made(f"extractvalue {together} {made}, {k}") for k, one in enumerate(results)]
+        parts = (self.define(f"extractvalue {together} {made}, {k}") for k in range(len(results)))
+        return [one(self, part, lanes) for one, part in zip(results, parts)]
 
     def pointer(self, name: str) -> Pointer:
         """An argument that is a place in memory."""
         return Pointer(self, name, 1)
+
+    def pointers(self, *names: str) -> list[Pointer]:
+        """Several of them, whose names are given without %."""
+        return [Pointer(self, f"%{name}", 1) for name in names]
+
+    def reals(self, *names: str) -> list[Real]:
+        """Likewise arguments that are numbers."""
+        return [Real(self, f"%{name}") for name in names]
 
     def place(self, base: Pointer | str, index: Integer | int | str, type: str = "") -> Pointer:
         """The address of ``base[index]``: of doubles of the body's lanes, or of ``type``."""
@@ -101,11 +110,6 @@ class Function(Flow):
         align = 8 * value.lanes if aligned else 8
         self.line(f"  {word} {value.kind} {value.name}, ptr {place.name}, align {align}")
 
-    def look_at(self, base: Pointer | str, index: int) -> Integer:
-        """An integer that another thread may change at any time."""
-        place = self.place(base, index, "i64")
-        return Integer(self, self.define(f"load volatile i64, ptr {place.name}, align 8"), 1)
-
     def load_integer(self, base: Pointer | str, index: Integer | int = 0) -> Integer:
         """One integer."""
         place = self.place(base, index, "i64")
@@ -113,10 +117,11 @@ class Function(Flow):
 
     # what threads share
 
-    def observe(self, base: Pointer | str, index: Integer | int = 0) -> Integer:
-        """An integer that another thread may ``publish``, and with it all that it has written before."""
+    def observe(self, base: Pointer | str, index: Integer | int = 0, ordering: str = "acquire") -> Integer:
+        """An integer that another thread may change: one that it may ``publish``, and with it all that it has
+        written before; or that alone (``monotonic``)."""
         place = self.place(base, index, "i64")
-        return Integer(self, self.define(f"load atomic i64, ptr {place.name} acquire, align 8"), 1)
+        return Integer(self, self.define(f"load atomic i64, ptr {place.name} {ordering}, align 8"), 1)
 
     def publish(self, value: Integer, base: Pointer | str, index: Integer | int = 0) -> None:
         """Store an integer behind all that has been written before."""

@@ -39,16 +39,16 @@ def fused(text: str) -> str:
     return text.replace("@llvm.fmuladd.", "@llvm.fma.")
 
 
-def table(name: str, row: Sequence[int]) -> str:
-    """Constant integers of that name."""
-    return f"@{name} = private constant [{len(row)} x i64] [{', '.join(f'i64 {x}' for x in row)}]\n"
+def table(name: str, row: Sequence[float], type: str = "i64") -> str:
+    """Constant integers, or ones of type ``double``, of that name."""
+    listed = (operand(literal(x)) if type == "double" else str(x) for x in row)
+    return f"@{name} = private constant [{len(row)} x {type}] [{', '.join(f'{type} {x}' for x in listed)}]\n"
 
 
 def tables(prefix: str, size: int) -> list[str]:
     """The numbers that stages of a loop need."""
-    rows = {"numbers": range(size), "reciprocals": [0.0, *(1.0 / m for m in range(1, size))]}
-    listed = {name: [f"double {operand(literal(x))}" for x in row] for name, row in rows.items()}
+    reciprocals = [0.0, *(1.0 / m for m in range(1, size))]
     return [
-        f"@{prefix}{name} = private constant [{len(row)} x double] [{', '.join(row)}]"
-        for name, row in listed.items()
+        table(f"{prefix}numbers", range(size), "double"),
+        table(f"{prefix}reciprocals", reciprocals, "double"),
     ]

@@ -12,18 +12,18 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.declarations import INTRINSICS
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal, opposite
-from lagrange_cli.native.numbers.kind import Composed, Number
+from lagrange_cli.native.numbers.kind import Number, Written
 
 
-class Emitter(Composed[str]):
-    """Doubles as a ``NumberKind``, written into a function's ``body``: values are operands' texts.
+class Emitter(Written[str]):
+    """Doubles as a kind that writes into a function's ``body``: values are operands' texts.
 
     What is written for another type differs in the class's constants only.
     """
 
     REAL, BIT, TAG, ALIGN = "double", "i1", "f64", 8
     one, zero, true = ONE, ZERO, "true"
-    parts, unit, fused, products = 1, 2.0**-53, True, 16
+    unit, fused = 2.0**-53, True
 
     def __init__(self, body: Function) -> None:
         self.body, self.define, self.line = body, body.define, body.line

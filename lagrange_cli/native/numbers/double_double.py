@@ -14,10 +14,8 @@ from fractions import Fraction
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, literal
 from lagrange_cli.native.llvm.vector import Bit, Body, Real, Value
-from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
-from lagrange_cli.native.numbers.error_free import operators_two_product as two_product
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
-from lagrange_cli.native.numbers.kind import Composed, Number
+from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
+from lagrange_cli.native.numbers.kind import Number, Written
 from lagrange_cli.records import dataclass
 
 TYPE = "{ double, double }"
@@ -87,8 +85,8 @@ def choose(condition: Bit, yes: Pair, no: Pair) -> Pair:
     return Pair(*(condition.body.select(condition, a, b) for a, b in zip(yes.parts, no.parts)))
 
 
-class DoubleDouble(Composed[Pair]):
-    """Such numbers as a ``NumberKind``, written into ``body``."""
+class DoubleDouble(Written[Pair]):
+    """Such numbers as a kind that writes into ``body``."""
 
     parts, unit, products = 2, 2.0**-106, 64
     true = "true"

@@ -46,8 +46,9 @@ class LaneEmitter(Emitter):
     def _turned(self, angle: Operand) -> list[Operand]:
         """Its sine and cosine."""
         if angle not in self._angles:
-            given = [Real(self.body, one, LANES) for one in (angle, self.zero)]
-            self._angles[angle] = [one.name for one in self.body.parts(f"sin_cos.{LANES}", given, *given)]
+            given = (Real(self.body, one, LANES) for one in (angle, self.zero))
+            both = self.body.parts((Real, Real), f"sin_cos.{LANES}", *given, lanes=LANES)
+            self._angles[angle] = [one.name for one in both]
         return self._angles[angle]
 
     def everywhere(self, table: str, first: str, index: int) -> Operand:

@@ -18,7 +18,7 @@ from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import two_product, two_sum
-from lagrange_cli.native.numbers.kind import Composed, Number
+from lagrange_cli.native.numbers.kind import Number, NumberKind
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion, turning_masses
@@ -28,8 +28,8 @@ Sum: TypeAlias = "tuple[Value, Value]"
 """A value is the sum of these two."""
 
 
-class Compensated(Composed[Sum]):
-    """Such sums as a ``NumberKind`` over that of doubles."""
+class Compensated(NumberKind[Sum]):
+    """Such sums, over the numbers of an ``emitter``."""
 
     unit = 2.0**-100
 
@@ -43,7 +43,7 @@ class Compensated(Composed[Sum]):
         return None if high is None else (high, None)
 
     def plus(self, a: Sum, b: Sum) -> Sum:
-        total, error = two_sum(self.emitter, a[0], b[0])
+        total, error = two_sum(a[0], b[0], self.emitter)
         return total, self.emitter.add(a[1], self.emitter.add(error, b[1]))
 
     def minus(self, a: Sum) -> Sum:
@@ -52,7 +52,7 @@ class Compensated(Composed[Sum]):
     def times(self, a: Sum, b: Sum) -> Sum:
         if self.one in (a, b):
             return b if a == self.one else a
-        value, error = two_product(self.emitter, a[0], b[0])
+        value, error = two_product(a[0], b[0], self.emitter)
         return value, self.emitter.total([(a[0], b[1]), (a[1], b[0])], error)
 
     def over(self, a: Sum, b: Sum) -> Sum:
@@ -72,7 +72,7 @@ class Compensated(Composed[Sum]):
         return known[node], emitter.total((known[partial], low) for partial, low in lows.items())
 
     def normalized(self, a: Sum | None) -> Sum | None:
-        return a and two_sum(self.emitter, *a)
+        return a and two_sum(*a, self.emitter)
 
     def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Sum:
         place = self.emitter.place(pointer, index)

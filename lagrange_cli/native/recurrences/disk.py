@@ -23,7 +23,7 @@ FUNCTIONS = 2.0**-49
 
 
 class Disks(DiskArithmetic):
-    """Disks as a ``NumberKind``."""
+    """Disks as a kind of numbers."""
 
     products = 0  # powers are functions
 

@@ -17,7 +17,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, Value, operand
 from lagrange_cli.native.llvm.vector import Bit, Real, constant
 from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.numbers.kind import Composed, Number
+from lagrange_cli.native.numbers.kind import Number, NumberKind
 
 ROUNDING = 2.0**-51
 """The rounding error of sums, products and quotients, relative to their operands."""
@@ -50,7 +50,7 @@ class Disk:
         return self._bound
 
 
-class DiskArithmetic(Composed[Disk]):
+class DiskArithmetic(NumberKind[Disk]):
     """All that ``Disks`` has but functions. Centres are numbers of ``centres``, whose text goes to ``f``;
     radii are vectors of so many ``lanes``, for disks around the same centres."""
 

@@ -9,7 +9,7 @@ from typing import Generic, cast
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import Factored, Factorization
-from lagrange_cli.native.numbers.error_free import Products, two_product, two_sum
+from lagrange_cli.native.numbers.error_free import two_product, two_sum
 from lagrange_cli.native.numbers.kind import Condition, NumberKind, V, Written
 from lagrange_cli.native.recurrences.evaluation import (
     Constants,
@@ -225,12 +225,12 @@ class Expansion(Generic[V]):
 
     def exactly(self, terms: Sequence[tuple[Node | None, V | None]]) -> V | None:
         """A sum of products, rounded once or nearly so."""
-        kind = cast("Products[V | None]", self.kind)
+        kind = self.kind
         total: V | None = None
         rest: V | None = None
         for scale, value in terms:
-            product, lost = (value, None) if scale is None else two_product(kind, self.constant(scale), value)
-            total, error = two_sum(kind, total, product)
+            product, lost = (value, None) if scale is None else two_product(self.constant(scale), value, kind)
+            total, error = two_sum(total, product, kind)
             rest = kind.add(kind.add(rest, lost), error)
         return kind.add(total, rest)
 

@@ -15,12 +15,12 @@ from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, Pair, called
-from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout_rows import Rows
+from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
 
@@ -37,15 +37,9 @@ class Memory:
     rows: Rows
     inverse: Real
 
-
-class Firsts(dict[int, "Pair | None"]):
-    """Coefficient 0 of a series, loaded where it is needed: what a loop holds for long costs more."""
-
-    def __init__(self, memory: Memory, row: int) -> None:
-        self._memory, self._place = memory, memory.rows.row(row)
-
-    def __missing__(self, m: int) -> Pair:
-        return self._memory.kind.load("%work", self._place + m, self._memory.rows.beyond)
+    def load(self, row: int, m: int) -> Pair:
+        """Coefficient m of a row. (What a loop holds for long costs more than to load it.)"""
+        return self.kind.load("%work", self.rows.row(row) + m, self.rows.beyond)
 
 
 class InMemory(Stage[Pair]):
@@ -148,7 +142,7 @@ def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str
     rolled = min(max(1, 2 - min(one.level for one in program.series)), last + 1)
     for k in range(-2, rolled):
         InMemory(memory, k).write()
-    expansion.table = [Firsts(memory, row) for row in range(len(program.series))]
+    expansion.table = [Loaded(partial(memory.load, row)) for row in range(len(program.series))]
     with f.loop(rolled, last + 1) as counter:
         InMemory(memory, counter).write()
     f.give(Bit(f, expansion.regular))

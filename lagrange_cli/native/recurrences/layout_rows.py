@@ -30,11 +30,6 @@ class Rows:
         return self.program.state
 
     @property
-    def top(self) -> int:
-        """The order to which velocities are known."""
-        return self.order - 1
-
-    @property
     def beyond(self) -> int:
         """Doubles from a high part in a row to its low part."""
         return LANES + LANES * -(-(self.order + 1 + LANES) // LANES)

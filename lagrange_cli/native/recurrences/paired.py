@@ -19,7 +19,7 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.numbers.lanes import BITS, VECTOR, LaneEmitter
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.compensated import compensated_expansion
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import Expansion
@@ -51,8 +51,8 @@ def write_paired_jet(
 ) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; a bit for each lane, not set
     where M is singular."""
-    arguments = f"ptr noalias %constants, {VECTOR} %t, ptr noalias %state, ptr noalias %work"
-    f = Function(f"define internal {BITS} @paired_jet({arguments}) #0", LANES)
+    arguments = "ptr noalias %constants, REAL %t, ptr noalias %state, ptr noalias %work"
+    f = Function(f"define internal BIT @paired_jet({arguments}) #0", LANES)
     emitter = LaneEmitter(f)
     expansion = compensated_expansion(emitter, residual, program, constants, width, 0)
     memory = Memory(f, expansion, emitter, layout)

@@ -7,36 +7,14 @@ from __future__ import annotations
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
+from lagrange_cli.native.llvm.text import Operand, Value, table
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
 from lagrange_cli.native.recurrences.vector_dots import Coefficients, dot, power_dots, square_dot
 from lagrange_cli.series.program import Op, Series, reciprocal
-
-
-class First(dict[int, "Value"]):
-    """Coefficient 0 of a series, which a stage loads where it is asked for."""
-
-    def __init__(self, stage: VectorStage, index: int) -> None:
-        self.stage, self.index = stage, index
-
-    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
-        return self[m]
-
-    def __missing__(self, m: int) -> Value:
-        return self.stage.first(self.index)
-
-
-class Slopes(dict[int, "tuple[Value, Value]"]):
-    """dp/dx and 1/x of powers p of x, likewise."""
-
-    def __init__(self, stage: VectorStage) -> None:
-        self.stage = stage
-
-    def __missing__(self, index: int) -> tuple[Value, Value]:
-        return self.stage.slopes(index)
 
 
 class VectorExpansion(Expansion[str]):
@@ -46,8 +24,12 @@ class VectorExpansion(Expansion[str]):
 
     def serve(self, stage: VectorStage) -> None:
         """Take what is not known from a stage."""
-        self.stage, self.sensitivities = stage, Slopes(stage)
-        self.table = [First(stage, i) for i in range(len(self.program.series))]
+        self.stage, self.sensitivities = stage, Loaded(stage.slopes)
+
+        def first(index: int) -> Loaded[int, Value]:
+            return Loaded(lambda m: stage.first(index))
+
+        self.table = [first(index) for index in range(len(self.program.series))]
 
     def constant(self, node: Node) -> Value:
         return self.stage.constant(node)
@@ -122,5 +104,4 @@ class VectorStage(Stage[str]):
 
 def rests(size: int) -> str:
     """The table of the rounding errors of 1/m."""
-    listed = ", ".join(f"double {operand(literal(reciprocal_rest(m)) if m else None)}" for m in range(size))
-    return f"@rests = private constant [{size} x double] [{listed}]"
+    return table("rests", [reciprocal_rest(m) if m else 0.0 for m in range(size)], "double")

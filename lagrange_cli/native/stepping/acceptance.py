@@ -9,11 +9,11 @@ rounding may cause as much.
 from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Real, kind
+from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass, replace
 
-PLACES = ", ".join(f"ptr noalias %{name}" for name in ("work", "rates", "allowed"))
+PLACES = "ptr noalias %work, ptr noalias %rates, ptr noalias %allowed"
 
 
 @dataclass(frozen=True)
@@ -101,12 +101,11 @@ def accepted(lengths: Lengths, low: int = 0, name: str = "accepted") -> Function
     and those expected must be at most ``floor`` instead: nothing but rounding of what rests. If low parts are
     ``low`` doubles behind coefficients, the first of these are accelerations times ``inverse``.
     """
-    real, bit = (kind(one, lengths.motions) for one in ("double", "i1"))
     more = ", ptr noalias %low, double %inverse" if low else ""
     more += ", ptr noalias %integrals" if lengths.followed[1] else ""
-    given = f"{real} %uneven, {real} %slack, {bit} %unexplained, {real} %floor"
-    f = Function(f"define internal {bit} @{name}({PLACES}, {given}{more}) #0", lengths.motions)
-    uneven, slack, floor = (lengths.wide(f, Real(f, f"%{name}")) for name in ("uneven", "slack", "floor"))
+    given = "REAL %uneven, REAL %slack, BIT %unexplained, REAL %floor"
+    f = Function(f"define internal BIT @{name}({PLACES}, {given}{more}) #0", lengths.motions)
+    uneven, slack, floor = (lengths.wide(f, one) for one in f.reals("uneven", "slack", "floor"))
     bad = f.variable(f.never(lengths.lanes))
     with lengths.velocities(f) as row:
         found, expected = row.series()[1], row.at("%rates")

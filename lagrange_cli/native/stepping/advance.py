@@ -44,7 +44,7 @@ HEAD = (
 def advance(steps: Steps) -> str:
     """The text of ``@advance`` and all that it calls."""
     f, layout, bounds = Function(HEAD), steps.state, steps.bounds
-    state, trial, info = (f.pointer(f"%{name}") for name in ("state", "trial", "info"))
+    state, trial, info = f.pointers("state", "trial", "info")
     stop, count, pause = Real(f, "%stop"), Integer(f, "%count"), Integer(f, "%pause")
     zero, one, yes, no = f.constant(0.0), f.constant(1.0), Bit(f, "true"), Bit(f, "false")
 

@@ -14,7 +14,7 @@ def lengths_of(blocks: Blocks, degrees: int) -> Lengths:
     """Where the state's series are."""
     rows = len(blocks.program.state)
     return Lengths(
-        degrees, rows, blocks.width, blocks.order, LANES, LANES, 1, blocks.span, LANES, LANES * BEFORE
+        degrees, rows, blocks.width, blocks.order, LANES, LANES, blocks.span, LANES, LANES * BEFORE
     )
 
 

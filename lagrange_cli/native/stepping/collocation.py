@@ -114,7 +114,7 @@ class CollocationSteps(ImplicitSteps):
         h, layout = Real(f, "%h"), self.state
         tolerance = self.given.tolerance
         goal = max(10 * 2.0**-52 / tolerance, min(0.03, math.sqrt(tolerance)))
-        places = [f.pointer(f"%{name}") for name in ("constants", "state", "work")]
+        places = f.pointers("constants", "state", "work")
         self._predict(f, Real(f, "%ratio"), h)
         slowness, before = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
         rounds, last_ratio = f.variable(f.constant(0.0)), f.variable(f.constant(0.0))

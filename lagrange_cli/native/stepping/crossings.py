@@ -21,13 +21,13 @@ import math
 from functools import reduce
 from operator import add, and_
 
-from lagrange_cli.native.interface import DIRECTION, PATIENCE, SECTION, STROBE
+from lagrange_cli.native.interface import DIRECTION, PATIENCE, SECTION
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.pack import Pack
-from lagrange_cli.native.stepping.periods import Periods, Returns
+from lagrange_cli.native.stepping.periods import Returns
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.roots import (
     CONVERGED,
@@ -65,12 +65,6 @@ CHAINS = 4
 """Partial sums of a polynomial that are added in parallel."""
 
 
-def follow_section(pack: Pack, order: int, tolerance: float, parameters: int, kind: str) -> tuple[str, Pack]:
-    """IR of ``@follow`` and its helpers for that kind of section, and what lanes work on."""
-    follower = {SECTION: Crossings, STROBE: Periods}[kind](pack, order, tolerance, parameters)
-    return follower.text(), follower.pack
-
-
 class Crossings(Returns):
     """Samples where g is 0. ``side`` is the sign of g before, 0 at the beginning; ``since`` the number of
     steps since the last crossing."""
@@ -99,8 +93,7 @@ class Crossings(Returns):
     def reach(self) -> Function:
         """``@reach``: the part of a step of ``h`` in which the series of g has converged, which it may do
         more slowly than the motion's; its terms there are in ``own``."""
-        heads = f"ptr %state, <{LANES} x double> %h, <{LANES} x i1> %live"
-        f = Function(f"define internal <{LANES} x double> @reach({heads}) #0", LANES)
+        f = Function("define internal REAL @reach(ptr %state, REAL %h, BIT %live) #0", LANES)
         length, n = f.variable(Real(f, "%h")), self.degree
         with f.section() as found, f.loop(0, SHORTENINGS, tested=False):
             power, sizes = f.constant(1.0), list[Real]()
@@ -136,11 +129,9 @@ class Crossings(Returns):
         Nearly all lanes are found at a glance to have none, or one: by the first terms and a bound of the
         others, or where g is monotonic.
         """
-        heads = (
-            f"ptr %state, ptr %work, <{LANES} x double> %h, <{LANES} x i1> %moving, "
-            f"<{LANES} x double> %direction, i64 %count, i64 %slots, ptr %samples"
-        )
-        f = Function(f"define internal void @roots({heads}) #0", LANES)
+        heads = "ptr %state, ptr %work, REAL %h, BIT %moving, REAL %direction"
+        counts = "i64 %count, i64 %slots, ptr %samples"
+        f = Function(f"define internal void @roots({heads}, {counts}) #0", LANES)
         terms, zero, count = self.terms(f), f.zero(LANES), Integer(f, "%count", 1)
         total = later = slopes = zero
         for m, term in reversed([*enumerate(terms)][1:]):
@@ -178,11 +169,9 @@ class Crossings(Returns):
 
     def search(self) -> Function:
         """``@search``: the same by pieces of the step, whatever g is like."""
-        heads = (
-            f"ptr %state, ptr %work, <{LANES} x double> %h, <{LANES} x i1> %rest, "
-            f"<{LANES} x double> %direction, <{LANES} x double> %noise, i64 %count, i64 %slots, ptr %samples"
-        )
-        f = Function(f"define internal void @search({heads}) #0", LANES)
+        heads = "ptr %state, ptr %work, REAL %h, BIT %rest, REAL %direction, REAL %noise"
+        counts = "i64 %count, i64 %slots, ptr %samples"
+        f = Function(f"define internal void @search({heads}, {counts}) #0", LANES)
         zero, one, count = f.zero(LANES), f.constant(1.0), Integer(f, "%count", 1)
         a, w, side = f.variable(zero), f.variable(one), f.variable(self.get(f, "side"))
         searching = f.variable(Bit(f, "%rest"))
@@ -234,10 +223,9 @@ class Crossings(Returns):
     def root(self) -> Function:
         """``@root``: the root of g between ``a`` and ``end``, whose sign is ``last`` behind it, in the lanes
         that are ``hit``; ``from`` and ``to`` are its values there."""
-        vector = f"<{LANES} x double>"
-        heads = ", ".join(f"{vector} %{name}" for name in ("a", "end", "from", "to", "last"))
-        f = Function(f"define internal {vector} @root(ptr %state, {heads}, <{LANES} x i1> %hit) #0", LANES)
-        start, end, first, to, last = (Real(f, f"%{name}") for name in ("a", "end", "from", "to", "last"))
+        heads = "ptr %state, REAL %a, REAL %end, REAL %from, REAL %to, REAL %last, BIT %hit"
+        f = Function(f"define internal REAL @root({heads}) #0", LANES)
+        start, end, first, to, last = f.reals("a", "end", "from", "to", "last")
         terms = self.terms(f)
         middle = (start + end) * 0.5
         secant = start + (end - start) * (first / (first - to))

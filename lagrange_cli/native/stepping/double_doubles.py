@@ -11,12 +11,10 @@ from collections.abc import Callable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.layout_rows import Rows
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance
-from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import Given, Steps
@@ -75,12 +73,6 @@ ROUNDED = 2.0**-51
 """The time that is left, a double, may be so much less than that until the last sample."""
 
 
-def stepper(rows: Rows, given: Given) -> list[str]:
-    """IR of ``@advance``, ``@accelerate`` and their helpers."""
-    steps = DoubleDoubleSteps(rows, given)
-    return [advance(steps), steps.accelerate().text()]
-
-
 class DoubleDoubleSteps(Steps):
     """The parts of steps in double-double."""
 
@@ -90,7 +82,7 @@ class DoubleDoubleSteps(Steps):
     def __init__(self, rows: Rows, given: Given) -> None:
         floor = given.work - LANES * -(-rows.width // LANES) if given.state.degrees > 1 else 0
         lengths = Lengths(
-            given.state.degrees, len(rows.state), rows.width, rows.order, 1, 1, 1,
+            given.state.degrees, len(rows.state), rows.width, rows.order, 1, 1,
             row=2 * rows.beyond, term=1, first=LANES, floor=floor,
         )  # fmt: skip
         self._low, self._width = rows.beyond, rows.width
@@ -103,8 +95,8 @@ class DoubleDoubleSteps(Steps):
         expected = self.expect("expect", self.lengths), *integrals
         return [*sums, self.sample_at(), self.update(), *expected, self.holds()]
 
-    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> None:
-        f.call(Bit, "jet", f.pointer("%constants"), *time, unit, state, series)
+    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> Bit:
+        return f.call(Bit, "jet", f.pointer("%constants"), *time, unit, state, series)
 
     # functions
 
@@ -175,8 +167,7 @@ class DoubleDoubleSteps(Steps):
         unit, length, h = Real(f, "%unit"), Real(f, "%length"), (Real(f, "%h"), Real(f, "%hl"))
         trial, there = f.pointer("%trial"), f.place("%trial", LANES * -(-2 * self._width // LANES))
         f.call(None, "sample", *self.places(f), *h, trial, f.count(1), f.count(self._width))
-        t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-        time = pair(f, "add", t, low, length, f.constant(0.0))
+        time = pair(f, "add", *self.time(f), length, f.constant(0.0))
         good = f.variable(f.call(Bit, "jet", f.pointer("%constants"), *time, unit, trial, there))
         inverse, farthest = f.constant(1.0) / unit, f.variable(f.constant(0.0))
         with lengths.velocities(f) as row:
@@ -201,17 +192,13 @@ class DoubleDoubleSteps(Steps):
             "define i64 @accelerate(ptr %constants, double %t, ptr %state, ptr %work, ptr %rates) #0"
         )
         low = f.load("%state", self.state.at(Clock.TIME_LOW))
-        regular = self.series(f, Real(f, "%t"), low, f.constant(1.0))
+        regular = self.computed(f, (Real(f, "%t"), low), f.constant(1.0))
         with self.lengths.velocities(f) as row:
             row.put(row.series()[1], "%rates", -self.lengths.degrees)
         f.give(regular.to_integer())
         return f
 
     # steps
-
-    def series(self, f: Function, t: Real, low: Real, unit: Real) -> Bit:
-        """Compute the series in that unit of time; whether the mass matrix is regular."""
-        return f.call(Bit, "jet", f.pointer("%constants"), t, low, unit, *self.places(f))
 
     def forget(self, f: Function) -> None:
         pass
@@ -229,7 +216,7 @@ class DoubleDoubleSteps(Steps):
         unit = f.select(now.previous.equals(0.0), one, (now.previous.bits() & EXPONENT).number())
         now = replace(now, unit=unit)
         self.measure(f, now)
-        return now, self.series(f, now.t, now.low, unit)
+        return now, self.computed(f, (now.t, now.low), unit)
 
     def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
         unit, h, fresh = f.variable(now.unit), f.variable(now.previous), f.variable(Bit(f, "true"))
@@ -237,7 +224,7 @@ class DoubleDoubleSteps(Steps):
         def again(other: Real) -> None:
             unit.set(other)
             fresh.set(Bit(f, "false"))
-            self.series(f, now.t, now.low, other)
+            self.computed(f, (now.t, now.low), other)
 
         with f.forever() as rounds:
             used = unit.get()

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
-from lagrange_cli.native.recurrences.layout import Layout
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
 from lagrange_cli.native.stepping.lengths import Lengths, Row
@@ -23,12 +22,6 @@ MANY = 64
 """From so many coordinates on, those that stand beside no velocity have a loop of their own."""
 
 
-def lengths_of(layout: Layout, degrees: int) -> Lengths:
-    """Where the state's series are."""
-    width, lanes = layout.width, min(layout.width, LANES)
-    return Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
-
-
 def accelerate(lengths: Lengths) -> str:
     """``@accelerate``: rates of the velocities and integrals at one state, whose low parts are zeros.
 
@@ -36,10 +29,11 @@ def accelerate(lengths: Lengths) -> str:
     """
     given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out"
     f = Function(f"define i64 @accelerate({given}) #0")
-    constants, state, work = (f.pointer(f"%{name}") for name in ("constants", "state", "work"))
+    constants, state, work = f.pointers("constants", "state", "work")
     regular = f.call(Bit, "jet", constants, Real(f, "%t"), state, work)
+    single = lengths.one_by_one()
     with f.loop(lengths.degrees, lengths.rows, tested=False) as i:
-        f.store(f.load(lengths.single(f, i), lengths.term), "%out", i - lengths.degrees)
+        f.store(f.load(single.place(f, i), lengths.term), "%out", i - lengths.degrees)
     f.give(regular.to_integer())
     return f.text()
 
@@ -56,9 +50,9 @@ class DoubleSteps(Steps):
     def own(self) -> list[Function]:
         return [self.sizes.shortened_step()]
 
-    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> None:
+    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> Bit:
         f.call(None, "clear", series, f.count(self._work))
-        f.call(Bit, "jet", f.pointer("%constants"), time[0] + time[1], state, series)
+        return f.call(Bit, "jet", f.pointer("%constants"), time[0] + time[1], state, series)
 
     def forget(self, f: Function) -> None:
         f.call(None, "clear", f.pointer("%work"), f.count(self._work))
@@ -125,9 +119,9 @@ class DoubleSteps(Steps):
 
     def take_series(self, f: Function, take: Callable[[Integer, Iterable[Real]], None]) -> None:
         """``take`` the coefficients of each row, from the first on."""
-        lengths = self.lengths
+        lengths = self.lengths.one_by_one()
         with f.loop(0, lengths.rows, tested=False) as i:
-            row = lengths.single(f, i)
+            row = lengths.place(f, i)
             take(i, (f.load(row, m * lengths.term) for m in range(1, lengths.order + 1)))
 
     def pass_time(self, f: Function, now: Now, h: Real) -> None:

@@ -18,14 +18,14 @@ from __future__ import annotations
 from lagrange_cli.native.interface import BEYOND, HALT, LIMIT, NEXT, Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.acceptance import DOUBLE, accepted, allowance
 from lagrange_cli.native.stepping.advance import LAG, SMALLEST
 from lagrange_cli.native.stepping.doubles import moved
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
-from lagrange_cli.native.stepping.pack import Pack, atomic, each_lane, spread
+from lagrange_cli.native.stepping.pack import Pack, each_lane, spread
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
@@ -37,20 +37,15 @@ ENOUGH, CRAWLING = 1 << 18, 2.0**-12
 shorter, are left to ``@advance``, too."""
 
 
-def follow(pack: Pack, order: int, tolerance: float, parameters: int, *, timed: bool = False) -> str:
-    """IR of ``@follow`` and its helpers; whether the equations are ``timed`` is whether they depend on t."""
-    return Follower(pack, order, tolerance, parameters, timed=timed).text()
-
-
 class Follower:
-    """Writes ``@follow`` and what it calls."""
+    """Writes ``@follow`` and what it calls. Equations that depend on t are ``timed``."""
 
     def __init__(
         self, pack: Pack, order: int, tolerance: float, parameters: int, *, timed: bool = False
     ) -> None:
         self.pack, self.places, self.parameters = pack, pack.places, parameters
         self.lengths = Lengths(
-            pack.degrees, pack.rows, pack.width, order, LANES, 1, LANES, row=LANES * pack.span, term=LANES
+            pack.degrees, pack.rows, pack.width, order, LANES, 1, row=LANES * pack.span, term=LANES
         )
         self.bounds, self.noise = DOUBLE.coarser(tolerance).timed(timed), None
         if pack.degrees > 1:
@@ -91,23 +86,20 @@ class Follower:
         heads = "ptr %state, i64 %lane, ptr %parameters, ptr %states, ptr %queue, double %start"
         f = Function(f"define internal i1 @admit({heads}) #0")
         lane, rows = Integer(f, "%lane"), self.pack.rows
-        n = f.variable(atomic(f, NEXT))
         with f.forever() as rounds:
-            with f.when(~(n.get() < atomic(f, LIMIT, "acquire"))):
+            n = f.observe("%queue", NEXT)
+            with f.when(~(n < f.observe("%queue", LIMIT))):
                 f.give(Bit(f, "false"))
-            taken, following = n.get(), n.get() + 1
-            pair = f.define(f"cmpxchg ptr %queue, i64 {taken.name}, i64 {following.name} monotonic monotonic")
-            n.set(Integer(f, f.define(f"extractvalue {{ i64, i1 }} {pair}, 0")))
-            rounds.repeat(~Bit(f, f.define(f"extractvalue {{ i64, i1 }} {pair}, 1")))
+            rounds.repeat(~f.replace(n, n + 1, "%queue", NEXT))
         scratch = self.part(f, "scratch")
-        f.call(None, "prepare_lane", f.place("%parameters", n.get() * self.parameters), scratch)
+        f.call(None, "prepare_lane", f.place("%parameters", n * self.parameters), scratch)
         spread(f, scratch, self.number(f, "constants", lane), self.pack.constants)
-        spread(f, f.place("%states", n.get() * rows), self.number(f, "state", lane), rows)
+        spread(f, f.place("%states", n * rows), self.number(f, "state", lane), rows)
         with f.loop(self.places["low"], self.places["member"], tested=False) as i:
             f.store(f.constant(0.0), self.column(f, lane), i * LANES)
-        self.begin(f, n.get(), lane)
+        self.begin(f, n, lane)
         f.store(Real(f, "%start"), self.number(f, "time", lane))
-        f.store(n.get(), self.number(f, "member", lane))
+        f.store(n, self.number(f, "member", lane))
         f.give(Bit(f, "true"))
         return f
 
@@ -137,9 +129,7 @@ class Follower:
 
     def ahead(self) -> Function:
         """``@ahead``: the time of each lane's next sample within the step; nan if there is none."""
-        f = Function(
-            f"define internal <{LANES} x double> @ahead(ptr %state, ptr %times, i64 %count) #0", LANES
-        )
+        f = Function("define internal REAL @ahead(ptr %state, ptr %times, i64 %count) #0", LANES)
         times, none = f.variable(f.zero(LANES)), Real(f, "0x7FF8000000000000", 1)
         with f.loop(0, LANES, tested=False) as lane:
             reached = f.load_integer(self.number(f, "reached", lane))
@@ -152,9 +142,7 @@ class Follower:
 
     def record(self) -> Function:
         """``@record``: sample the lanes in %mask at the time %dt of the step."""
-        heads = (
-            f"ptr %state, ptr %work, <{LANES} x double> %dt, i64 %mask, i64 %count, i64 %slots, ptr %samples"
-        )
+        heads = "ptr %state, ptr %work, REAL %dt, i64 %mask, i64 %count, i64 %slots, ptr %samples"
         f = Function(f"define internal void @record({heads}) #0", LANES)
         dt, trial = Real(f, "%dt"), self.part(f, "trial")
         rows = self.pack.rows + self.pack.sampled
@@ -223,14 +211,14 @@ class Follower:
         expected = self.part(f, "rates", self.pack.degrees), self.part(f, "allowed", self.pack.degrees)
         stop, count = f.splat(Real(f, "%stop", 1), LANES), Integer(f, "%count", 1)
         with f.forever() as rounds:
-            with f.when(~atomic(f, HALT).equals(0)):
+            with f.when(~f.observe("%queue", HALT).equals(0)):
                 self.halt(f)
                 f.give()
             active = f.variable(f.load_integer(self.part(f, "active")))
             empty = active.get().operation("xor", ALL)
             with f.when(~empty.equals(0)):
                 with f.section() as filled, each_lane(f, empty) as lane:
-                    places = (f.pointer(f"%{name}") for name in ("parameters", "states", "queue"))
+                    places = f.pointers("parameters", "states", "queue")
                     got = f.call(Bit, "admit", state, lane, *places, Real(f, "%start", 1), lanes=1)
                     with f.when(~got):
                         filled.leave()

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import reduce
 from operator import or_
-from typing import Any
 
 from lagrange_cli.native.interface import NOTES, RECORDED, RECORDS
 from lagrange_cli.native.llvm.flow import Variable
@@ -86,9 +85,8 @@ class GuardCode:
 
     def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
-        kinds: list[Any] = [h, f.count(0), h]
-        state, work, trial = (f.pointer(f"%{name}") for name in ("state", "work", "trial"))
-        root, which, known = f.parts("first_guard", kinds, state, work, h, unit, trial)
+        state, work, trial = f.pointers("state", "work", "trial")
+        root, which, known = f.parts((Real, Integer, Real), "first_guard", state, work, h, unit, trial)
         return root, which, known
 
     def beyond(self, f: Function, root: Real, which: Integer, ahead: Real) -> Real:

@@ -126,7 +126,7 @@ class ImplicitSteps(RateSteps):
 
     def called(self, f: Function, name: str, *arguments: Real) -> None:
         """A call of a function without a result."""
-        f.call(None, name, *(f.pointer(f"%{one}") for one in ("constants", "state", "work")), *arguments)
+        f.call(None, name, *f.pointers("constants", "state", "work"), *arguments)
 
     # the order of coordinates
 

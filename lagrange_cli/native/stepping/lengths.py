@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.state import LANES, width_of
 from lagrange_cli.records import dataclass, replace
 
 
@@ -21,8 +22,8 @@ class Lengths:
 
     q, v and other rows follow one another, ``degrees`` of the first two, ``rows`` in all; there are places
     for ``width``. The ``order`` is that of q's series. A vector has ``lanes`` doubles, of ``together`` rows.
-    From a row to the next it is ``value`` doubles in the state and ``row`` in ``%work``, where coefficient 0
-    of row 0 is at ``first``; from a coefficient to the next it is ``term``.
+    From a row to the next it is ``row`` doubles in ``%work``, where coefficient 0 of row 0 is at ``first``;
+    from a coefficient to the next it is ``term``.
 
     Steps are chosen by the velocities, or by the rows that are ``followed`` instead: the first of them, and
     how many they are. If they are ``apart``, nothing that other rows hold has a say, nor what is no number.
@@ -37,7 +38,6 @@ class Lengths:
     order: int
     lanes: int
     together: int
-    value: int
     row: int
     term: int
     first: int = 0
@@ -102,13 +102,6 @@ class Lengths:
             at = (row - lane) * self.row + lane
         return f.place(work, at + self.first if self.first else at, "double")
 
-    def single(self, f: Function, i: Integer) -> Pointer:
-        """Where coefficient 0 of one row is."""
-        if self.row == 1:
-            return f.place("%work", i + self.first if self.first else i)
-        lane = i & (self.lanes - 1)
-        return f.place("%work", (i - lane) * self.row + lane + self.first, "double")
-
     def gather(self, f: Function, operation: str, value: Real) -> Real:
         """For each motion the largest (``fmax``) or least number (``fmin``), or their sum (``fadd``)."""
         if self.together == 1:
@@ -122,6 +115,13 @@ class Lengths:
     def wide(self, f: Function, value: Real) -> Real:
         """A number of each motion, for every row of a vector."""
         return f.splat(value, self.lanes)
+
+
+def side_by_side(degrees: int, rows: int, order: int, floor: int = 0) -> Lengths:
+    """Those of one motion whose rows are side by side, order after order."""
+    width = width_of(rows)
+    lanes = min(width, LANES)
+    return Lengths(degrees, rows, width, order, lanes, lanes, row=1, term=width, floor=floor)
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class Row:
 
     def _place(self, shift: int) -> Integer:
         i = self.i + shift if shift else self.i
-        return i if self.lengths.value == 1 else i * self.lengths.value
+        return i if self.lengths.motions == 1 else i * self.lengths.motions
 
     def series(self, work: Pointer | str = "%work") -> Series:
         """Their series."""

@@ -20,7 +20,7 @@ from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.parts import Part, Parts, Places, Units
 from lagrange_cli.native.stepping.proof import Margins, Proof, Proving
-from lagrange_cli.native.stepping.quadratures import Quadratures, followed
+from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
@@ -72,9 +72,10 @@ class Steps(ABC):
         self.given, self.state, self.sums = given, given.state, sums
         self.constrained = bool(given.project)
         self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance).timed(given.timed)
-        arguments = given.guards.arguments if given.guards else 0
-        rows = followed(given.state, arguments + given.multipliers)
-        self._multipliers = given.state.integrals.start + arguments, given.multipliers
+        arguments, first = given.guards.arguments if given.guards else 0, given.state.integrals.start
+        silent = arguments + given.multipliers  # these integrals have no say
+        rows = first + silent, given.state.quadratures - silent
+        self._multipliers = first + arguments, given.multipliers
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
         self.noise = self._noise()
         self.sizes = StepSize(
@@ -89,10 +90,9 @@ class Steps(ABC):
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
-        rows_of_arguments = given.state.integrals.start, arguments
         self.proof = self._proof("proven", given.proving[0])
         self.integrands = self._proof("integrands_proven", given.proving[1], rows)
-        self.arguments = self._proof("arguments_proven", given.proving[2], rows_of_arguments)
+        self.arguments = self._proof("arguments_proven", given.proving[2], (first, arguments))
 
     def _noise(self) -> Noise | None:
         """What finds velocities that are rounding: where there are several coordinates that are measured each
@@ -102,11 +102,11 @@ class Steps(ABC):
         width = self.state.width
         first, last = LANES * -(-(self.state.memory + 3 * width) // LANES), width if self.parts > 1 else 0
         size = 0.5 * self.bounds.rounding
-        return Noise(self.lengths, width, self.state.errors, first, size, last, self._expanded)
+        return Noise(self.lengths, width, self.state.errors, first, size, last, self.computed)
 
-    def _expanded(self, f: Function, time: Pair, unit: Real) -> None:
+    def computed(self, f: Function, time: Pair, unit: Real) -> Bit:
         """Compute the series of the state where they belong."""
-        self.compute(f, time, unit, *self.places(f))
+        return self.compute(f, time, unit, *self.places(f))
 
     @property
     def proofs(self) -> Sequence[Proof]:
@@ -129,8 +129,8 @@ class Steps(ABC):
         """Functions of this kind of numbers."""
 
     @abstractmethod
-    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> None:
-        """Compute the series of a state where others may be."""
+    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> Bit:
+        """Compute the series of a state where others may be; whether the mass matrix is regular."""
 
     @abstractmethod
     def forget(self, f: Function) -> None:
@@ -261,25 +261,23 @@ class Steps(ABC):
     def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
         """Compute the integrals of the step before by parts (``quadratures``), also at its samples: from the
         one to before the other; or some of it, if it is ``halted``."""
-        places = (f.pointer(f"%{name}") for name in ("constants", "trial", "work", "state", "times", "out"))
+        places = f.pointers("constants", "trial", "work", "state", "times", "out", "info")
         step, stride = difference(self.time(f), (before.t, before.low)), Integer(f, "%stride")
         more = *samples, stride, stride * self.lengths.rows
-        info = f.pointer("%info")
-        f.call(None, "divide", *places, info, before.t, before.low, *step, before.unit, *more)
+        f.call(None, "divide", *places, before.t, before.low, *step, before.unit, *more)
 
     def halted(self, f: Function) -> Bit:
         """Whether ``part`` is to leave its step."""
-        return ~f.look_at("%info", HALTED).equals(0)
+        return ~f.observe("%info", HALTED, "monotonic").equals(0)
 
     def divide(self, quadratures: Quadratures) -> Function:
         """``@divide``: the integrals of the step (%h, %hl) from ``%trial`` on, with the series in ``%work``,
         by parts; also those of the samples from ``first`` to before ``last``. Asked to, it leaves at once."""
-        names = ("constants", "trial", "work", "state", "times", "out", "info")
-        heads = ", ".join(f"ptr %{name}" for name in names)
-        more = ", ".join(f"double %{name}" for name in ("t", "low", "h", "hl", "unit"))
-        counts = ", ".join(f"i64 %{name}" for name in ("first", "last", "stride", "beyond"))
+        heads = "ptr %constants, ptr %trial, ptr %work, ptr %state, ptr %times, ptr %out, ptr %info"
+        more = "double %t, double %low, double %h, double %hl, double %unit"
+        counts = "i64 %first, i64 %last, i64 %stride, i64 %beyond"
         f = Function(f"define internal void @divide({heads}, {more}, {counts}) #0")
-        t, low, h, hl, unit = (Real(f, f"%{name}") for name in ("t", "low", "h", "hl", "unit"))
+        t, low, h, hl, unit = f.reals("t", "low", "h", "hl", "unit")
         index, trial = f.variable(Integer(f, "%first")), f.pointer("%trial")
         first = LANES * -(-(self.state.memory + 3 * self.state.width) // LANES)
         series, arrays = (f.place(trial, one) for one in (first, first + self.given.work))

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Pointer, Real, kind
+from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.rounding_errors import WAYS, share
 from lagrange_cli.native.stepping.step_size import ENDLESS
@@ -49,15 +49,14 @@ class Noise:
     first: int
     size: float
     last: int
-    expand: Callable[[Function, Pair, Real], None]
+    expand: Callable[[Function, Pair, Real], object]
 
     def function(self) -> Function:
         """The function."""
         motions = self.lengths.motions
-        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work", "arrays"))
-        times = ", ".join(f"{kind('double', motions)} %{name}" for name in ("t", "low", "unit"))
-        given = f"{places}, {times}, {kind('i1', motions)} %which"
-        f = Function(f"define internal i1 @noise({given}) #0", motions)
+        places = "ptr noalias %constants, ptr noalias %state, ptr noalias %work, ptr noalias %arrays"
+        times = "REAL %t, REAL %low, REAL %unit, BIT %which"
+        f = Function(f"define internal i1 @noise({places}, {times}) #0", motions)
         which = Bit(f, "%which", motions)
         suspicious = self._faint(f) & which
         self._clear(f, which)
@@ -100,7 +99,7 @@ class Noise:
         base, half, saved = (f.place("%arrays", self.first + array * self.width) for array in range(3))
         with lengths.each(f) as row:
             row.put(row.at("%state", self.last), saved)
-        t, low, unit = (Real(f, f"%{name}") for name in ("t", "low", "unit"))
+        t, low, unit = f.reals("t", "low", "unit")
         self.expand(f, (t, low), unit)
         inverse = lengths.wide(f, f.constant(1.0) / unit)
         with lengths.velocities(f) as row:

@@ -59,12 +59,6 @@ class Pack:
         return found
 
 
-def atomic(f: Function, place: int, ordering: str = "monotonic") -> Integer:
-    """A number of the queue."""
-    at = f.place("%queue", place, "i64")
-    return Integer(f, f.define(f"load atomic i64, ptr {at.name} {ordering}, align 8"), 1)
-
-
 def spread(f: Function, origin: Pointer, to: Pointer, count: int) -> None:
     """to[8 i] = origin[i]"""
     if count:

@@ -203,16 +203,11 @@ class Parts:
         """Samples from ``index`` to before ``last`` are nan: the parts have not reached them."""
         f, (first, count) = self.f, self.own.followed
         none = Real(f, NAN, 1)
-        with f.section() as done, f.forever() as rounds:
-            with f.when(index.get() >= last):
-                done.leave()
-            with f.loop(first, first + count, tested=False) as i:
-                place = i * Integer(f, "%stride") + index.get()
-                f.store(none, "%out", place)
-                if self.sums.beyond:
-                    f.store(none, "%out", place + Integer(f, "%beyond"))
-            index.set(index.get() + 1)
-            rounds.go_on()
+        with f.loop(index.get(), last) as k, f.loop(first, first + count, tested=False) as i:
+            place = i * Integer(f, "%stride") + k
+            f.store(none, "%out", place)
+            if self.sums.beyond:
+                f.store(none, "%out", place + Integer(f, "%beyond"))
 
     def sample(self, part: Part, dt: Pair, index: Integer) -> None:
         """One sample: rows of ``%out`` are ``%stride`` apart, low parts ``%beyond`` behind."""
@@ -231,13 +226,10 @@ class Parts:
         """Write the samples of a part from ``index`` to before ``last``, at times ``since`` the beginning of
         the step: the first one beyond."""
         f, reached = self.f, self.f.variable(index.get())
-        with f.section() as done, f.forever() as rounds:
-            with f.when(reached.get() >= last):
-                done.leave()
-            dt = since(f.load("%times", reached.get()))
+        with f.section() as done, f.loop(reached.get(), last) as k:
+            dt = since(f.load("%times", k))
             with f.when(~((difference(dt, part.end)[0] <= 0.0) | part.last)):
                 done.leave()
-            self.sample(part, dt, reached.get())
-            reached.set(reached.get() + 1)
-            rounds.go_on()
+            self.sample(part, dt, k)
+            reached.set(k + 1)
         return reached.get()

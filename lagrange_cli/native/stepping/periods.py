@@ -53,8 +53,7 @@ class Periods(Returns):
 
     def ahead(self) -> Function:
         """``@ahead``: the time from each lane's step to its next sample."""
-        heads = "ptr %state, double %start, i64 %count"
-        f = Function(f"define internal <{LANES} x double> @ahead({heads}) #0", LANES)
+        f = Function("define internal REAL @ahead(ptr %state, double %start, i64 %count) #0", LANES)
         number = (self.get(f, "reached").bits() + 1).to_real()
         due = number * self.get(f, "period") + f.splat(Real(f, "%start", 1), LANES)
         f.give((due - self.get(f, "time")) - self.get(f, "time_low"))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import two_sum
 
 CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""

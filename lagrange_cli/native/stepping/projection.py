@@ -224,8 +224,7 @@ def in_doubles(
 
 def in_lanes(residual: Residual, places: Places, constants: Constants) -> str:
     """The same for eight motions."""
-    given = f"ptr %constants, ptr %state, <{LANES} x i1> %moving"
-    f = Function(f"define internal void @project_lanes({given}) #0", LANES)
+    f = Function("define internal void @project_lanes(ptr %constants, ptr %state, BIT %moving) #0", LANES)
     return Projection(f, residual, places, constants, doubles(LaneEmitter(f))).text()
 
 

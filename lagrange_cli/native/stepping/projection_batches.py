@@ -11,7 +11,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
 from lagrange_cli.native.recurrences.batches.layout import count
@@ -21,11 +21,6 @@ from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.batches.values import CarefulValues, Values
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.projection import LOOSE, afterwards, places_of
-
-
-def in_batches(residual: Residual, layout: StateLayout, tables: Tables) -> str:
-    """The function's text."""
-    return BatchProjection(residual, layout, tables).text()
 
 
 class BatchProjection:

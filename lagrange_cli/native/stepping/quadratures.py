@@ -8,8 +8,7 @@ is divided (``division``).
 from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Pointer, Real, kind
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.llvm.vector import Pointer, Real
 from lagrange_cli.native.stepping.acceptance import Bounds, accepted
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.step_size import ENDLESS, LARGEST_GUESS, StepSize
@@ -26,11 +25,6 @@ ROUNDING = 7
 
 FADING = 0.875
 """Rounding errors of one step count for so much in the next one."""
-
-
-def followed(state: StateLayout, before: int) -> tuple[int, int]:
-    """The first row of quadratures that have a say, and how many there are, behind so many that have none."""
-    return state.integrals.start + before, state.quadratures - before
 
 
 class Quadratures:
@@ -87,7 +81,7 @@ class Quadratures:
         h, met = f.variable(over), f.variable(one)
         with f.section() as settled, f.loop(0, ROUNDS, tested=False):
             before = h.get()
-            found, total = f.parts("integral_step_size", [one, one], *places, before)
+            found, total = f.parts((Real, Real), "integral_step_size", *places, before)
             h.set(f.smaller(found, over))
             met.set(total)
             with f.when(~((h.get() < before * 0.5) | (h.get() > before * 2.0))):
@@ -105,9 +99,8 @@ class Quadratures:
     def rough(self) -> Function:
         """``@rough(state, work, h)``: whether the last terms of an integral's series over ``h`` matter, or
         are not finite; the same length ``in_time`` follows, where the series has another unit."""
-        real, bit = (kind(one, self.lengths.motions) for one in ("double", "i1"))
-        more = f", {real} %in_time" if self._beyond else ""
-        head = f"define internal {bit} @rough(ptr %state, ptr %work, {real} %h{more}) #0"
+        more = ", REAL %in_time" if self._beyond else ""
+        head = f"define internal BIT @rough(ptr %state, ptr %work, REAL %h{more}) #0"
         f = Function(head, self.lengths.motions)
         lengths, top, h = self.own, self.own.top, Real(f, "%h")
         wide, least = lengths.wide(f, h), lengths.wide(f, f.constant(ENOUGH * self.tolerance))

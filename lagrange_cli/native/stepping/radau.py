@@ -60,7 +60,7 @@ class RadauSteps(CollocationSteps):
     # a step
 
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
-        places = [f.pointer(f"%{name}") for name in ("constants", "state", "work")]
+        places = f.pointers("constants", "state", "work")
         iterations = f.variable(f.constant(DIVERGED))
         with f.forever() as again:
             self.factored(f, h)
@@ -146,7 +146,7 @@ class RadauSteps(CollocationSteps):
         f = Function(f"define internal double @estimate{HEAD}, double %h) #0")
         h, layout, lanes, at = Real(f, "%h"), self.state, self.lengths.lanes, self._places
         n, count = self.size, self._count
-        places = [f.pointer(f"%{name}") for name in ("constants", "state", "work")]
+        places = f.pointers("constants", "state", "work")
         part = f.splat(f.constant(1.0 / self.given.tolerance), lanes)
         with f.loop(0, layout.width, lanes, tested=False) as i:
             size = f.larger(*(f.magnitude(f.load_row(*one, lanes)) for one in (

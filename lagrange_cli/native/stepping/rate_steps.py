@@ -15,11 +15,11 @@ from contextlib import contextmanager
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import CARRIED_COUNT, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.doubles import DoubleSteps
-from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.motion import Given, Steps
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import DoubleSums
@@ -122,11 +122,7 @@ class RateSteps(DoubleSteps):
 
     def __init__(self, rates: Lengths, given: Given) -> None:
         layout, order, places = given.state, self.order, self.room(given)
-        lanes = min(layout.width, LANES)
-        floor = places.floor if given.floors else 0
-        lengths = Lengths(
-            layout.degrees, layout.rows, layout.width, order, lanes, lanes, 1, 1, layout.width, floor=floor
-        )
+        lengths = side_by_side(layout.degrees, layout.rows, order, places.floor if given.floors else 0)
         Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
         self.quadratures = None  # integrals are followed as velocities are
         self.noise = None

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
-from lagrange_cli.native.llvm.text import literal, operand
+from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
@@ -60,10 +59,8 @@ class Roots:
     def text(self) -> str:
         """Its IR."""
         inverse = [1.0 / math.comb(self.degree, m) for m in range(self.degree + 1)]
-        listed = ", ".join(f"double {operand(literal(x))}" for x in inverse)
-        table = f"@inverse_binomials = private constant [{len(inverse)} x double] [{listed}]\n"
         own = self._value(), self._bernstein(), self._known(), self._first_root()
-        return table + "".join(f.text() for f in own)
+        return table("inverse_binomials", inverse, "double") + "".join(f.text() for f in own)
 
     def _each(self, f: Function, body: Callable[[Integer], None], first: Integer | int = 0) -> None:
         with f.loop(first, self.degree + 1, tested=not isinstance(first, int)) as m:
@@ -200,9 +197,8 @@ class Roots:
         times ``p`` but for rounding, is there: from crossing to crossing such errors would add up."""
         one = f.constant(1.0)
         a, w = f.variable(f.constant(0.0)), f.variable(one)
-        kinds: list[Any] = [f.count(0), one]
         with f.forever() as pieces:
-            changes, least = f.parts("bernstein", kinds, p, b, a.get(), w.get())
+            changes, least = f.parts((Integer, Real), "bernstein", p, b, a.get(), w.get())
             end = a.get() + w.get()
 
             def pass_by(end: Real = end) -> None:

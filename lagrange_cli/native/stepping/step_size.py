@@ -8,9 +8,9 @@ terms), whichever is largest, so that units and mixed scales do not matter.
 from __future__ import annotations
 
 import math
+from decimal import Context, Decimal
 from functools import reduce
 
-from lagrange_cli.native.functions.correctly_rounded import power
 from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly, upper_half
@@ -40,6 +40,8 @@ LARGEST_GUESS = 1e60
 LEAP = 4.0
 """A step that is so many times as long as the previous one is a cautious one."""
 ENDLESS = float("inf")
+DIGITS = Context(prec=40)
+"""Python's own decimals: their powers are the same everywhere, unlike the C library's."""
 ARGUMENTS = "ptr noalias %state, ptr noalias %work"
 
 
@@ -64,7 +66,8 @@ class StepSize:
     @property
     def safety(self) -> float:
         """The step's part of the radius of convergence."""
-        return power(LAST_TERM * self.tolerance, 1.0 / self.lengths.top)
+        base, exponent = Decimal(LAST_TERM * self.tolerance), Decimal(1.0 / self.lengths.top)
+        return float(DIGITS.power(base, exponent))
 
     def functions(self) -> list[Function]:
         """All of them."""
@@ -72,9 +75,7 @@ class StepSize:
 
     def function(self, head: str) -> Function:
         """One that gives numbers of each motion."""
-        motions = self.lengths.motions
-        head = head.replace("@", f"@{self.prefix}")
-        return Function(head.replace("REAL", "double" if motions == 1 else f"<{motions} x double>"), motions)
+        return Function(head.replace("@", f"@{self.prefix}"), self.lengths.motions)
 
     def sizes(self, row: Row, c: Series, h: Real, in_time: Real | None = None) -> Real:
         """The largest of a velocity and the next three terms of its series over a step of ``h``; ``in_time``,
@@ -244,13 +245,13 @@ def chosen_step(
     one = f.constant(1.0)
     first = previous.equals(0.0)
     over = f.select(first, one, previous)
-    usual, met = f.parts("step_size", [one, one], *places, over)
+    usual, met = f.parts((Real, Real), "step_size", *places, over)
     unsure = first | (usual > over * LEAP)
     unsure = unsure if live is None else unsure & live
     h, total = f.variable(usual), f.variable(met)
     with f.when(f.any(unsure)):
         longest = f.constant(LARGEST_GUESS)
-        again, more = f.parts("step_size", [one, one], *places, f.smaller(usual, longest))
+        again, more = f.parts((Real, Real), "step_size", *places, f.smaller(usual, longest))
         guess = f.select(first, f.smaller(again, longest), previous)
         h.set(f.select(unsure, f.call(Real, "cautious_step", *places, guess), usual))
         total.set(f.select(first, met + more, met))

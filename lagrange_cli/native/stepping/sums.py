@@ -10,8 +10,7 @@ from typing import Protocol, TypeAlias
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
-from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
-from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 
@@ -123,7 +122,7 @@ class PairSums:
 
     def called(self, f: Function, name: str, row: Row, work: Pointer, h: Pair) -> Pair:
         """A sum at ``h`` in units of the series."""
-        high, low = f.parts(name, [*h], row.series(work).place, *h)
+        high, low = f.parts((Real, Real), name, row.series(work).place, *h)
         return high, low
 
     def product(self, f: Function, a: Pair, b: Pair) -> Pair:
@@ -135,7 +134,7 @@ class PairSums:
 
 def pair(f: Function, name: str, *arguments: Real) -> Pair:
     """A sum or product of numbers by the functions of ``numbers.double_double``."""
-    high, low = f.parts(f"pair_{name}", [f.constant(0.0)] * 2, *arguments)
+    high, low = f.parts((Real, Real), f"pair_{name}", *arguments)
     return high, low
 
 

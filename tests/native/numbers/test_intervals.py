@@ -10,7 +10,7 @@ from mpmath.ctx_iv import MPIntervalContext
 
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.numbers.kind import Composed, Number
+from lagrange_cli.native.numbers.kind import Number, NumberKind
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.unrolled import Unrolled
@@ -27,8 +27,8 @@ IV.prec = 50
 """Three digits less than a double's: wide enough for sums in another order, too."""
 
 
-class Intervals(Composed[Interval]):
-    """mpmath's intervals as a ``NumberKind`` that computes at once."""
+class Intervals(NumberKind[Interval]):
+    """mpmath's intervals as a kind of numbers that computes at once."""
 
     unit = 2.0**-50
     one = IV.mpf(1)

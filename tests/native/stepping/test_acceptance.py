@@ -14,7 +14,7 @@ from lagrange_cli.native.stepping.lengths import Lengths
 
 DEGREES, TERMS = 2, 8
 LENGTHS = Lengths(
-    degrees=DEGREES, rows=2 * DEGREES, width=2 * DEGREES, order=TERMS, lanes=1, together=1, value=1,
+    degrees=DEGREES, rows=2 * DEGREES, width=2 * DEGREES, order=TERMS, lanes=1, together=1,
     row=TERMS, term=1,
 )  # fmt: skip
 TEXT = accepted(LENGTHS).text().replace("define internal", "define zeroext")  # else only one bit is defined

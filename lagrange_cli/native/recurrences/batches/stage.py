@@ -23,6 +23,7 @@ from lagrange_cli.native.recurrences.batches.quotient import Moving, Quotient, V
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.expansion import turning_masses
+from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.vector_stage import VectorExpansion, VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op, Series
@@ -53,33 +54,6 @@ class Jet:
         return grouped(self.blocks)
 
 
-class _Loaded(dict[int, "Value"]):
-    """Numbers of series that are loaded where they are asked for: those in one vector of their blocks."""
-
-    def __init__(self, stage: BatchStage, vector: int) -> None:
-        self.stage, self.vector = stage, vector
-
-    def __missing__(self, index: int) -> Value:
-        return self.stage.vector(index, self.vector)
-
-
-class _Remainders(_Loaded):
-    """The low parts of q and q_dot, and of copies of these."""
-
-    def __contains__(self, index: object) -> bool:
-        return self.stage.jet.quotient.views[index].moving if isinstance(index, int) else False
-
-    def get(self, index: int, default: Value = None) -> Value:  # type: ignore[override]
-        return self[index] if self.__contains__(index) else default
-
-
-class _Changes(_Loaded):
-    """Corrections of the newest coefficients of series."""
-
-    def get(self, index: int, default: Value = None) -> Value:  # type: ignore[override]
-        return self[index] if self.stage.expansion.program.series[index].corrected else default
-
-
 class BatchExpansion(VectorExpansion):
     """The expansion of eight members of a batch."""
 
@@ -104,7 +78,7 @@ class BatchStage(VectorStage):
         super().__init__(expansion, careful=True)
         expansion.serve(self)
         expansion.turning = jet.turning
-        expansion.remainders = _Remainders(self, LOW)
+        expansion.remainders = Loaded(lambda i: self.vector(i, LOW), lambda i: self.view(i).moving)
         self.jet, self.k, self.batch, self.b = jet, k, batch, b
         self.f, self.emitter, self._dots = jet.f, jet.emitter, {}
         self._places: dict[int, Operand] = {}
@@ -254,9 +228,14 @@ class BatchStage(VectorStage):
         if self.jet.blocks.batches[index].long:
             change: Value = self.summed(index, str(LANES * CHANGE), None, changes=True)
         else:
-            change = self.correction(index, _Changes(self, CHANGE), None)
+            change = self.correction(index, self._changes(), None)
         self.put(self.emitter.add(self.at(index, one.level), change), one.level, relative=True)
         self.put(change, CHANGE)
+
+    def _changes(self) -> Loaded[int, Value]:
+        """Corrections of the newest coefficients of series."""
+        series = self.expansion.program.series
+        return Loaded(lambda i: self.vector(i, CHANGE), lambda i: series[i].corrected)
 
     def acceleration(self, one: Moving) -> Value:
         """The newest coefficients of the accelerations."""

@@ -257,15 +257,9 @@ class CarefulValues(Values):
     parts, few = 2, 0
 
     def __init__(
-        self,
-        f: Function,
-        leaves: Sequence[Node],
-        nodes: Sequence[Node],
-        tables: Tables,
-        emitter: LaneEmitter,
-        first: int = 0,
+        self, f: Function, leaves: Sequence[Node], nodes: Sequence[Node], tables: Tables, emitter: LaneEmitter
     ) -> None:
-        super().__init__(f, leaves, nodes, tables, emitter, first)
+        super().__init__(f, leaves, nodes, tables, emitter)
         self.arithmetic = Compensated(emitter)
         self.low = f.place(self.base, self.doubles, "double")
 
