@@ -16,6 +16,7 @@ from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
+from lagrange_cli.integrate.program import portable_if_asked
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.model.model import Constraint, Model, Particle
@@ -61,7 +62,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     needs = METHODS[compilation.method].needs
     if needs is Needs.JACOBIAN or compilation.precision != DOUBLE:
         return None
-    if compilation.portable or compilation.backward or compilation.proven or compilation.section:
+    if compilation.backward or compilation.proven or compilation.section:
         return None
     if compilation.factor is not None or not known(spec, compilation.outputs):
         return None
@@ -120,7 +121,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         conserved=tuple(name for name in observed if name in conserved.union(planner.kept)),
         undetected=(NARROW,) * narrow(system),
     )
-    return program, recording
+    return portable_if_asked(program, compilation), recording
 
 
 def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:

@@ -60,11 +60,16 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
         raise TooLarge(error.message, error.hint.replace(SHORTER, "")) from error
     if compilation.section == SECTION and not program.lanes:
         refuse_what_hides(residual)
-    if compilation.portable:
-        from lagrange_cli.native.functions.portable import portable
+    return portable_if_asked(program, compilation), replace(plan.recording, undetected=undetected)
 
-        program = replace(program, text=portable(program.text))
-    return program, replace(plan.recording, undetected=undetected)
+
+def portable_if_asked(program: Program, compilation: Compilation) -> Program:
+    """The program, with the same bits on every machine where that is asked for."""
+    if not compilation.portable:
+        return program
+    from lagrange_cli.native.functions.portable import portable
+
+    return replace(program, text=portable(program.text))
 
 
 def without_what_follows(residual: Residual, plan: Plan) -> tuple[Residual, Plan]:

@@ -15,11 +15,11 @@ from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Moves
 from lagrange_cli.native.families.restraint import AtAState, Motion
+from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants
@@ -102,10 +102,11 @@ class Arrangement:
 
     def evaluation(self, f: Function, arrays: Mapping[Array, Pointer], time: Real) -> Evaluation:
         """What computes totals in ``f``, where some arrays are besides those that last."""
+        vectors = DoubleVectors(f)
         base = self.scratch(f)
         places = {array: f.place(base, at, "double") for array, at in self.places.items()}
         places.update(arrays)
         return Evaluation(
-            f, self.slots, places.__getitem__, self.tables,
-            {self.system.time: f.splat(time, LANES).name}, LaneEmitter(f),
+            vectors, self.slots, places.__getitem__, self.tables,
+            {self.system.time: f.splat(time, LANES).name},
         )  # fmt: skip

@@ -12,15 +12,15 @@ from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, ro
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import loops, needed
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
-from lagrange_cli.native.families.spans import Span, divided, in_vectors
+from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling, tiling_of
+from lagrange_cli.native.families.vectors import Divisor, DoubleVectors, Vectors
 from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.vector_dots import AHEAD
 from lagrange_cli.native.state import StateLayout
@@ -31,7 +31,7 @@ MOST_NUMBERS = whole("numbers")
 BEGUN = 7
 """From this stage on, dot products are begun for several orders together, where coefficients are many. (The
 code is twice as long.)"""
-HEAD = "define internal i1 @{}(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
+HEAD = "define internal i1 @{}(ptr noalias %constants, {}, ptr noalias %state, ptr noalias %work) #0"
 JET, BRIEF = "jet", "accelerations"
 """The names of the functions: all of a step's series, and accelerations alone."""
 
@@ -68,17 +68,19 @@ class SeriesJet:
         tables: Tables,
         layout: StateLayout,
         order: int,
+        kind: type[Vectors] = DoubleVectors,
         name: str = JET,
     ) -> None:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
-        self.f = Function(HEAD.format(name))
-        self.emitter = LaneEmitter(self.f)
+        self.f = Function(HEAD.format(name, kind.times))
+        self.vectors = kind(self.f)
+        self.emitter = self.vectors.kind
         self.width, self.degrees = layout.width, system.q.count
         self.work = 0
-        base = self.f.place("%constants", self.f.load_integer("@scratch"), "double")
-        self.places = {array: self.f.place(base, at, "double") for array, at in places.items()}
-        self.time = self.f.splat(Real(self.f, "%t", 1), LANES).name
+        base = self.vectors.place("%constants", self.f.load_integer("@scratch"))
+        self.places = {array: self.vectors.place(base, at) for array, at in places.items()}
+        self.time = self.vectors.operand(self.vectors.splat(self.vectors.now(), LANES))
         self.planes: dict[Array, tuple[int, int]] = self.of_state()
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
@@ -98,12 +100,12 @@ class SeriesJet:
         if self.local and array is self.system.q and not (isinstance(k, int) and k == 0):
             array, k = self.system.v, k - 1
         first, step = self.planes[array]
-        return self.f.place("%work", k * step + first, "double")
+        return self.vectors.place("%work", k * step + first)
 
-    def scales(self, k: int | Integer) -> dict[Array, tuple[Real, Real]]:
-        """What numbers of these arrays are multiplied by: q[k] = v[k - 1] / k."""
+    def scales(self, k: int | Integer) -> dict[Array, Divisor]:
+        """What numbers of these arrays are divided by: q[k] = v[k - 1] / k."""
         first = isinstance(k, int) and k <= 1
-        return {self.system.q: self.reciprocal(k, 0)} if self.local and not first else {}
+        return {self.system.q: self.vectors.divisor(k, 0)} if self.local and not first else {}
 
     def of_state(self) -> dict[Array, tuple[int, int]]:
         """The places of q and v."""
@@ -114,8 +116,8 @@ class SeriesJet:
     def evaluation(self, k: int | Integer) -> Evaluation:
         """What computes totals of order k."""
         return Evaluation(
-            self.f, self.slots, lambda array: self.at(array, k), self.tables,
-            {self.system.time: self.time}, self.emitter, self.scales(k),
+            self.vectors, self.slots, lambda array: self.at(array, k), self.tables,
+            {self.system.time: self.time}, self.scales(k),
         )  # fmt: skip
 
     def arrange(self, totals: Sequence[Total]) -> None:
@@ -171,7 +173,7 @@ class SeriesJet:
                 operations += self.stages(Windows(f, self.tables, self.tiling, turn))
         last = self.at(self.system.v, order)
         with f.loop(0, degrees, tested=False) as i:
-            f.store(f.constant(0.0), last, i)
+            self.vectors.store(self.vectors.zero(1), last, i)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 
@@ -238,17 +240,11 @@ class SeriesJet:
                 blocks = windows.blocks(i, k, part)
                 if phase == 0 and isinstance(k, Integer):
                     begin_sums(self.f, series, k, place, *windows.blocks(i, k, part, AHEAD - 1))
-                registers = self.f.place("%work", k * size + waiting, "double")
+                registers = self.vectors.place("%work", k * size + waiting)
                 SeriesWriter(evaluation, series, place, k, phase).write(Piece(blocks, registers))
         with windows.parts() as part:
             span = windows.units(k, windows.tiling.stride, part)
             self.accelerate(evaluation, k, phase, windows.positions(span, self.degrees))
-
-    def reciprocal(self, k: int | Integer, ahead: int) -> tuple[Real, Real]:
-        """1/(k + ahead) in two parts."""
-        name = str(k) if isinstance(k, int) else k.name
-        one, rest = (self.emitter.everywhere(table, name, ahead) for table in ("@reciprocals", "@rests"))
-        return Real(self.f, one, LANES), Real(self.f, rest, LANES)
 
     # what systems have of their own: here M is diagonal and constant
 
@@ -262,16 +258,16 @@ class SeriesJet:
     def start(self) -> None:
         """Coefficients 0."""
         for shift, array in enumerate((self.system.q, self.system.v)):
-            state = self.f.place("%state", shift * self.degrees, "double")
+            state = self.vectors.state(shift * self.degrees, self.width)
             self.copy(state, self.at(array, 0), self.degrees)
 
     def copy(self, source: Pointer, target: Pointer, count: int) -> None:
         """Copy so many numbers."""
-        f = self.f
+        f, vectors = self.f, self.vectors
         in_vectors(
             f,
             (f.count(0), f.count(count)),
-            lambda i, lanes: f.store_row(f.load_row(source, i, lanes), target, i),
+            lambda i, lanes: vectors.store_row(vectors.load_row(source, i, lanes), target, i),
         )
 
     def begin(self) -> None:
@@ -281,15 +277,14 @@ class SeriesJet:
         self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
     ) -> None:
         """Coefficients k of the accelerations, all or some, from those of the forces."""
-        f, inverse = self.f, self.reciprocal(k, 1)
+        f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
         self.emitter.repeated = self.degrees // LANES + 1
         given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
         velocities = self.at(self.system.v, k + 1)
 
         def write(i: Integer, lanes: int) -> None:
-            rate = quotient(f, *(f.load_row(one, i, lanes) for one in given))
-            parts = (one if lanes == LANES else f.lane(one, 0) for one in inverse)
-            f.store_row(divided(f, rate, *parts), velocities, i)
+            rate = vectors.quotient(*(vectors.load_row(one, i, lanes) for one in given))
+            vectors.store_row(vectors.divided(rate, divisor), velocities, i)
 
         in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
 
@@ -309,9 +304,3 @@ def regular(f: Function, masses: Pointer, count: int, *, positive: bool) -> Bit:
 
     in_vectors(f, (f.count(0), f.count(count)), look)
     return ~(f.any(wrong[LANES].get()) | wrong[1].get())
-
-
-def quotient(f: Function, a: Real, b: Real, inverse: Real) -> Real:
-    """a / b, given 1/b as it is rounded: correctly rounded but in rare cases."""
-    rough = a * inverse
-    return f.fused(f.fused(-rough, b, a), inverse, rough)

@@ -26,6 +26,7 @@ from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
 from lagrange_cli.native.families.strips import Sharing
+from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Board, Interface
 from lagrange_cli.native.llvm import length
@@ -127,7 +128,7 @@ class _Writer(Arrangement):
             return ConstrainedJet(self.motion, self.tabled, *given).write()
         if self.order == RATES:
             return self.accelerations()
-        jet, brief = SeriesJet(*given).write(), SeriesJet(*given[:-1], RATES, BRIEF).write()
+        jet, brief = SeriesJet(*given).write(), SeriesJet(*given[:-1], RATES, name=BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 
     def projection(self) -> str:
@@ -152,7 +153,7 @@ class _Writer(Arrangement):
 
     def accelerations(self) -> Jet:
         """``@jet`` without series."""
-        f, width = Function(HEAD.format(JET)), self.layout.width
+        f, width = Function(HEAD.format(JET, DoubleVectors.times)), self.layout.width
         work = room(width * (RATES + 1) + self.degrees)
         totals = needed([self.rates], self.slots, self.lasting.fixed)
         at: dict[Array, tuple[str, int]] = {
