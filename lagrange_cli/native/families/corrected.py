@@ -154,15 +154,6 @@ class CorrectedJet(SeriesJet):
     members: list[tuple[CorrectedSeries, int]]
     """Their series, with places in ``%work``."""
 
-    def of_state(self) -> dict[Array, tuple[int, int]]:
-        """Coefficient m of the state's row i is at ``m * width + i``."""
-        self.take(room(self.width * (self.order + 1) + self.degrees))
-        return {self.system.q: (0, self.width), self.system.v: (self.degrees, self.width)}
-
-    def start(self) -> None:
-        super().start()
-        self.copy(self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
-
     def begin(self) -> None:
         for k in BEFORE_ACCELERATIONS:
             self.evaluate(k)

@@ -56,7 +56,8 @@ class SeriesJet:
     the beginning of scratch in ``%constants`` on."""
 
     local = True
-    """Whether an order takes nothing but loops and ``accelerate``."""
+    """Whether an order takes nothing but loops and ``accelerate``, and coordinates have no series of their
+    own. (Double-double numbers have these: to compute them again and again takes longer.)"""
     many = 2**16
     """Coefficients from which on the second copy of the code pays."""
 
@@ -76,6 +77,7 @@ class SeriesJet:
         self.f = Function(HEAD.format(name, kind.times))
         self.vectors = kind(self.f)
         self.emitter = self.vectors.kind
+        self.local = self.local and kind.parts == 1
         self.width, self.degrees = layout.width, system.q.count
         self.work = 0
         base = self.vectors.place("%constants", self.f.load_integer("@scratch"))
@@ -109,9 +111,16 @@ class SeriesJet:
 
     def of_state(self) -> dict[Array, tuple[int, int]]:
         """The places of q and v."""
+        if not self.local:
+            return self.of_rows()
         first, step = velocity_planes(self.degrees)
         self.take(step * (self.order + 1) + LANES)
         return {self.system.q: (self.take(room(self.degrees)), 0), self.system.v: (first, step)}
+
+    def of_rows(self) -> dict[Array, tuple[int, int]]:
+        """The same where both have series: coefficient m of the state's row i is at ``m * width + i``."""
+        self.take(room(self.width * (self.order + 1) + self.degrees))
+        return {self.system.q: (0, self.width), self.system.v: (self.degrees, self.width)}
 
     def evaluation(self, k: int | Integer) -> Evaluation:
         """What computes totals of order k."""
@@ -182,7 +191,7 @@ class SeriesJet:
         several orders together. The operations of all of them."""
         f, end = self.f, self.order - 1
         first = min(max((one.unrolled for one, _ in self.series), default=1), end)
-        many = sum(one.doubles for one, _ in self.series) >= self.many
+        many = self.vectors.parts == 1 and sum(one.doubles for one, _ in self.series) >= self.many
         rounds = max(0, end - max(first, BEGUN)) // AHEAD if many else 0
         begun = end - rounds * AHEAD
         operations = sum(self.counted(k, None, windows) for k in range(first))
@@ -260,6 +269,20 @@ class SeriesJet:
         for shift, array in enumerate((self.system.q, self.system.v)):
             state = self.vectors.state(shift * self.degrees, self.width)
             self.copy(state, self.at(array, 0), self.degrees)
+        if self.vectors.parts > 1:
+            self.follow(0)
+        elif not self.local:
+            self.copy(self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
+
+    def follow(self, k: int | Integer) -> None:
+        """Coefficients k + 1 of the coordinates, from those of their velocities."""
+        f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
+        source, target = self.at(self.system.v, k), self.at(self.system.q, k + 1)
+
+        def write(i: Integer, lanes: int) -> None:
+            vectors.store_row(vectors.divided(vectors.load_row(source, i, lanes), divisor), target, i)
+
+        in_vectors(f, (f.count(0), f.count(self.degrees)), write)
 
     def copy(self, source: Pointer, target: Pointer, count: int) -> None:
         """Copy so many numbers."""
@@ -287,6 +310,8 @@ class SeriesJet:
             vectors.store_row(vectors.divided(rate, divisor), velocities, i)
 
         in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
+        if not self.local:
+            self.follow(k + 1)
 
     def regular(self) -> Bit:
         """Whether the masses are."""

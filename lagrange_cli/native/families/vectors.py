@@ -11,8 +11,9 @@ from typing import Any, ClassVar, Protocol, TypeAlias
 from lagrange_cli.native.families.spans import divided
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand
+from lagrange_cli.native.llvm.text import ZERO, Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered
 from lagrange_cli.native.recurrences.vector_dots import Coefficients, dots
@@ -61,6 +62,12 @@ class Vectors(Protocol):
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
         """Where the high (0) or the low parts (1) of numbers are."""
+
+    def single(self) -> Any:
+        """The arithmetic of single numbers."""
+
+    def of_single(self, value: Operands) -> Numbers:
+        """A single number from its value there."""
 
     def zero(self, lanes: int) -> Numbers:
         """0 in every lane."""
@@ -150,6 +157,12 @@ class DoubleVectors:
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
         return base
+
+    def single(self) -> Emitter:
+        return Emitter(self.f)
+
+    def of_single(self, value: Operand | None) -> Real:
+        return Real(self.f, ZERO if value is None else value, 1)
 
     def whole(self, value: Integer) -> Real:
         return value.to_real()
