@@ -40,8 +40,9 @@ class Arrangement:
         order: int,
         scheme: str,
         kind: type[Vectors],
+        factor: int | None,
     ) -> None:
-        self.kind = kind
+        self.kind, self.factor = kind, factor
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
         self.observed, self.tolerance, self.order, self.scheme = observed, tolerance, order, scheme
         self.tables = Tables(Constants())

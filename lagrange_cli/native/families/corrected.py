@@ -11,7 +11,7 @@ import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term
-from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.jets import SeriesJet
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.series import LoopSeries

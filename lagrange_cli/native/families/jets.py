@@ -21,6 +21,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.motions import RATES
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.vector_dots import AHEAD
 from lagrange_cli.native.state import StateLayout
@@ -76,7 +77,7 @@ class SeriesJet:
         self.slots: Slots = system.slots
         self.f = Function(HEAD.format(name, kind.times))
         self.vectors = kind(self.f)
-        self.emitter = self.vectors.kind
+        self.emitter: LaneEmitter = self.vectors.kind
         self.local = self.local and kind.parts == 1
         self.width, self.degrees = layout.width, system.q.count
         self.work = 0

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.interface import CONSTANTS, LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.beside import BesidePairs, beside
 from lagrange_cli.native.numbers.double_double import DoubleDouble, Pair, pair
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
@@ -51,6 +52,9 @@ class PairLanes(DoubleDouble):
         """Floating-point operations of the function so far, each once."""
         return self.body.operations
 
+    def number(self, value: Number) -> Pair | None:
+        return super().number(beside(value, self.vectors.factor))
+
     def everywhere(self, table: str, first: str, index: int) -> Pair:
         """One number of ``%constants`` in every lane."""
         one = self.vectors.load(self.vectors.place(table, int(first)), index)
@@ -78,6 +82,9 @@ class PairVectors:
 
     parts: ClassVar[int] = 2
     times: ClassVar[str] = "double %t, double %tl, double %scale"
+
+    factor: ClassVar[int] = 1
+    """Not 1 for numbers in expressions that are beside those of the run (``numbers.beside``)."""
 
     def __init__(self, f: Function) -> None:
         self.f = f
@@ -125,7 +132,7 @@ class PairVectors:
         return Pair(self.f.zero(lanes))
 
     def single(self) -> DoubleDouble:
-        return DoubleDouble(self.f)
+        return BesidePairs(self.f, CONSTANTS * self.factor)
 
     def of_single(self, value: Pair | None) -> Pair:
         return pair(self.f, 0) if value is None else value
@@ -147,7 +154,8 @@ class PairVectors:
         return Pair(*(self.f.select(condition, a, b) for a, b in zip(yes.parts, no.parts)))
 
     def splat(self, one: Pair, lanes: int) -> Pair:
-        return Pair(*(part if part is None else self.f.splat(part, lanes) for part in (one.high, one.low)))
+        high, low = self.f.splat(one.high, lanes), one.low
+        return Pair(high, low and self.f.splat(low, lanes))
 
     def lane(self, vector: Pair, index: Integer | int) -> Pair:
         return Pair(*(self.f.lane(part, index) for part in vector.parts))
@@ -229,3 +237,8 @@ class Accumulated:
     def get(self) -> Pair:
         """The sum."""
         return Pair(*fast_sum(self._sum.get(), self._rest.get()))
+
+
+def beside_pairs(factor: int) -> type[PairVectors]:
+    """The numbers that constants of a companion are computed in, to many digits."""
+    return type("BesideNumbers", (PairVectors,), {"factor": factor // CONSTANTS})

@@ -14,6 +14,7 @@ from typing import Any
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.companion import LONG, ONCE, put_beside
 from lagrange_cli.native.families.arrangement import Arrangement, Observed
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
@@ -22,7 +23,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.pairs import BEHIND_CONSTANTS, BEHIND_WORK
+from lagrange_cli.native.families.pairs import BEHIND_CONSTANTS, BEHIND_WORK, beside_pairs
 from lagrange_cli.native.families.projection import Projection
 from lagrange_cli.native.families.runs import runs_of
 from lagrange_cli.native.families.sharing import board_size
@@ -52,6 +53,10 @@ from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
 
+COMPANION = 3
+"""Doubles for each constant of a companion, which computes them once in doubles and once in two parts."""
+
+
 def write_family_program(
     system: FamilySystem,
     observed: Observed,
@@ -60,10 +65,12 @@ def write_family_program(
     *,
     scheme: str = "",
     kind: type[Vectors] = DoubleVectors,
+    factor: int | None = None,
 ) -> Program:
-    """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``; one of ``RATES`` gives
-    the accelerations alone, with the steps of a ``scheme`` on these, in doubles."""
-    return _Writer(system, observed, tolerance, order, scheme, kind).program()
+    """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``; one of ``RATES``
+    gives the accelerations alone, with the steps of a ``scheme`` on these, in doubles. With a ``factor`` it is that
+    of a companion, whose numbers are of a kind beside those of the run (``numbers.beside``)."""
+    return _Writer(system, observed, tolerance, order, scheme, kind, factor).program()
 
 
 class _Writer(Arrangement):
@@ -80,7 +87,7 @@ class _Writer(Arrangement):
         interface = Interface(
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=self.kind.parts,
-            given=self.kind.parts,
+            given=self.kind.parts if self.factor is None else 2,
             guards=(), limits=(), events=(), changed=(), affected=(), masses=(),
             constraints=0 if self.motion is None else self.motion.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
@@ -95,13 +102,14 @@ class _Writer(Arrangement):
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.scalars}\n" + listed
         constants = self.scalars + self.size
-        if self.kind.parts > 1:
+        if self.kind.parts > 1 or self.factor is not None:
             text += low_parts(work // 2, constants) + "".join(of_vectors(text))
         text += definitions(text)
         length.allow(text.count(" = "))
         return Program(
             **{
-                **interface.as_data(), "constants": self.kind.parts * constants, "work": work,
+                **interface.as_data(), "work": work,
+                "constants": constants * (self.kind.parts if self.factor is None else COMPANION),
                 "strips": self.strips, "board": self.scalars + self.board,
             },
             text=text,
@@ -129,9 +137,7 @@ class _Writer(Arrangement):
         if self.scheme:
             from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
 
-            work, steps = on_rates(
-                scheme_of(self.scheme), lengths, given, partial(of_families, self.system)
-            )
+            work, steps = on_rates(scheme_of(self.scheme), lengths, given, partial(of_families, self.system))
             parts.append(steps)
         elif self.order > RATES:
             kind = VelocitySteps if lengths.followers else FamilySteps
@@ -145,9 +151,7 @@ class _Writer(Arrangement):
         floors, width, work = self.floors() if self.diagonal else "", self.layout.width, jet.work
         floor = work if floors else 0
         orders = -(-(work + room(width)) // width)
-        lengths = Lengths(
-            self.degrees, self.layout.rows, width, self.order, 1, 1, 1, 1, width, floor=floor
-        )
+        lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, 1, width, floor=floor)
         given = self.given(interface, 2 * orders * width, floors)
         return given.work, [*operations(), *functions(), *stepper(lengths, orders, given)]
 
@@ -162,14 +166,17 @@ class _Writer(Arrangement):
         """``@jet``."""
         given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
         if self.balance is not None:
-            return ArticulatedJet(self.balance, *given).write()
+            return ArticulatedJet(self.balance, *given, self.kind).write()
         if self.motion is not None:
-            return ConstrainedJet(self.motion, self.tabled, *given).write()
+            return ConstrainedJet(self.motion, self.tabled, *given, self.kind).write()
         if self.order == RATES:
             return self.accelerations()
         if self.kind.parts > 1:
             return SeriesJet(*given, self.kind).write()
-        jet, brief = SeriesJet(*given).write(), SeriesJet(*given[:-1], RATES, name=BRIEF).write()
+        jet, brief = (
+            SeriesJet(*given, self.kind).write(),
+            SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write(),
+        )
         return replace(jet, text=jet.text + brief.text)
 
     def projection(self) -> str:
@@ -177,7 +184,7 @@ class _Writer(Arrangement):
         if self.moves is None:
             return ""
         f, layout = Function("define void @project(ptr %constants, ptr %state) #0"), self.layout
-        vectors = DoubleVectors(f)
+        vectors = self.kind(f)
         base = self.scratch(vectors)
         arrays: dict[Array, Pointer] = {
             self.system.q: f.pointer("%state"), self.system.v: f.place("%state", self.degrees, "double")
@@ -290,8 +297,31 @@ class _Writer(Arrangement):
 
     def prepare(self) -> str:
         """``@prepare``: constants, and arrays that last."""
+        if self.factor is None:
+            texts = self.prepared("void @prepare", "@arrays", self.kind)
+        else:
+            once = self.prepared(f"internal void @{ONCE}", "@arrays", DoubleVectors)
+            long = self.prepared(f"internal void @{LONG}", "@long_arrays", beside_pairs(self.factor))
+            texts = [*operations(), *functions(), *once, *long, self.prepare_companion()]
+        return "".join(texts)
+
+    def prepare_companion(self) -> str:
+        """``@prepare`` of a companion: constants to many digits are behind those that it needs."""
         f = Function("define void @prepare(ptr noalias %parameters, ptr noalias %constants) #0")
-        vectors, count = self.kind(f), len(self.parameters)
+        size = f.load_integer(BEHIND_CONSTANTS)
+        long = f.place("%constants", size, "double")
+        f.call(None, ONCE, f.pointer("%parameters"), f.pointer("%constants"))
+        f.call(None, LONG, f.pointer("%parameters"), long)
+        with f.loop(0, f.count(self.scalars + self.size), tested=False) as i:
+            low = f.load(long, i + size)
+            put_beside(f, i, f.load("%constants", i), f.load(long, i), low)
+        f.give()
+        return f.text()
+
+    def prepared(self, name: str, arrays: str, kind: type[Vectors]) -> list[str]:
+        """A function that computes constants and arrays that last, and the one of the ``arrays``."""
+        f = Function(f"define {name}(ptr noalias %parameters, ptr noalias %constants) #0")
+        vectors, count = kind(f), len(self.parameters)
         base = self.scratch(vectors)
         given = vectors.place(base, self.places[self.system.given])
         whole = vectors.place(base, self.places[self.system.whole])
@@ -302,20 +332,20 @@ class _Writer(Arrangement):
         with f.loop(0, self.largest, tested=False) as i:
             vectors.store(vectors.whole(i), whole, i)
         # arrays may need further constants, which are computed before them
-        inner = Function("define internal void @arrays(ptr noalias %constants) #0")
-        one = self.kind(inner)
+        inner = Function(f"define internal void {arrays}(ptr noalias %constants) #0")
+        one = kind(inner)
         self.evaluation(one, {}, one.at(inner.constant(0.0))).write(
             [one for one in self.lasting.fixed if isinstance(one, Total)]
         )
         inner.give()
         self.write_scalars(vectors)
-        f.call(None, "arrays", f.pointer("%constants"))
+        f.call(None, arrays[1:], f.pointer("%constants"))
         if self.strips:
             board, size = self.board_of(f), Board.STRIPS + LANES * self.strips
             with f.loop(0, size, LANES, tested=False) as i:
                 f.store_row(f.zero(LANES), board, i)
         f.give()
-        return inner.text() + f.text()
+        return [inner.text(), f.text()]
 
     def write_scalars(self, vectors: Vectors) -> None:
         """Compute the constants that are no arrays."""

@@ -13,6 +13,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ZERO, Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.beside import BesideLanes
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered
@@ -138,8 +139,11 @@ class DoubleVectors:
     parts: ClassVar[int] = 1
     times: ClassVar[str] = "double %t"
 
+    factor: ClassVar[int] = 0
+    """Not 0 for numbers in expressions that are beside those of the run (``numbers.beside``)."""
+
     def __init__(self, f: Function) -> None:
-        self.f, self.kind = f, LaneEmitter(f)
+        self.f, self.kind = f, BesideLanes(f, self.factor) if self.factor else LaneEmitter(f)
         self.load, self.store, self.load_row, self.store_row = f.load, f.store, f.load_row, f.store_row
         self.zero, self.select, self.splat, self.lane, self.shuffle = (
             f.zero, f.select, f.splat, f.lane, f.shuffle
@@ -211,3 +215,8 @@ class DoubleVectors:
         self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
     ) -> list[Operand]:
         return dots(self.f, a, b, n, same=same, weighted=weighted)
+
+
+def beside_doubles(factor: int) -> type[DoubleVectors]:
+    """The doubles of a companion."""
+    return type("BesideDoubles", (DoubleVectors,), {"factor": factor})

@@ -28,8 +28,6 @@ def pair_type(lanes: int) -> str:
     return f"{{ {kind('double', lanes)}, {kind('double', lanes)} }}"
 
 
-
-
 @dataclass(frozen=True)
 class Pair:
     """A number: ``high`` is the double nearest to it, ``low`` what is left (None: nothing). Has operators."""

@@ -40,8 +40,8 @@ def coefficient(f: Function, series: Coefficients, m: Integer | int) -> Real:
 def dots(
     f: Function, a: Coefficients, b: Coefficients, n: Integer | int, *, same: bool, weighted: bool
 ) -> list[str]:
-    """The dot product of two series, of one with itself where they are the ``same``, and the ``weighted`` one,
-    too, where that is asked for."""
+    """The dot product of two series, of one with itself where they are the ``same``; and the ``weighted``
+    one, where that is asked for."""
     if same:
         return [square_dot(f, a, n).name]
     if weighted:
