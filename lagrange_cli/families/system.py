@@ -77,7 +77,7 @@ def without_constraints(spec: Spec) -> FamilySystem | None:
     return None if found is None or found.joints is not None else found
 
 
-def made(spec: Spec, algebra: type[GraphAlgebra]) -> FamilySystem:
+def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem:
     """The system. Raises ``Unsuited`` where it is of another kind."""
     try:
         return separate(spec, algebra())

@@ -74,7 +74,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
-    if compilation.precision != DOUBLE and not separate(system):
+    if compilation.precision != DOUBLE and system.bonds is not None:
         return None
     return None if needs is Needs.STEPS and mixed(system) else system
 
@@ -90,11 +90,6 @@ def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:
 
         return PortableGraphAlgebra
     return GraphAlgebra
-
-
-def separate(system: FamilySystem) -> bool:
-    """Whether the mass matrix is diagonal, and nothing is constrained."""
-    return system.joints is None and system.bonds is None
 
 
 def mixed(system: FamilySystem) -> bool:

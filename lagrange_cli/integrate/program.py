@@ -55,7 +55,8 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     try:
         program = program_of(residual, plan, compilation, original)
     except TooLarge as error:
-        if not residual.model.constraints:
+        others = compilation.precision == DOUBLE and compilation.factor is None and not compilation.proven
+        if others and not residual.model.constraints:
             raise
         raise TooLarge(error.message, error.hint.replace(SHORTER, "")) from error
     if compilation.section == SECTION and not program.lanes:

@@ -52,7 +52,7 @@ class ArticulatedJet(CorrectedJet):
                 self.planes[array] = self.take(room(array.count)), 0
         self.arrange_members(balance.series)
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
-        self.sweeps = Sweeps(self.f, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
+        self.sweeps = Sweeps(self.vectors, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
         return totals
 
     def begin(self) -> None:
@@ -60,7 +60,7 @@ class ArticulatedJet(CorrectedJet):
             self.evaluation(0).write(self.starts)
             for _, place, rate in self.followed:
                 if place is not None and rate is not None:
-                    self.copy(self.at(rate, 0), self.at(place, 1), place.count)
+                    self.follow(0, self.at(rate, 0), self.at(place, 1), place.count)
         super().begin()
 
     def accelerate(

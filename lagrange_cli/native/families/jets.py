@@ -270,20 +270,22 @@ class SeriesJet:
         for shift, array in enumerate((self.system.q, self.system.v)):
             state = self.vectors.state(shift * self.degrees, self.width)
             self.copy(state, self.at(array, 0), self.degrees)
-        if self.vectors.parts > 1:
-            self.follow(0)
-        elif not self.local:
-            self.copy(self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
+        if not self.local:
+            self.follow(0, self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
 
-    def follow(self, k: int | Integer) -> None:
-        """Coefficients k + 1 of the coordinates, from those of their velocities."""
-        f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
-        source, target = self.at(self.system.v, k), self.at(self.system.q, k + 1)
+    def follow(self, k: int | Integer, source: Pointer, target: Pointer, count: int) -> None:
+        """Coefficients k + 1 of so many numbers, from coefficients k of their rates."""
+        f, vectors = self.f, self.vectors
+        if vectors.parts == 1:
+            assert k == 0
+            self.copy(source, target, count)
+            return
+        divisor = vectors.divisor(k, 1)
 
         def write(i: Integer, lanes: int) -> None:
             vectors.store_row(vectors.divided(vectors.load_row(source, i, lanes), divisor), target, i)
 
-        in_vectors(f, (f.count(0), f.count(self.degrees)), write)
+        in_vectors(f, (f.count(0), f.count(count)), write)
 
     def copy(self, source: Pointer, target: Pointer, count: int) -> None:
         """Copy so many numbers."""
@@ -312,7 +314,8 @@ class SeriesJet:
 
         in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
         if not self.local:
-            self.follow(k + 1)
+            places = (self.at(array, at) for array, at in ((self.system.v, k + 1), (self.system.q, k + 2)))
+            self.follow(k + 1, *places, self.degrees)
 
     def regular(self) -> Bit:
         """Whether the masses are."""

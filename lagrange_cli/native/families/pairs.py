@@ -137,6 +137,12 @@ class PairVectors:
     def of_single(self, value: Pair | None) -> Pair:
         return pair(self.f, 0) if value is None else value
 
+    def constant(self, value: float) -> Pair:
+        return Pair(self.f.constant(value))
+
+    def fused(self, a: Pair, b: Pair, c: Pair) -> Pair:
+        return a * b + c
+
     def whole(self, value: Integer) -> Pair:
         return Pair(value.to_real())
 

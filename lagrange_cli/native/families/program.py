@@ -149,7 +149,7 @@ class _Writer(Arrangement):
     def pair_steps(self, interface: Interface, jet: Jet) -> tuple[int, list[str]]:
         """The same in double-double: low parts are behind all high ones."""
         floors, width, work = self.floors() if self.diagonal else "", self.layout.width, jet.work
-        floor = work if floors else 0
+        floor = work if self.degrees > 1 else 0
         orders = -(-(work + room(width)) // width)
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, 1, width, floor=floor)
         given = self.given(interface, 2 * orders * width, floors)

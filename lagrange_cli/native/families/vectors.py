@@ -73,6 +73,12 @@ class Vectors(Protocol):
     def zero(self, lanes: int) -> Numbers:
         """0 in every lane."""
 
+    def constant(self, value: float) -> Numbers:
+        """A constant, a single one."""
+
+    def fused(self, a: Numbers, b: Numbers, c: Numbers) -> Numbers:
+        """a * b + c."""
+
     def whole(self, value: Integer) -> Numbers:
         """A whole number."""
 
@@ -148,7 +154,7 @@ class DoubleVectors:
         self.zero, self.select, self.splat, self.lane, self.shuffle = (
             f.zero, f.select, f.splat, f.lane, f.shuffle
         )  # fmt: skip
-        self.variable = f.variable
+        self.variable, self.constant, self.fused = f.variable, f.constant, f.fused
 
     def place(self, base: Pointer | str, index: Integer | int) -> Pointer:
         return self.f.place(base, index, "double")
