@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.families.arrays import Source, Term, Total
@@ -22,6 +23,7 @@ from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.model.model import Constraint, Model, Particle
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
+from lagrange_cli.native.families.jets import WITHOUT_SERIES
 from lagrange_cli.native.families.pairs import PairVectors
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
@@ -134,9 +136,14 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     elif needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
-    program = write_family_program(
-        system, observed, tolerance, order, scheme=scheme, kind=kind, factor=compilation.factor
-    )
+    try:
+        program = write_family_program(
+            system, observed, tolerance, order, scheme=scheme, kind=kind, factor=compilation.factor
+        )
+    except TooManyNumbers as error:
+        if compilation.precision == DOUBLE and compilation.factor is None:
+            raise
+        raise TooManyNumbers(error.message, error.hint.replace(WITHOUT_SERIES, "")) from error
     recording = Recording(
         coordinates=tuple(names_of(system.spec.coordinates)),
         states=tuple(planner.states),

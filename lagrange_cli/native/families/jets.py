@@ -29,6 +29,8 @@ from lagrange_cli.records import dataclass, replace
 
 MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
+WITHOUT_SERIES = "choose --method ias15, which has no series, "
+"""A way out for motions in doubles without a certificate: all others need series."""
 BEGUN = 7
 """From this stage on, dot products are begun for several orders together, where coefficients are many. (The
 code is twice as long.)"""
@@ -162,10 +164,11 @@ class SeriesJet:
 
     def bounded(self) -> None:
         """Raise ``TooManyNumbers`` where the series take too much memory."""
-        if self.work > MOST_NUMBERS:
+        numbers = self.vectors.parts * self.work
+        if numbers > MOST_NUMBERS:
             raise TooManyNumbers(
-                f"the Taylor series of this system are {self.work} numbers, more than {MOST_NUMBERS}",
-                f"choose --method ias15, which has no series, make the system smaller, {way_out('numbers')}",
+                f"the Taylor series of this system are {numbers} numbers, more than {MOST_NUMBERS}",
+                f"{WITHOUT_SERIES}make the system smaller, {way_out('numbers')}",
             )
 
     def write(self) -> Jet:
@@ -314,8 +317,8 @@ class SeriesJet:
 
         in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
         if not self.local:
-            places = (self.at(array, at) for array, at in ((self.system.v, k + 1), (self.system.q, k + 2)))
-            self.follow(k + 1, *places, self.degrees)
+            rates = self.at(self.system.v, k + 1)
+            self.follow(k + 1, rates, self.at(self.system.q, k + 2), self.degrees)
 
     def regular(self) -> Bit:
         """Whether the masses are."""

@@ -62,7 +62,11 @@ class Sweeps:
                 self.store(value, array, i)
                 mass[c, e] = mass[e, c] = value
             slope = {key: self.load(array, i) for key, array in slopes.items()}
-            met = {(c, b): dotted(vectors, [(mass[c, e], slope[e, b]) for e in axes]) for c in axes for b in bends}
+            met = {
+                (c, b): dotted(vectors, [(mass[c, e], slope[e, b]) for e in axes])
+                for c in axes
+                for b in bends
+            }
             both = {(c, b): met[c, b] + self.load(own[c, b], i) for c in axes for b in bends}
             matrix = {
                 (b, d): dotted(vectors, [(slope[c, b], met[c, d]) for c in axes], self.load(corners[b, d], i))
