@@ -46,10 +46,10 @@ def recursion(group: Group, within: list[Group]) -> Iterator[None]:
 class FamilyBuilder(ArrayBuilder):
     """Builds the trees of one file over arrays. Raises ``Unsuited`` for what it does not know."""
 
-    def __init__(self, spec: Spec) -> None:
+    def __init__(self, spec: Spec, algebra: GraphAlgebra | None = None) -> None:
         self.algebra: GraphAlgebra
         self.spec = spec
-        super().__init__(self._unknown, GraphAlgebra(), spec.sizes)
+        super().__init__(self._unknown, algebra or GraphAlgebra(), spec.sizes)
         self.graph = self.algebra.graph
         self.slots = Slots(self.graph)
         self.time = self.graph.symbol(TIME)

@@ -13,6 +13,7 @@ import numpy as np
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import Members
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ, Places, Whole, integers
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node
@@ -48,13 +49,13 @@ class Growing:
 class ChainBuilder(FamilyBuilder):
     """A builder that knows chains and trees."""
 
-    def __init__(self, spec: Spec) -> None:
+    def __init__(self, spec: Spec, algebra: GraphAlgebra | None = None) -> None:
         self._growing: list[Growing] = []
         self._chains: dict[Group, tuple[Chain, ...] | None] = {}
         self._running: dict[int, tuple[Sum, tuple[Chain, ...]]] = {}
         self._summed: dict[tuple[Group, int], tuple[Node, ...] | None] = {}
         self._begun: dict[tuple[Chain, Node], Chain] = {}
-        super().__init__(spec)
+        super().__init__(spec, algebra)
 
     # members from their parents
 

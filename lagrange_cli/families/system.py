@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.errors import TooLarge
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -42,31 +43,31 @@ FEWEST_BOUND = 75
 UNKNOWN = "nonholonomic", "bodies", "events", "replaced"
 """Parts of a system that are derived member by member."""
 
-_LATEST: list[tuple[Spec, FamilySystem | None]] = []
+_LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None]] = []
 """The last one, which is asked for once more when it is compiled."""
 
 
-def family_system(spec: Spec) -> FamilySystem | None:
+def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
     """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
-    who goes through its members finds what."""
-    found = any_family_system(spec)
+    who goes through its members finds what. Numbers are those of an ``algebra``."""
+    found = any_family_system(spec, algebra)
     if found is None or (found.joints and found.joints.count):
         return found
     few = found.terms < FEWEST if found.bonds is None else found.bonds.count < FEWEST_BOUND
     return None if few else found
 
 
-def any_family_system(spec: Spec) -> FamilySystem | None:
+def any_family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
     """The same, however few terms it has."""
     found: FamilySystem | None
-    for known, found in _LATEST:
-        if known is spec:
+    for known, numbers, found in _LATEST:
+        if known is spec and numbers is algebra:
             return found
     found = None
     if spec.families.get("coordinates") and not any(getattr(spec, part) for part in UNKNOWN):
         with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
-            found = made(spec)
-    _LATEST[:] = [(spec, found)]
+            found = made(spec, algebra)
+    _LATEST[:] = [(spec, algebra, found)]
     return found
 
 
@@ -77,19 +78,19 @@ def without_constraints(spec: Spec) -> FamilySystem | None:
     return None if found is None or found.joints is not None else found
 
 
-def made(spec: Spec) -> FamilySystem:
+def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem:
     """The system. Raises ``Unsuited`` where it is of another kind."""
     try:
-        return separate(spec)
+        return separate(spec, algebra())
     except (Unsuited, Differ):
         if spec.lagrangian is not None or spec.constraints or len(spec.coordinates) < FEWEST_JOINTED:
             raise
-    return articulated(spec)
+    return articulated(spec, algebra())
 
 
-def separate(spec: Spec) -> FamilySystem:
+def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     """The same, where M is diagonal and constant."""
-    builder = ChainBuilder(spec)
+    builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
     everyone = Domain(builder.q.count)
     if spec.lagrangian is None:
@@ -131,9 +132,9 @@ def separate(spec: Spec) -> FamilySystem:
     )  # fmt: skip
 
 
-def articulated(spec: Spec) -> FamilySystem:
+def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     """The same, where particles are on chains and trees."""
-    builder = ChainBuilder(spec)
+    builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
     energies = [builder.of_root(one.tree, one.indices) for one in spec.potential.values()]
     potential = graph.sum([(one, 1.0) for one in energies])

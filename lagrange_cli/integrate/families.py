@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from lagrange_cli.errors import TooManyNumbers
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.families.arrays import Source, Term, Total
 from lagrange_cli.families.description import FamilySystem
@@ -15,14 +17,18 @@ from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
-from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_PRECISION
+from lagrange_cli.integrate.program import portable_if_asked
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.model.model import Constraint, Model, Particle
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
+from lagrange_cli.native.families.jets import WITHOUT_SERIES
+from lagrange_cli.native.families.pairs import PairVectors
 from lagrange_cli.native.families.program import write_family_program
+from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.orders import order_for
+from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program
 from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.planner import Planner
@@ -47,7 +53,7 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     if not known(spec, outputs):
         return False
     system = family_system(spec)
-    return system is not None and system.bonds is None and not mixed(system) and not unproven(system)
+    return system is not None and system.bonds is None and not narrow(system) and not mixed(system)
 
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:
@@ -59,18 +65,33 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     """The system as one of families, where that serves a run; else None."""
     needs = METHODS[compilation.method].needs
-    if needs is Needs.JACOBIAN or compilation.precision != DOUBLE:
+    if needs is Needs.JACOBIAN:
         return None
-    if compilation.portable or compilation.backward or compilation.section:
+    if compilation.backward or compilation.section:
         return None
-    if compilation.factor is not None or not known(spec, compilation.outputs):
+    if not known(spec, compilation.outputs):
         return None
-    system = family_system(spec)
-    if system is None or (needs is Needs.SERIES and unproven(system, asked=compilation.proven)):
+    system = family_system(spec, algebra_for(compilation))
+    if system is None or (needs is Needs.SERIES and unproven(system, compilation)):
         return None
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
+    if compilation.precision != DOUBLE and system.bonds is not None:
+        return None
     return None if needs is Needs.STEPS and mixed(system) else system
+
+
+def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:
+    """What the numbers of expressions are: not rounded for double-double numbers and for companions."""
+    if compilation.precision != DOUBLE or compilation.factor is not None:
+        from lagrange_cli.expression.exact import ExactGraphAlgebra
+
+        return ExactGraphAlgebra
+    if compilation.portable:
+        from lagrange_cli.expression.exact import PortableGraphAlgebra
+
+        return PortableGraphAlgebra
+    return GraphAlgebra
 
 
 def mixed(system: FamilySystem) -> bool:
@@ -97,9 +118,11 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
     return tuple(said)
 
 
-def unproven(system: FamilySystem, *, asked: bool = False) -> bool:
-    """Whether steps must be proven, or are ``asked`` to be, and cannot be."""
-    return (system.joints is not None or system.bonds is not None) and (asked or narrow(system))
+def unproven(system: FamilySystem, compilation: Compilation) -> bool:
+    """Whether steps must be proven, and cannot be."""
+    provable = compilation.precision == DOUBLE and compilation.factor is None
+    provable = provable and system.joints is None and system.bonds is None
+    return not provable and (compilation.proven or narrow(system))
 
 
 def narrow(system: FamilySystem) -> bool:
@@ -114,12 +137,23 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     planned(planner, compilation.outputs, compilation.optional)
     observed = cast("dict[str, Element]", planner.observed)
     needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
-    if needs is Needs.SERIES:
+    kind: type[Vectors] = DoubleVectors if compilation.factor is None else beside_doubles(compilation.factor)
+    if compilation.precision == DOUBLE_DOUBLE:
+        order, kind = double_double_order(tolerance), PairVectors
+    elif needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
     hides = narrow(system)
     proven = needs is Needs.SERIES and (hides or compilation.proven)
-    program = write_family_program(system, observed, tolerance, order, scheme=scheme, proven=proven)
+    try:
+        program = write_family_program(
+            system, observed, tolerance, order,
+            scheme=scheme, kind=kind, factor=compilation.factor, proven=proven,
+        )  # fmt: skip
+    except TooManyNumbers as error:
+        if compilation.precision == DOUBLE and compilation.factor is None:
+            raise
+        raise TooManyNumbers(error.message, error.hint.replace(WITHOUT_SERIES, "")) from error
     recording = Recording(
         coordinates=tuple(names_of(system.spec.coordinates)),
         states=tuple(planner.states),
@@ -127,7 +161,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         conserved=tuple(name for name in observed if name in conserved.union(planner.kept)),
         undetected=(NARROW,) * (hides and not proven),
     )
-    return program, recording
+    return portable_if_asked(program, compilation), recording
 
 
 def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:

@@ -10,7 +10,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.convolutions import check_convolutions
 from lagrange_cli.integrate.methods.table import METHODS, Needs
-from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.mechanics.conserved.constancy import is_constant
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
@@ -55,16 +55,22 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     try:
         program = program_of(residual, plan, compilation, original)
     except TooLarge as error:
-        if not residual.model.constraints:
+        others = compilation.precision == DOUBLE and compilation.factor is None and not compilation.proven
+        if others and not residual.model.constraints:
             raise
-        raise TooLarge(error.message, error.hint.replace(SHORTER, "")) from error
+        raise type(error)(error.message, error.hint.replace(SHORTER, "")) from error
     if compilation.section == SECTION and not program.lanes:
         refuse_what_hides(residual)
-    if compilation.portable:
-        from lagrange_cli.native.functions.portable import portable
+    return portable_if_asked(program, compilation), replace(plan.recording, undetected=undetected)
 
-        program = replace(program, text=portable(program.text))
-    return program, replace(plan.recording, undetected=undetected)
+
+def portable_if_asked(program: Program, compilation: Compilation) -> Program:
+    """The program, with the same bits on every machine where that is asked for."""
+    if not compilation.portable:
+        return program
+    from lagrange_cli.native.functions.portable import portable
+
+    return replace(program, text=portable(program.text))
 
 
 def without_what_follows(residual: Residual, plan: Plan) -> tuple[Residual, Plan]:

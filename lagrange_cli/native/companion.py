@@ -10,7 +10,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.native.functions.double_double import functions
 from lagrange_cli.native.interface import CONSTANTS
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.numbers.beside import BesidePairs
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import operations
@@ -44,14 +44,14 @@ def _prepare(size: int) -> str:
     f.call(None, ONCE, f.pointer("%parameters"), f.pointer("%constants"))
     f.call(None, LONG, f.pointer("%parameters"), long)
     with f.loop(0, size, tested=True) as i:
-        _put_beside(f, long, i)
+        rounded = f.load("%constants", i)
+        put_beside(f, i, rounded, f.load(long, i * 2), f.load(long, i * 2 + 1))
     f.give()
     return f.text()
 
 
-def _put_beside(f: Function, long: Pointer, i: Integer) -> None:
-    rounded = f.load("%constants", i)
-    high, low = f.load(long, i * 2), f.load(long, i * 2 + 1)
+def put_beside(f: Function, i: Integer, rounded: Real, high: Real, low: Real) -> None:
+    """Constant number ``i``, which is ``rounded``, with a larger rounding error, if it is finite."""
     other = rounded + ((high - rounded) + low) * float(CONSTANTS)
     with f.when((other - other).equals(0.0)):
         f.store(other, "%constants", i)

@@ -210,8 +210,7 @@ def double_double(equations: Equations) -> Motion:
     from lagrange_cli.native.numbers.double_double import operations
     from lagrange_cli.native.recurrences.in_memory import write_jet
     from lagrange_cli.native.recurrences.layout_rows import arrange
-    from lagrange_cli.native.stepping.advance import advance
-    from lagrange_cli.native.stepping.double_doubles import DoubleDoubleSteps
+    from lagrange_cli.native.stepping.double_doubles import lengths_of, stepper
 
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
@@ -222,6 +221,7 @@ def double_double(equations: Equations) -> Motion:
         from lagrange_cli.native.stepping.projection import in_double_doubles
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)
-    steps = DoubleDoubleSteps(rows, given_of(equations, work, project))
-    parts = [*operations(), *functions(), jet, advance(steps), steps.accelerate().text()]
+    given = given_of(equations, work, project)
+    stepping = stepper(lengths_of(rows, given), rows.beyond, given)
+    parts = [*operations(), *functions(), jet, *stepping]
     return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))

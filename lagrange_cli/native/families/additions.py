@@ -10,15 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from operator import add
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Term
+from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 
 if TYPE_CHECKING:
     from lagrange_cli.native.families.loops import Loop
@@ -51,13 +50,18 @@ def behind(loop: Loop, keys: Iterable[Key]) -> dict[Key, tuple[Key, int]]:
 
 
 class Additions:
-    """The code that adds up ``terms``, the first ones of ``loop``, in the function ``f``. ``where`` gives the
+    """The code that adds up ``terms``, the first ones of ``loop``, in numbers of a kind. ``where`` gives the
     pointers to arrays."""
 
     def __init__(
-        self, f: Function, loop: Loop, terms: Sequence[tuple[Term, Array]], where: Callable[[Array], Pointer]
+        self,
+        vectors: Vectors,
+        loop: Loop,
+        terms: Sequence[tuple[Term, Array]],
+        where: Callable[[Array], Pointer],
     ) -> None:
-        self.f, self.where, self.strides, self.alone = f, where, loop.rows.strides, loop.put
+        self.vectors, self.f = vectors, vectors.f
+        self.where, self.strides, self.alone = where, loop.rows.strides, loop.put
         self.terms: dict[Key, list[int]] = {}
         for k, ((_, total), i) in enumerate(zip(terms, loop.numbered[1][len(loop.used) :])):
             self.terms.setdefault((total, i), []).append(k)
@@ -65,31 +69,32 @@ class Additions:
 
     def begin(self, bases: Sequence[Integer]) -> None:
         """A row whose tables begin with these places."""
-        zero = self.f.zero(LANES)
+        vectors = self.vectors
+        zero = vectors.zero(LANES)
         self.bases = bases
-        self.sums = {key: self.f.variable(zero) for key in self.terms if self.strides[key[1]] == 0}
-        self.waiting = {key: self.f.variable(zero) for key in self.behind}
-        self.carried: list[Variable[Real]] = [*self.sums.values(), *self.waiting.values()]
+        self.sums = {key: vectors.variable(zero) for key in self.terms if self.strides[key[1]] == 0}
+        self.waiting = {key: vectors.variable(zero) for key in self.behind}
+        self.carried: list[Any] = [*self.sums.values(), *self.waiting.values()]
         self.beside = {
             key: (bases[key[1]] - bases[leader[1]]).equals(distance)
             for key, (leader, distance) in self.behind.items()
         }
 
     def add(
-        self, values: Sequence[Real], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
+        self, values: Sequence[Numbers], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
     ) -> None:
         """Terms of the eight members from ``j`` on, of which those count that are ``inside``."""
-        f, zero = self.f, self.f.zero(LANES)
+        vectors, zero = self.vectors, self.vectors.zero(LANES)
         found = {
-            key: f.select(inside, reduce(add, (values[k] for k in terms)), zero)
+            key: vectors.select(inside, reduce(add, (values[k] for k in terms)), zero)
             for key, terms in self.terms.items()
         }
         for key, (leader, distance) in self.behind.items():
             value, before, beside = found.pop(key), self.waiting[key].get(), self.beside[key]
-            shifted = f.shuffle(before, late(distance), value)
-            found[leader] = found[leader] + f.select(beside, shifted, zero)
+            shifted = vectors.shuffle(before, late(distance), value)
+            found[leader] = found[leader] + vectors.select(beside, shifted, zero)
             self.waiting[key].set(value)
-            with f.when(~beside):
+            with self.f.when(~beside):
                 self.put(value, key, self.bases[key[1]] + j)
         for key, value in found.items():
             stride = self.strides[key[1]]
@@ -103,39 +108,39 @@ class Additions:
     def resume(self, place: Pointer) -> None:
         """Go on in a row where ``pause`` left it."""
         for i, one in enumerate(self.carried):
-            one.set(self.f.load_row(place, i * LANES, LANES))
+            one.set(self.vectors.load_row(place, i * LANES, LANES))
 
     def pause(self, place: Pointer) -> None:
         """Leave a row before its end: what is in registers."""
         for i, one in enumerate(self.carried):
-            self.f.store_row(one.get(), place, i * LANES)
+            self.vectors.store_row(one.get(), place, i * LANES)
 
     def end(self, length: Integer) -> None:
         """The rest of a row of so many members."""
-        f = self.f
+        vectors = self.vectors
         for key, total in self.sums.items():
             base, at = self.where(key[0]), self.bases[key[1]]
-            f.store(f.reduce("fadd", total.get(), f.load(base, at)), base, at)
+            vectors.store(vectors.total(total.get(), vectors.load(base, at)), base, at)
         beyond = (length + (LANES - 1)) & -LANES
         for key, (leader, distance) in self.behind.items():
-            with f.when(self.beside[key]):
-                rest = f.shuffle(self.waiting[key].get(), late(distance), f.zero(LANES))
+            with self.f.when(self.beside[key]):
+                rest = vectors.shuffle(self.waiting[key].get(), late(distance), vectors.zero(LANES))
                 self.put(rest, leader, self.bases[leader[1]] + beyond)
 
-    def put(self, value: Real, key: Key, at: Integer) -> None:
+    def put(self, value: Numbers, key: Key, at: Integer) -> None:
         """Add eight numbers side by side, unless nothing else is there."""
         base = self.where(key[0])
         if key[0] not in self.alone:
-            value = self.f.load_row(base, at, LANES) + value
-        self.f.store_row(value, base, at)
+            value = self.vectors.load_row(base, at, LANES) + value
+        self.vectors.store_row(value, base, at)
 
-    def scatter(self, values: Real, base: Pointer, places: str) -> None:
+    def scatter(self, values: Numbers, base: Pointer, places: str) -> None:
         """Add eight numbers at eight places, one after the other: some may be the same."""
-        f = self.f
+        f, vectors = self.f, self.vectors
         for lane in range(LANES):
             place = f.define(f"extractelement <{LANES} x i32> {places}, i64 {lane}")
             at = Integer(f, f.define(f"zext i32 {place} to i64"), 1)
-            f.store(f.load(base, at) + f.lane(values, lane), base, at)
+            vectors.store(vectors.load(base, at) + vectors.lane(values, lane), base, at)
 
 
 def late(distance: int) -> range:

@@ -15,11 +15,10 @@ from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Moves
 from lagrange_cli.native.families.restraint import AtAState, Motion
+from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Pointer, Real
+from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants
@@ -40,8 +39,11 @@ class Arrangement:
         tolerance: float,
         order: int,
         scheme: str,
+        kind: type[Vectors],
+        factor: int | None,
         proven: bool,
     ) -> None:
+        self.kind, self.factor = kind, factor
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
         self.observed, self.tolerance, self.order, self.scheme = observed, tolerance, order, scheme
         self.proven = proven
@@ -103,16 +105,16 @@ class Arrangement:
         """Constants of the motion, in whole vectors."""
         return LANES * -(-len(self.tables.constants.slots) // LANES)
 
-    def scratch(self, f: Function) -> Pointer:
+    def scratch(self, vectors: Vectors) -> Pointer:
         """Where arrays begin in ``%constants``."""
-        return f.place("%constants", f.load_integer("@scratch"), "double")
+        return vectors.place("%constants", vectors.f.load_integer("@scratch"))
 
-    def evaluation(self, f: Function, arrays: Mapping[Array, Pointer], time: Real) -> Evaluation:
-        """What computes totals in ``f``, where some arrays are besides those that last."""
-        base = self.scratch(f)
-        places = {array: f.place(base, at, "double") for array, at in self.places.items()}
+    def evaluation(self, vectors: Vectors, arrays: Mapping[Array, Pointer], time: Numbers) -> Evaluation:
+        """What computes totals, where some arrays are besides those that last."""
+        base = self.scratch(vectors)
+        places = {array: vectors.place(base, at) for array, at in self.places.items()}
         places.update(arrays)
         return Evaluation(
-            f, self.slots, places.__getitem__, self.tables,
-            {self.system.time: f.splat(time, LANES).name}, LaneEmitter(f),
+            vectors, self.slots, places.__getitem__, self.tables,
+            {self.system.time: vectors.operand(vectors.splat(time, LANES))},
         )  # fmt: skip

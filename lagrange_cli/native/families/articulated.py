@@ -11,7 +11,7 @@ from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.jets import regular
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.spans import Span, divided
+from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Integer
@@ -52,7 +52,7 @@ class ArticulatedJet(CorrectedJet):
                 self.planes[array] = self.take(room(array.count)), 0
         self.arrange_members(balance.series)
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
-        self.sweeps = Sweeps(self.f, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
+        self.sweeps = Sweeps(self.vectors, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
         return totals
 
     def begin(self) -> None:
@@ -60,7 +60,7 @@ class ArticulatedJet(CorrectedJet):
             self.evaluation(0).write(self.starts)
             for _, place, rate in self.followed:
                 if place is not None and rate is not None:
-                    self.copy(self.at(rate, 0), self.at(place, 1), place.count)
+                    self.follow(0, self.at(rate, 0), self.at(place, 1), place.count)
         super().begin()
 
     def accelerate(
@@ -98,15 +98,16 @@ class ArticulatedJet(CorrectedJet):
     def advance(self, evaluation: Evaluation, k: int | Integer, rates: Array) -> None:
         """The newest coefficients of coordinates, and of nodes that forces depend on."""
         super().advance(evaluation, k, rates)
-        f, one, two = self.f, self.reciprocal(k, 1), self.reciprocal(k, 2)
+        f, vectors = self.f, self.vectors
+        one, two = vectors.divisor(k, 1), vectors.divisor(k, 2)
         for c, place, rate_of in self.followed:
             source = evaluation.where(self.balance.accelerations[c])
             with f.loop(0, self.balance.count, LANES, tested=False) as i:
-                rate = divided(f, f.load_row(source, i + 1, LANES), *one)
+                rate = vectors.divided(vectors.load_row(source, i + 1, LANES), one)
                 if rate_of is not None:
-                    f.store_row(rate, self.at(rate_of, k + 1), i)
+                    vectors.store_row(rate, self.at(rate_of, k + 1), i)
                 if place is not None:
-                    f.store_row(divided(f, rate, *two), self.at(place, k + 2), i)
+                    vectors.store_row(vectors.divided(rate, two), self.at(place, k + 2), i)
 
     def regular(self) -> Bit:
         found = self.good[0]

@@ -11,14 +11,13 @@ import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term
-from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.jets import SeriesJet
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.series import LoopSeries
-from lagrange_cli.native.families.spans import divided
 from lagrange_cli.native.families.stage import MemberStage, SeriesWriter
+from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.text import Value
 from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
@@ -110,7 +109,7 @@ class CorrectedWriter(SeriesWriter):
         first = isinstance(self.k, int) and self.k == 0
         return self.local.terms if first else self.local.terms[: len(self.local.terms) - self.local.slopes]
 
-    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+    def values(self, known: dict[Node, Operands], j: Integer) -> list[Operands]:
         if not self.early and not self.correcting:
             known = {**known, **dict.fromkeys(self.local.coordinates)}
         stage = CorrectedStage(self.evaluation, self.series, self.k, self.block_at(j), known, self.phase)
@@ -130,12 +129,12 @@ class CorrectedStage(MemberStage):
         assert isinstance(series, CorrectedSeries) and series.local is not None
         emitter, local, program = self.emitter, series.local, series.program
         found = dict(zip(local.coordinates, (self.known[one] for one in local.change)))
-        change: dict[int, Value] = {}
+        change: dict[int, Operands] = {}
         for index in series.corrected:
             one = program.series[index]
             if one.op is Op.COORDINATE:
                 assert one.node is not None
-                change[index] = self.divided(self.divided(found[one.node], 1), 2)
+                change[index] = self.integrated(self.integrated(found[one.node], 1), 2)
             elif one.op is Op.MULTIPLIER:
                 assert one.node is not None
                 change[index] = self.known[one.node]
@@ -154,15 +153,6 @@ class CorrectedJet(SeriesJet):
     """The code is longer."""
     members: list[tuple[CorrectedSeries, int]]
     """Their series, with places in ``%work``."""
-
-    def of_state(self) -> dict[Array, tuple[int, int]]:
-        """Coefficient m of the state's row i is at ``m * width + i``."""
-        self.take(room(self.width * (self.order + 1) + self.degrees))
-        return {self.system.q: (0, self.width), self.system.v: (self.degrees, self.width)}
-
-    def start(self) -> None:
-        super().start()
-        self.copy(self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
 
     def begin(self) -> None:
         for k in BEFORE_ACCELERATIONS:
@@ -189,8 +179,8 @@ class CorrectedJet(SeriesJet):
         """The series of all members in stage k."""
         early = isinstance(k, int) and k < 0
         evaluation = Evaluation(
-            self.f, self.slots, lambda array: self.at(array, k + 2 if early and array is self.system.q else
-            0), self.tables, {self.system.time: self.time}, self.emitter,
+            self.vectors, self.slots, lambda array: self.at(array, k + 2 if early and array is self.system.q
+            else 0), self.tables, {self.system.time: self.time},
         )  # fmt: skip
         for series, place in self.members:
             writer = CorrectedWriter(evaluation, series, place, k, phase)
@@ -199,7 +189,8 @@ class CorrectedJet(SeriesJet):
 
     def advance(self, evaluation: Evaluation, k: int | Integer, rates: Array) -> None:
         """The newest coefficients of coordinates, from those of their accelerations."""
-        f, one, two = self.f, self.reciprocal(k, 1), self.reciprocal(k, 2)
+        f, vectors = self.f, self.vectors
+        one, two = vectors.divisor(k, 1), vectors.divisor(k, 2)
         found = evaluation.where(rates)
         following, beyond = (k + 1) * self.width, (k + 2) * self.width
         # from the last ones on: a whole vector of velocities goes beyond them, where the next coefficients of
@@ -207,6 +198,6 @@ class CorrectedJet(SeriesJet):
         last = LANES * ((self.degrees - 1) // LANES)
         with f.loop(0, self.degrees, LANES, tested=False) as j:
             i = f.count(last) - j
-            velocity = divided(f, f.load_row(found, i, LANES), *one)
-            f.store_row(velocity, "%work", i + self.degrees + following)
-            f.store_row(divided(f, velocity, *two), "%work", i + beyond)
+            velocity = vectors.divided(vectors.load_row(found, i, LANES), one)
+            vectors.store_row(velocity, "%work", i + self.degrees + following)
+            vectors.store_row(vectors.divided(velocity, two), "%work", i + beyond)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,13 +17,13 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Term, Total, Tree
 from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.loops import Loop, loops
-from lagrange_cli.native.families.spans import Span, behind, divided, in_vectors, smaller
+from lagrange_cli.native.families.spans import Span, behind, in_vectors, smaller
+from lagrange_cli.native.families.vectors import Divisor, Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
-from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
+from lagrange_cli.native.recurrences.batches.gathering import place_at, places_at
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.records import dataclass, field
@@ -44,17 +44,26 @@ def room(count: int) -> int:
 class Evaluation:
     """The function that totals are computed in, where arrays are in it, and the constants of the motion."""
 
-    f: Function
+    vectors: Vectors
     slots: Slots
     where: Where
     tables: Tables
-    known: Mapping[Node, str]
+    known: Mapping[Node, Operands]
     """Operands of symbols that are no slots, in every lane: t."""
-    emitter: LaneEmitter
-    scales: Mapping[Array, tuple[Real, Real]] = field(default_factory=dict)
-    """What numbers of arrays are multiplied by, in two parts."""
+    scales: Mapping[Array, Divisor] = field(default_factory=dict)
+    """What numbers of arrays are divided by."""
     share: Callable[[Evaluation, Loop], bool] = lambda evaluation, loop: False
     """Writes a loop that several threads share, if it is one."""
+
+    @property
+    def f(self) -> Function:
+        """The function."""
+        return self.vectors.f
+
+    @property
+    def emitter(self) -> Any:
+        """The arithmetic of eight members."""
+        return self.vectors.kind
 
     def write(self, totals: Sequence[Total]) -> None:
         """Compute them."""
@@ -73,19 +82,21 @@ class Evaluation:
         with climb(self.f, self.tables, tree, back=chain.back) as (member, parent, hangs):
             source, target = (member, parent) if chain.back else (parent, member)
             with self.f.when(hangs):
-                self.f.store(self.f.load(base, target) + self.f.load(base, source), base, target)
+                load, store = self.vectors.load, self.vectors.store
+                store(load(base, target) + load(base, source), base, target)
 
     def clear(self, totals: Iterable[Array]) -> None:
         """Begin with sums that are 0."""
         for total in totals:
             base = self.where(total)
             with self.f.loop(0, room(total.count), LANES, tested=False) as i:
-                self.f.store_row(self.f.zero(LANES), base, i)
+                self.vectors.store_row(self.vectors.zero(LANES), base, i)
 
     def clear_between(self, total: Array, span: Span) -> None:
         """The same for some of them."""
         base = self.where(total)
-        in_vectors(self.f, span, lambda i, lanes: self.f.store_row(self.f.zero(lanes), base, i))
+        vectors = self.vectors
+        in_vectors(self.f, span, lambda i, lanes: vectors.store_row(vectors.zero(lanes), base, i))
 
 
 def added(totals: Iterable[Array], listed: Iterable[Loop | Chain]) -> list[Array]:
@@ -123,6 +134,7 @@ class Writer:
 
     def __init__(self, evaluation: Evaluation, loop: Loop) -> None:
         self.evaluation, self.f, self.loop = evaluation, evaluation.f, loop
+        self.vectors = evaluation.vectors
         self.used, self.rows = loop.used, loop.rows
         self.listed, self.number = loop.numbered
         self.piece: Piece | None = None
@@ -167,7 +179,7 @@ class Writer:
     def row(self, bases: Sequence[Integer], length: Integer, r: Integer) -> None:
         """The members of row number ``r``."""
         f, fixed = self.f, self.fixed(bases)
-        added = Additions(f, self.loop, self.terms, self.evaluation.where)
+        added = Additions(self.vectors, self.loop, self.terms, self.evaluation.where)
         added.begin(bases)
         self.enter(r)
         if self.piece is None:
@@ -186,13 +198,13 @@ class Writer:
         with f.otherwise():
             added.pause(self.piece.registers)
 
-    def fixed(self, bases: Sequence[Integer]) -> dict[Node, str]:
+    def fixed(self, bases: Sequence[Integer]) -> dict[Node, Operands]:
         """The slots that stay as they are in a row."""
-        f, found = self.f, dict[Node, str]()
+        vectors, found = self.vectors, dict[Node, Operands]()
         for (symbol, slot), i in zip(self.used.items(), self.number):
             if self.rows.strides[i] == 0:
-                one = f.splat(f.load(self.evaluation.where(slot.array), bases[i]), LANES)
-                found[symbol] = self.scaled(slot.array, one).name
+                one = vectors.splat(vectors.load(self.evaluation.where(slot.array), bases[i]), LANES)
+                found[symbol] = vectors.operand(self.scaled(slot.array, one))
         return found
 
     def eight(
@@ -200,7 +212,7 @@ class Writer:
         bases: Sequence[Integer],
         length: Integer,
         j: Integer,
-        fixed: Mapping[Node, str],
+        fixed: Mapping[Node, Operands],
         added: Additions,
     ) -> None:
         """Eight members, from the ``j``-th one of the row on."""
@@ -208,34 +220,33 @@ class Writer:
         lanes = ", ".join(f"i64 {lane}" for lane in range(LANES))
         inside: Bit = f.splat(j, LANES) + Integer(f, f"<{lanes}>", LANES) < f.splat(length, LANES)
         known = {**evaluation.known, **fixed, **self.changing(bases, j)}
-        values = [
-            Real(f, evaluation.emitter.written(one), LANES) for one in self.of_eight(known, bases, j, inside)
-        ]
+        values = [self.vectors.number(one) for one in self.of_eight(known, bases, j, inside)]
         added.add(values, inside, j, self.looked_up)
 
-    def changing(self, bases: Sequence[Integer], j: Integer) -> dict[Node, str | None]:
+    def changing(self, bases: Sequence[Integer], j: Integer) -> dict[Node, Operands]:
         """The slots of eight members that are not the same in all of a row."""
-        f, evaluation, strides = self.f, self.evaluation, self.rows.strides
-        known: dict[Node, str | None] = {}
+        vectors, strides = self.vectors, self.rows.strides
+        known: dict[Node, Operands] = {}
         for (symbol, slot), i in zip(self.used.items(), self.number):
-            base = evaluation.where(slot.array)
+            base = self.evaluation.where(slot.array)
             if strides[i] == 1:
-                known[symbol] = self.scaled(slot.array, f.load_row(base, bases[i] + j, LANES)).name
+                row = vectors.load_row(base, bases[i] + j, LANES)
+                known[symbol] = vectors.operand(self.scaled(slot.array, row))
             elif strides[i] is None:
-                found = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
-                known[symbol] = self.scaled(slot.array, Real(f, found, LANES)).name
+                found = vectors.gather(base, self.looked_up(i, j))
+                known[symbol] = vectors.operand(self.scaled(slot.array, found))
         return known
 
     def of_eight(
-        self, known: dict[Node, str | None], bases: Sequence[Integer], j: Integer, inside: Bit
-    ) -> list[str | None]:
+        self, known: dict[Node, Operands], bases: Sequence[Integer], j: Integer, inside: Bit
+    ) -> list[Operands]:
         """Their terms; those of members ``inside`` the row count."""
         return self.values(known, j)
 
-    def scaled(self, array: Array, value: Real) -> Real:
-        """Numbers of an array, as the evaluation multiplies them."""
+    def scaled(self, array: Array, value: Numbers) -> Numbers:
+        """Numbers of an array, as the evaluation divides them."""
         scale = self.evaluation.scales.get(array)
-        return value if scale is None else divided(self.f, value, *scale)
+        return value if scale is None else self.vectors.divided(value, scale)
 
     @property
     def terms(self) -> Sequence[tuple[Term, Array]]:
@@ -245,7 +256,7 @@ class Writer:
     def enter(self, r: Integer) -> None:
         """The operations done once per row."""
 
-    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+    def values(self, known: dict[Node, Operands], j: Integer) -> list[Operands]:
         """The terms of eight members, from the ``j``-th one on, whose slots are ``known``."""
         nodes = [term.node for term, _ in self.loop.terms]
         emit_values(self.evaluation.emitter, nodes, known, Everywhere(self.evaluation.tables.constants.slots))

@@ -12,13 +12,14 @@ from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, ro
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import loops, needed
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
-from lagrange_cli.native.families.spans import Span, divided, in_vectors
+from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling, tiling_of
+from lagrange_cli.native.families.vectors import Divisor, DoubleVectors, Vectors
 from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.tables import Tables
@@ -28,10 +29,12 @@ from lagrange_cli.records import dataclass, replace
 
 MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
+WITHOUT_SERIES = "choose --method ias15, which has no series, "
+"""A way out for motions in doubles without a certificate: all others need series."""
 BEGUN = 7
 """From this stage on, dot products are begun for several orders together, where coefficients are many. (The
 code is twice as long.)"""
-HEAD = "define internal i1 @{}(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
+HEAD = "define internal i1 @{}(ptr noalias %constants, {}, ptr noalias %state, ptr noalias %work) #0"
 JET, BRIEF = "jet", "accelerations"
 """The names of the functions: all of a step's series, and accelerations alone."""
 
@@ -56,7 +59,8 @@ class SeriesJet:
     the beginning of scratch in ``%constants`` on."""
 
     local = True
-    """Whether an order takes nothing but loops and ``accelerate``."""
+    """Whether an order takes nothing but loops and ``accelerate``, and coordinates have no series of their
+    own. (Double-double numbers have these: to compute them again and again takes longer.)"""
     many = 2**16
     """Coefficients from which on the second copy of the code pays."""
 
@@ -68,17 +72,20 @@ class SeriesJet:
         tables: Tables,
         layout: StateLayout,
         order: int,
+        kind: type[Vectors] = DoubleVectors,
         name: str = JET,
     ) -> None:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
-        self.f = Function(HEAD.format(name))
-        self.emitter = LaneEmitter(self.f)
+        self.f = Function(HEAD.format(name, kind.times))
+        self.vectors = kind(self.f)
+        self.emitter: LaneEmitter = self.vectors.kind
+        self.local = self.local and kind.parts == 1
         self.width, self.degrees = layout.width, system.q.count
         self.work = 0
-        base = self.f.place("%constants", self.f.load_integer("@scratch"), "double")
-        self.places = {array: self.f.place(base, at, "double") for array, at in places.items()}
-        self.time = self.f.splat(Real(self.f, "%t", 1), LANES).name
+        base = self.vectors.place("%constants", self.f.load_integer("@scratch"))
+        self.places = {array: self.vectors.place(base, at) for array, at in places.items()}
+        self.time = self.vectors.operand(self.vectors.splat(self.vectors.now(), LANES))
         self.planes: dict[Array, tuple[int, int]] = self.of_state()
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
@@ -98,24 +105,31 @@ class SeriesJet:
         if self.local and array is self.system.q and not (isinstance(k, int) and k == 0):
             array, k = self.system.v, k - 1
         first, step = self.planes[array]
-        return self.f.place("%work", k * step + first, "double")
+        return self.vectors.place("%work", k * step + first)
 
-    def scales(self, k: int | Integer) -> dict[Array, tuple[Real, Real]]:
-        """What numbers of these arrays are multiplied by: q[k] = v[k - 1] / k."""
+    def scales(self, k: int | Integer) -> dict[Array, Divisor]:
+        """What numbers of these arrays are divided by: q[k] = v[k - 1] / k."""
         first = isinstance(k, int) and k <= 1
-        return {self.system.q: self.reciprocal(k, 0)} if self.local and not first else {}
+        return {self.system.q: self.vectors.divisor(k, 0)} if self.local and not first else {}
 
     def of_state(self) -> dict[Array, tuple[int, int]]:
         """The places of q and v."""
+        if not self.local:
+            return self.of_rows()
         first, step = velocity_planes(self.degrees)
         self.take(step * (self.order + 1) + LANES)
         return {self.system.q: (self.take(room(self.degrees)), 0), self.system.v: (first, step)}
 
+    def of_rows(self) -> dict[Array, tuple[int, int]]:
+        """The same where both have series: coefficient m of the state's row i is at ``m * width + i``."""
+        self.take(room(self.width * (self.order + 1) + self.degrees))
+        return {self.system.q: (0, self.width), self.system.v: (self.degrees, self.width)}
+
     def evaluation(self, k: int | Integer) -> Evaluation:
         """What computes totals of order k."""
         return Evaluation(
-            self.f, self.slots, lambda array: self.at(array, k), self.tables,
-            {self.system.time: self.time}, self.emitter, self.scales(k),
+            self.vectors, self.slots, lambda array: self.at(array, k), self.tables,
+            {self.system.time: self.time}, self.scales(k),
         )  # fmt: skip
 
     def arrange(self, totals: Sequence[Total]) -> None:
@@ -150,10 +164,11 @@ class SeriesJet:
 
     def bounded(self) -> None:
         """Raise ``TooManyNumbers`` where the series take too much memory."""
-        if self.work > MOST_NUMBERS:
+        numbers = self.vectors.parts * self.work
+        if numbers > MOST_NUMBERS:
             raise TooManyNumbers(
-                f"the Taylor series of this system are {self.work} numbers, more than {MOST_NUMBERS}",
-                f"choose --method ias15, which has no series, make the system smaller, {way_out('numbers')}",
+                f"the Taylor series of this system are {numbers} numbers, more than {MOST_NUMBERS}",
+                f"{WITHOUT_SERIES}make the system smaller, {way_out('numbers')}",
             )
 
     def write(self) -> Jet:
@@ -171,7 +186,7 @@ class SeriesJet:
                 operations += self.stages(Windows(f, self.tables, self.tiling, turn))
         last = self.at(self.system.v, order)
         with f.loop(0, degrees, tested=False) as i:
-            f.store(f.constant(0.0), last, i)
+            self.vectors.store(self.vectors.zero(1), last, i)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 
@@ -180,7 +195,7 @@ class SeriesJet:
         several orders together. The operations of all of them."""
         f, end = self.f, self.order - 1
         first = min(max((one.unrolled for one, _ in self.series), default=1), end)
-        many = sum(one.doubles for one, _ in self.series) >= self.many
+        many = self.vectors.parts == 1 and sum(one.doubles for one, _ in self.series) >= self.many
         rounds = max(0, end - max(first, BEGUN)) // AHEAD if many else 0
         begun = end - rounds * AHEAD
         operations = sum(self.counted(k, None, windows) for k in range(first))
@@ -238,17 +253,11 @@ class SeriesJet:
                 blocks = windows.blocks(i, k, part)
                 if phase == 0 and isinstance(k, Integer):
                     begin_sums(self.f, series, k, place, *windows.blocks(i, k, part, AHEAD - 1))
-                registers = self.f.place("%work", k * size + waiting, "double")
+                registers = self.vectors.place("%work", k * size + waiting)
                 SeriesWriter(evaluation, series, place, k, phase).write(Piece(blocks, registers))
         with windows.parts() as part:
             span = windows.units(k, windows.tiling.stride, part)
             self.accelerate(evaluation, k, phase, windows.positions(span, self.degrees))
-
-    def reciprocal(self, k: int | Integer, ahead: int) -> tuple[Real, Real]:
-        """1/(k + ahead) in two parts."""
-        name = str(k) if isinstance(k, int) else k.name
-        one, rest = (self.emitter.everywhere(table, name, ahead) for table in ("@reciprocals", "@rests"))
-        return Real(self.f, one, LANES), Real(self.f, rest, LANES)
 
     # what systems have of their own: here M is diagonal and constant
 
@@ -262,16 +271,32 @@ class SeriesJet:
     def start(self) -> None:
         """Coefficients 0."""
         for shift, array in enumerate((self.system.q, self.system.v)):
-            state = self.f.place("%state", shift * self.degrees, "double")
+            state = self.vectors.state(shift * self.degrees, self.width)
             self.copy(state, self.at(array, 0), self.degrees)
+        if not self.local:
+            self.follow(0, self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
+
+    def follow(self, k: int | Integer, source: Pointer, target: Pointer, count: int) -> None:
+        """Coefficients k + 1 of so many numbers, from coefficients k of their rates."""
+        f, vectors = self.f, self.vectors
+        if vectors.parts == 1:
+            assert k == 0
+            self.copy(source, target, count)
+            return
+        divisor = vectors.divisor(k, 1)
+
+        def write(i: Integer, lanes: int) -> None:
+            vectors.store_row(vectors.divided(vectors.load_row(source, i, lanes), divisor), target, i)
+
+        in_vectors(f, (f.count(0), f.count(count)), write)
 
     def copy(self, source: Pointer, target: Pointer, count: int) -> None:
         """Copy so many numbers."""
-        f = self.f
+        f, vectors = self.f, self.vectors
         in_vectors(
             f,
             (f.count(0), f.count(count)),
-            lambda i, lanes: f.store_row(f.load_row(source, i, lanes), target, i),
+            lambda i, lanes: vectors.store_row(vectors.load_row(source, i, lanes), target, i),
         )
 
     def begin(self) -> None:
@@ -281,17 +306,19 @@ class SeriesJet:
         self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
     ) -> None:
         """Coefficients k of the accelerations, all or some, from those of the forces."""
-        f, inverse = self.f, self.reciprocal(k, 1)
+        f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
         self.emitter.repeated = self.degrees // LANES + 1
         given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
         velocities = self.at(self.system.v, k + 1)
 
         def write(i: Integer, lanes: int) -> None:
-            rate = quotient(f, *(f.load_row(one, i, lanes) for one in given))
-            parts = (one if lanes == LANES else f.lane(one, 0) for one in inverse)
-            f.store_row(divided(f, rate, *parts), velocities, i)
+            rate = vectors.quotient(*(vectors.load_row(one, i, lanes) for one in given))
+            vectors.store_row(vectors.divided(rate, divisor), velocities, i)
 
         in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
+        if not self.local:
+            rates = self.at(self.system.v, k + 1)
+            self.follow(k + 1, rates, self.at(self.system.q, k + 2), self.degrees)
 
     def regular(self) -> Bit:
         """Whether the masses are."""
@@ -309,9 +336,3 @@ def regular(f: Function, masses: Pointer, count: int, *, positive: bool) -> Bit:
 
     in_vectors(f, (f.count(0), f.count(count)), look)
     return ~(f.any(wrong[LANES].get()) | wrong[1].get())
-
-
-def quotient(f: Function, a: Real, b: Real, inverse: Real) -> Real:
-    """a / b, given 1/b as it is rounded: correctly rounded but in rare cases."""
-    rough = a * inverse
-    return f.fused(f.fused(-rough, b, a), inverse, rough)

@@ -8,11 +8,11 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 from __future__ import annotations
 
 from functools import partial
+from itertools import product
 
-from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.arrays import Array
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.arrangement import Arrangement, Observed
+from lagrange_cli.native.families.arrangement import Observed
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
 from lagrange_cli.native.families.coupling import of_families
@@ -20,6 +20,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.preparation import Preparation, low_parts
 from lagrange_cli.native.families.projection import Projection
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.runs import runs_of
@@ -27,25 +28,30 @@ from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
 from lagrange_cli.native.families.strips import Sharing
+from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
+from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.interface import LANES, Board, Interface
+from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.advance import advance
+from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
-from lagrange_cli.native.stepping.lengths import side_by_side
+from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
+
+COMPANION = 3
+"""Doubles for each constant of a companion, which computes them once in doubles and once in two parts."""
 
 
 def write_family_program(
@@ -55,28 +61,32 @@ def write_family_program(
     order: int,
     *,
     scheme: str = "",
+    kind: type[Vectors] = DoubleVectors,
+    factor: int | None = None,
     proven: bool = False,
 ) -> Program:
-    """The program of ``system`` with q's series to ``order``; one of ``RATES`` gives the accelerations alone,
-    with the steps of a ``scheme`` on these. If steps by series are to be ``proven``, M is diagonal and there
-    are no constraints."""
-    return _Writer(system, observed, tolerance, order, scheme, proven).program()
+    """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``; one of ``RATES``
+    gives the accelerations alone, with the steps of a ``scheme`` on these, in doubles. With a ``factor`` it
+    is that of a companion, whose numbers are of a kind beside those of the run (``numbers.beside``). If steps
+    by series are to be ``proven``, M is diagonal, there are no constraints, and numbers are doubles."""
+    return _Writer(system, observed, tolerance, order, scheme, kind, factor, proven).program()
 
 
-class _Writer(Arrangement):
+class _Writer(Preparation):
     """The functions of a program."""
 
     def program(self) -> Program:
         """The program."""
         order = self.order
         if self.scheme:
-            from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
+            from lagrange_cli.native.stepping.schemes import scheme_of
 
             scheme = scheme_of(self.scheme)
             order = scheme.order
         interface = Interface(
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
-            stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
+            stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=self.kind.parts,
+            given=self.kind.parts if self.factor is None else 2,
             guards=(), limits=(), events=(), changed=(), affected=(), masses=(),
             constraints=0 if self.motion is None else self.motion.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
@@ -84,38 +94,21 @@ class _Writer(Arrangement):
         if self.scheme:
             interface = replace(interface, carried=scheme.carried(interface.inner))
         jet = self.jet()
-        parts, work, floor = [jet.text], jet.work, 0
-        floors = self.floors() if self.diagonal and (self.scheme or self.order > RATES) else ""
-        if floors and not self.scheme:
-            floor, work = work, work + room(self.layout.width)
-        lengths = side_by_side(self.degrees, self.layout.rows, self.order, floor)
-        if self.order > RATES and self.balance is None and self.motion is None:
-            first, term = velocity_planes(self.degrees)
-            lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
-            work += weights_size(self.order)
-        given = Given(
-            interface.inner, work, self.tolerance, (self.proving(), None, None), None,
-            project=self.projection(),
-            timed=not self.system.steady, floors=floors,
-        )  # fmt: skip
-        if self.scheme:
-            work, steps = on_rates(scheme, lengths, given, partial(of_families, self.system))
-            parts.append(steps)
-        elif self.order > RATES:
-            kind = VelocitySteps if lengths.followers else FamilySteps
-            parts.append(advance(kind(lengths, given)))
-        if self.order > RATES or self.balance is not None or self.motion is not None:
-            parts += [*numbers("", self.order + 4), rests(self.order + 4)]
-        parts.append(accelerate(lengths))
+        work, steps = (self.steps if self.kind.parts == 1 else self.pair_steps)(interface, jet)
+        parts = [jet.text, *steps]
         observe, counted = self.observe()
         parts += [observe, self.prepare()]
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.scalars}\n" + listed
+        constants = self.scalars + self.size
+        if self.kind.parts > 1 or self.factor is not None:
+            text += low_parts(work // 2, constants) + "".join(of_vectors(text))
         text += definitions(text)
         length.allow(text.count(" = "))
         return Program(
             **{
-                **interface.as_data(), "constants": self.scalars + self.size, "work": work,
+                **interface.as_data(), "work": work,
+                "constants": constants * (self.kind.parts if self.factor is None else COMPANION),
                 "strips": self.strips, "board": self.scalars + self.board,
             },
             text=text,
@@ -125,16 +118,61 @@ class _Writer(Arrangement):
             operations={"jet": jet.operations, "observe": counted},
         )  # fmt: skip
 
+    def steps(self, interface: Interface, jet: Jet) -> tuple[int, list[str]]:
+        """What follows a motion in doubles: what it works on, and its texts."""
+        parts, work, floor = list[str](), jet.work, 0
+        floors = self.floors() if self.diagonal and (self.scheme or self.order > RATES) else ""
+        if floors and not self.scheme:
+            floor, work = work, work + room(self.layout.width)
+        lengths = side_by_side(self.degrees, self.layout.rows, self.order, floor)
+        if self.order > RATES and self.balance is None and self.motion is None:
+            first, term = velocity_planes(self.degrees)
+            lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
+            work += weights_size(self.order)
+        given = self.given(interface, work, floors)
+        if self.scheme:
+            from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
+
+            work, steps = on_rates(scheme_of(self.scheme), lengths, given, partial(of_families, self.system))
+            parts.append(steps)
+        elif self.order > RATES:
+            kind = VelocitySteps if lengths.followers else FamilySteps
+            parts.append(advance(kind(lengths, given)))
+        if self.order > RATES or self.balance is not None or self.motion is not None:
+            parts += [*numbers("", self.order + 4), rests(self.order + 4)]
+        return work, [*parts, accelerate(lengths)]
+
+    def pair_steps(self, interface: Interface, jet: Jet) -> tuple[int, list[str]]:
+        """The same in double-double: low parts are behind all high ones."""
+        floors, width, work = self.floors() if self.diagonal else "", self.layout.width, jet.work
+        floor = work if self.degrees > 1 else 0
+        orders = -(-(work + room(width)) // width)
+        lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
+        given = self.given(interface, 2 * orders * width, floors)
+        return given.work, [*operations(), *functions(), *stepper(lengths, orders, given)]
+
+    def given(self, interface: Interface, work: int, floors: str) -> Given:
+        """What steps need to know of the motion."""
+        return Given(
+            interface.inner, work, self.tolerance, (self.proving(), None, None), None,
+            project=self.projection(), timed=not self.system.steady, floors=floors,
+        )  # fmt: skip
+
     def jet(self) -> Jet:
         """``@jet``."""
         given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
         if self.balance is not None:
-            return ArticulatedJet(self.balance, *given).write()
+            return ArticulatedJet(self.balance, *given, self.kind).write()
         if self.motion is not None:
-            return ConstrainedJet(self.motion, self.tabled, *given).write()
+            return ConstrainedJet(self.motion, self.tabled, *given, self.kind).write()
         if self.order == RATES:
             return self.accelerations()
-        jet, brief = SeriesJet(*given).write(), SeriesJet(*given[:-1], RATES, BRIEF).write()
+        if self.kind.parts > 1:
+            return SeriesJet(*given, self.kind).write()
+        jet, brief = (
+            SeriesJet(*given, self.kind).write(),
+            SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write(),
+        )
         return replace(jet, text=jet.text + brief.text)
 
     def projection(self) -> str:
@@ -142,7 +180,8 @@ class _Writer(Arrangement):
         if self.moves is None:
             return ""
         f, layout = Function("define void @project(ptr %constants, ptr %state) #0"), self.layout
-        base = self.scratch(f)
+        vectors = self.kind(f)
+        base = self.scratch(vectors)
         arrays: dict[Array, Pointer] = {
             self.system.q: f.pointer("%state"), self.system.v: f.place("%state", self.degrees, "double")
         }  # fmt: skip
@@ -151,7 +190,7 @@ class _Writer(Arrangement):
             self.size += room(array.count)
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         written = Projection(
-            self.moves, self.evaluation(f, arrays, time), layout, self.tabled,
+            self.moves, self.evaluation(vectors, arrays, time), layout, self.tabled,
             f.place(base, self.size, "double"), f.splat(low, LANES).name,
         )  # fmt: skip
         self.size += room(self.tabled.size)
@@ -159,7 +198,7 @@ class _Writer(Arrangement):
 
     def accelerations(self) -> Jet:
         """``@jet`` without series."""
-        f, width = Function(HEAD.format(JET)), self.layout.width
+        f, width = Function(HEAD.format(JET, DoubleVectors.times)), self.layout.width
         work = room(width * (RATES + 1) + self.degrees)
         totals = needed([self.rates], self.slots, self.lasting.fixed)
         at: dict[Array, tuple[str, int]] = {
@@ -174,7 +213,7 @@ class _Writer(Arrangement):
 
         def within(f: Function) -> Evaluation:
             arrays = {array: f.place(base, place, "double") for array, (base, place) in at.items()}
-            return self.evaluation(f, arrays, Real(f, "%t", 1))
+            return self.evaluation(DoubleVectors(f), arrays, Real(f, "%t", 1))
 
         sharing = Sharing(within)
         evaluation = replace(within(f), share=sharing.take)
@@ -191,10 +230,6 @@ class _Writer(Arrangement):
         self.size += board_size(sharing.parts)
         return "".join([*sharing.tiles, *shared_functions(sharing.parts, self.board_of)])
 
-    def board_of(self, f: Function) -> Pointer:
-        """Where the board is."""
-        return f.place(self.scratch(f), self.board, "double")
-
     def proving(self) -> Proving | None:
         """The proof of steps, if they are proven; its arrays are the next ones."""
         if not self.proven:
@@ -206,7 +241,7 @@ class _Writer(Arrangement):
     def floors(self) -> str:
         """``@floors``: the least that velocities are measured by."""
         f = Function(FLOORS)
-        base = self.scratch(f)
+        base = self.scratch(DoubleVectors(f))
         masses, inverses = (f.place(base, self.places[one], "double") for one in self.diagonal)
         write_floors(f, self.system.spec, masses, inverses)
         return f.text()
@@ -215,80 +250,47 @@ class _Writer(Arrangement):
         """``@observe``: the observed quantities at each of ``%count`` samples; and its operations."""
         head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
         f = Function(f"define void @observe({head}, i64 %stride, i64 %count) #0")
-        stride, base = Integer(f, "%stride", 1), self.scratch(f)
+        stride, vectors = Integer(f, "%stride", 1), self.kind(f)
+        base = self.scratch(vectors)
         arrays: dict[Array, Pointer] = {}
 
         def put(array: Array, count: int) -> None:
-            arrays[array] = f.place(base, self.size, "double")
+            arrays[array] = vectors.place(base, self.size)
             self.size += room(count)
 
         put(self.system.q, self.degrees)
         put(self.system.v, self.degrees)
-        first = [] if self.pulled is None else [self.pulled.square, self.pulled.right]
-        before = needed(first, self.slots, self.lasting.fixed)
-        totals = [one for one in needed(self.roots, self.slots, self.lasting.fixed) if one not in before]
-        for total in (*before, *totals):
+        roots = [] if self.pulled is None else [self.pulled.square, self.pulled.right]
+        known = needed(roots, self.slots, self.lasting.fixed)
+        totals = [one for one in needed(self.roots, self.slots, self.lasting.fixed) if one not in known]
+        for total in (*known, *totals):
             put(total, total.count)
-        scratch = f.place(base, self.size, "double")
+        scratch = vectors.place(base, self.size)
         at = {id(array): place for array, place in arrays.items()}
         changed = self.lasting.changed
         runs = runs_of((changed[total], index) for total, index in self.observed.values())
         operations = 0
         with f.loop(0, Integer(f, "%count", 1)) as sample:
-            for k, array in enumerate((self.system.q, self.system.v)):
+            for part, k in product(range(vectors.parts), range(2)):
+                target = vectors.parts_at(at[id((self.system.q, self.system.v)[k])], part)
+                before = k * self.degrees + part * self.layout.rows
                 with f.loop(0, self.degrees, tested=False) as i:
-                    row = stride * (i + k * self.degrees if k else i) + sample
-                    f.store(f.load("%states", row), at[id(array)], i)
-            evaluation = self.evaluation(f, arrays, f.load("%times", sample))
+                    row = stride * (i + before if before else i) + sample
+                    f.store(f.load("%states", row), target, i)
+            evaluation = self.evaluation(vectors, arrays, vectors.at(f.load("%times", sample)))
             if self.pulled is not None:
-                evaluation.write(before)
+                evaluation.write(known)
                 multipliers = self.pulled.bonds.multipliers
                 solved_at_a_state(evaluation, self.pulled, self.tabled, scratch, multipliers)
                 self.size += room(self.tabled.size)
                 totals = [one for one in totals if one is not multipliers]
             evaluation.write(totals)
-            for run in runs:
-                source = evaluation.where(run.total)
+            for part, run in product(range(vectors.parts), runs):
+                source = vectors.parts_at(evaluation.where(run.total), part)
+                first = run.row + part * len(self.observed)
                 with f.loop(0, run.count, tested=False) as i:
                     value = f.load(source, i + run.start if run.start else i)
-                    f.store(value, "%results", stride * (i * run.step + run.row) + sample)
+                    f.store(value, "%results", stride * (i * run.step + first) + sample)
             operations = evaluation.emitter.operations
         f.give()
         return f.text(), operations
-
-    def prepare(self) -> str:
-        """``@prepare``: constants, and arrays that last."""
-        f = Function("define void @prepare(ptr noalias %parameters, ptr noalias %constants) #0")
-        base = self.scratch(f)
-        given = f.place(base, self.places[self.system.given], "double")
-        whole = f.place(base, self.places[self.system.whole], "double")
-        with f.loop(0, self.system.given.count) as i:
-            f.store(f.load("%parameters", i), given, i)
-        with f.loop(0, self.largest, tested=False) as i:
-            f.store(i.to_real(), whole, i)
-        # arrays may need further constants, which are computed before them
-        inner = Function("define internal void @arrays(ptr noalias %constants) #0")
-        self.evaluation(inner, {}, inner.constant(0.0)).write(
-            [one for one in self.lasting.fixed if isinstance(one, Total)]
-        )
-        inner.give()
-        emitter = Emitter(f)
-        slots, symbols = self.tables.constants.slots, self.system.parameters
-        inside = 0
-        for node in slots:
-            inside |= node.symbols
-        known: dict[Node, str | None] = {
-            symbols[name]: emitter.load("%parameters", i)
-            for i, name in enumerate(self.parameters)
-            if name in symbols and symbols[name].symbols & inside
-        }
-        emit_values(emitter, [*slots], known, None)
-        for node, slot in slots.items():
-            emitter.store(known[node], "%constants", slot)
-        f.call(None, "arrays", f.pointer("%constants"))
-        if self.strips:
-            board, size = self.board_of(f), Board.STRIPS + LANES * self.strips
-            with f.loop(0, size, LANES, tested=False) as i:
-                f.store_row(f.zero(LANES), board, i)
-        f.give()
-        return inner.text() + f.text()

@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.defect import terms
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.evaluation import climb, room
 from lagrange_cli.native.families.loops import Loop, loops, needed
+from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
@@ -84,7 +85,7 @@ class _Writer:
         self.margins, self.arrangement = proof.margins, proof.arrangement
         self.lengths, self.system = proof.margins.lengths, proof.arrangement.system
         self.f = f = Function(HEAD.format(proof.name))
-        base = proof.arrangement.scratch(f)
+        base = proof.arrangement.scratch(DoubleVectors(f))
         self.numbers: dict[Array, Pointer] = {
             array: f.place(base, at, "double") for array, at in proof.arrangement.places.items()
         }

@@ -8,14 +8,15 @@ from typing import Any, cast
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.llvm.text import Operand, Value
-from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
 from lagrange_cli.native.recurrences.batches.layout import INVERSE, SLOPE
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.stage import Factors
+from lagrange_cli.native.recurrences.vector_dots import Coefficients
 from lagrange_cli.native.recurrences.vector_stage import VectorExpansion, VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import FREE, Op
@@ -36,14 +37,14 @@ class SeriesWriter(Writer):
         blocks = self.series.blocks
         self.block = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
 
-    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+    def values(self, known: dict[Node, Operands], j: Integer) -> list[Operands]:
         return MemberStage(self.evaluation, self.series, self.k, self.block_at(j), known, self.phase).values()
 
     def block_at(self, j: Integer) -> Pointer:
         """Where the coefficients of eight members begin."""
         assert self.block is not None
         place = self.series.place(self.f, self.block + j.operation("lshr", 3))
-        return self.f.place("%work", place + self.at, "double")
+        return self.vectors.place("%work", place + self.at)
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class MemberStage(VectorStage):
         series: LoopSeries,
         k: int | Integer,
         block: Pointer,
-        known: Mapping[Node, Value],
+        known: Mapping[Node, Operands],
         phase: int | None,
     ) -> None:
         emitter, constants = evaluation.emitter, Everywhere(evaluation.tables.constants.slots)
@@ -75,59 +76,75 @@ class MemberStage(VectorStage):
         expansion.serve(self)
         self.series, self.k, self.block, self.known, self.phase = series, k, block, known, phase
         self.step = series.step
+        self.vectors = evaluation.vectors
         self.f, self.emitter, self._dots = evaluation.f, emitter, {}
-        self.newest: dict[int, Value] = {}
-        self._loaded: dict[tuple[int, object], Operand] = {}
-        self._behind: dict[tuple[int, int], Operand] = {}
-        self._constants: dict[Node, Value] = {}
+        self.newest: dict[int, Operands] = {}
+        self._loaded: dict[tuple[int, object], Operands] = {}
+        self._behind: dict[tuple[int, int], Operands] = {}
+        self._constants: dict[Node, Operands] = {}
 
     def pointer(self, index: int) -> Pointer:
-        return self.f.place(self.block, LANES * self.series.stored[index], "double")
+        return self.vectors.place(self.block, LANES * self.series.stored[index])
 
     def place(self, index: int, m: int | Integer) -> Pointer:
         """Where coefficient ``m`` of a series is, or what goes with it."""
-        return self.f.place(self.block, self.series.vector(index, m) * LANES, "double")
+        return self.vectors.place(self.block, self.series.vector(index, m) * LANES)
 
-    def vector(self, index: int, m: int | Integer) -> Operand:
+    def vector(self, index: int, m: int | Integer) -> Operands:
         """Coefficient ``m`` of a series, or what stands before coefficient 0."""
         key = index, m if isinstance(m, int) else m.name
         if key not in self._loaded:
-            self._loaded[key] = self.f.load_row(self.place(index, m), 0, LANES).name
+            row = self.vectors.load_row(self.place(index, m), 0, LANES)
+            self._loaded[key] = self.vectors.operand(row)
         return self._loaded[key]
 
-    def put(self, index: int, value: Value, m: int | Integer) -> None:
+    def put(self, index: int, value: Operands, m: int | Integer) -> None:
         """The same, stored."""
-        self.f.store_row(Real(self.f, self.emitter.written(value), LANES), self.place(index, m), 0)
+        self.vectors.store_row(self.vectors.number(value), self.place(index, m), 0)
 
     def dot(
         self, index: int, a: int, b: int, ahead: int, weighted: bool = False
-    ) -> tuple[Value, Factors[str]]:
+    ) -> tuple[Operands, Factors[Any]]:
         if self.phase is None or index not in self.series.begun:
             return super().dot(index, a, b, ahead, weighted)
         first, last = self.series.known(index)
         at = self.series.sums + self.series.begun[index] + LANES * self.phase
-        total = self.f.load_row(self.block, at, LANES).name
-        terms: Factors[str] = [(self.vector(a, m), self.at(b, ahead - m)) for m in range(1, first)]
+        total = self.vectors.operand(self.vectors.load_row(self.block, at, LANES))
+        terms: Factors[Any] = [(self.vector(a, m), self.at(b, ahead - m)) for m in range(1, first)]
         terms += [(self.at(a, ahead - m), self.vector(b, m)) for m in range(1, self.phase + ahead - last)]
         return total, terms
 
-    def constant(self, node: Node) -> Value:
+    def dots(
+        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
+    ) -> list[Operands]:
+        return self.vectors.dots(a, b, n, same=same, weighted=weighted)
+
+    def number(self, ahead: int) -> Operands:
+        return self.vectors.rate(self.k, ahead)
+
+    def divided(self, value: Operands, ahead: int) -> Operands:
+        return self.vectors.over(value, self.k, ahead)
+
+    def integrated(self, value: Operands, ahead: int) -> Operands:
+        return self.vectors.integrated(value, self.k, ahead)
+
+    def constant(self, node: Node) -> Operands:
         if node not in self._constants:
             known = dict(self.known)
             emit_values(self.emitter, [node], known, self.expansion.constants)
             self._constants[node] = known[node]
         return self._constants[node]
 
-    def slopes(self, index: int) -> tuple[Value, Value]:
+    def slopes(self, index: int) -> tuple[Operands, Operands]:
         return self.vector(index, SLOPE), self.vector(index, INVERSE)
 
-    def first(self, index: int) -> Value:
+    def first(self, index: int) -> Operands:
         if self.is_index(self.series.program.series[index].level, 0) and index in self.newest:
             return self.newest[index]
         known = index in self.series.stored or (index, 0) in self.series.besides
         return self.vector(index, 0) if known else None
 
-    def at(self, index: int, ahead: int) -> Value:
+    def at(self, index: int, ahead: int) -> Operands:
         if isinstance(self.k, int) and self.k + ahead < 0:
             return None
         if ahead == self.series.program.series[index].level:
@@ -136,7 +153,7 @@ class MemberStage(VectorStage):
             self._behind[index, ahead] = self.vector(index, self.k + ahead)
         return self._behind[index, ahead]
 
-    def values(self) -> list[Value]:
+    def values(self) -> list[Operands]:
         """Coefficients k of the terms; all others are computed on the way."""
         self.advance()
         return self.terms()
@@ -163,11 +180,11 @@ class MemberStage(VectorStage):
                 self.put(index, slope, SLOPE)
                 self.put(index, inverse, INVERSE)
 
-    def terms(self) -> list[Value]:
+    def terms(self) -> list[Operands]:
         """Coefficients k of the terms."""
         return [self.of_order(index) for index in self.series.program.residual]
 
-    def of_order(self, index: int) -> Value:
+    def of_order(self, index: int) -> Operands:
         """Coefficient k of a term."""
         ahead = self.series.program.series[index].level > 0
         return self.vector(index, self.k) if ahead else self.newest.get(index)

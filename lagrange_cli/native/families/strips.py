@@ -158,7 +158,7 @@ class TileWriter(Writer):
         end = self.listed_at(strips.ends, r)
         with f.when((self.left < end) & (self.right > first)):
             fixed = self.fixed(bases)
-            added = TileAdditions(f, self.loop, self.terms, self.evaluation.where)
+            added = TileAdditions(self.vectors, self.loop, self.terms, self.evaluation.where)
             added.begin(bases)
             self.enter(r)
             left, right = (behind(f, one, first) for one in (self.left, self.right))

@@ -11,8 +11,8 @@ import numpy as np
 
 from lagrange_cli.families.arrays import NONE, Array, Tree
 from lagrange_cli.native.families.evaluation import climb
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.families.vectors import Numbers, Vectors
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.recurrences.batches.tables import Tables
 
 Where = Callable[[Array], Pointer]
@@ -21,16 +21,17 @@ Where = Callable[[Array], Pointer]
 class Sweeps:
     """The sweeps of one tree; behind the last node, arrays have one of what does not move."""
 
-    def __init__(self, f: Function, tables: Tables, tree: Tree, where: Where) -> None:
-        self.f, self.tables, self.tree, self.where = f, tables, tree, where
+    def __init__(self, vectors: Vectors, tables: Tables, tree: Tree, where: Where) -> None:
+        self.vectors, self.f = vectors, vectors.f
+        self.tables, self.tree, self.where = tables, tree, where
         self.count = len(tree.parents)
         self.straight = bool(np.array_equal(tree.parents, np.arange(NONE, self.count + NONE)))
 
-    def load(self, array: Array, i: Integer) -> Real:
-        return self.f.load(self.where(array), i)
+    def load(self, array: Array, i: Integer) -> Numbers:
+        return self.vectors.load(self.where(array), i)
 
-    def store(self, value: Real, array: Array, i: Integer) -> None:
-        self.f.store(value, self.where(array), i)
+    def store(self, value: Numbers, array: Array, i: Integer) -> None:
+        self.vectors.store(value, self.where(array), i)
 
     def eliminate(
         self,
@@ -45,13 +46,13 @@ class Sweeps:
         passed: Mapping[tuple[int, int], Array],
     ) -> Bit:
         """Masses from the tips on, and what each order needs of them; whether they are regular."""
-        f, axes = self.f, range(len(inertia))
+        f, vectors, axes = self.f, self.vectors, range(len(inertia))
         size = 1 + max((b for _, b in slopes), default=-1)
         bends = range(size)
         good = f.variable(Bit(f, "true", 1))
-        handed = {key: f.variable(f.constant(0.0)) for key in masses}
+        handed = {key: vectors.variable(vectors.constant(0.0)) for key in masses}
         with climb(f, self.tables, self.tree, back=True) as (i, parent, _):
-            mass: dict[tuple[int, int], Real] = {}
+            mass: dict[tuple[int, int], Numbers] = {}
             for (c, e), array in masses.items():
                 value = self.load(array, i)
                 if self.straight:
@@ -61,20 +62,24 @@ class Sweeps:
                 self.store(value, array, i)
                 mass[c, e] = mass[e, c] = value
             slope = {key: self.load(array, i) for key, array in slopes.items()}
-            met = {(c, b): dotted(f, [(mass[c, e], slope[e, b]) for e in axes]) for c in axes for b in bends}
+            met = {
+                (c, b): dotted(vectors, [(mass[c, e], slope[e, b]) for e in axes])
+                for c in axes
+                for b in bends
+            }
             both = {(c, b): met[c, b] + self.load(own[c, b], i) for c in axes for b in bends}
             matrix = {
-                (b, d): dotted(f, [(slope[c, b], met[c, d]) for c in axes], self.load(corners[b, d], i))
+                (b, d): dotted(vectors, [(slope[c, b], met[c, d]) for c in axes], self.load(corners[b, d], i))
                 for b in bends
                 for d in bends[b:]
             }
-            found, positive = inverted(f, matrix, size)
+            found, positive = inverted(vectors, matrix, size)
             for one in positive:
                 good.set(good.get() & one)
             for key, value in found.items():
                 self.store(value, inverse[key], i)
             gain = {
-                (c, b): dotted(f, [(both[c, d], found[min(b, d), max(b, d)]) for d in bends])
+                (c, b): dotted(vectors, [(both[c, d], found[min(b, d), max(b, d)]) for d in bends])
                 for c in axes
                 for b in bends
             }
@@ -82,12 +87,12 @@ class Sweeps:
                 self.store(value, gains[key], i)
             for c in axes:
                 for e in axes:
-                    start = f.constant(1.0 if c == e else 0.0)
-                    value = dotted(f, [(-gain[c, b], slope[e, b]) for b in bends], start)
+                    start = vectors.constant(1.0 if c == e else 0.0)
+                    value = dotted(vectors, [(-gain[c, b], slope[e, b]) for b in bends], start)
                     self.store(value, passed[c, e], i)
             for (c, e), array in masses.items():
                 start = mass[c, e] + self.load(weights[c], i) if c == e else mass[c, e]
-                value = dotted(f, [(-gain[c, b], both[e, b]) for b in bends], start)
+                value = dotted(vectors, [(-gain[c, b], both[e, b]) for b in bends], start)
                 if self.straight:
                     handed[c, e].set(value)
                 else:
@@ -104,8 +109,8 @@ class Sweeps:
     ) -> None:
         """What goes on to the parent from each node: ``push``, and what is ``passed`` of the node's
         ``pull``, to which it is added. If they are ``bare``, nothing is there before."""
-        f, axes = self.f, range(len(pull))
-        handed = [f.variable(f.constant(0.0)) for _ in axes]
+        f, vectors, axes = self.f, self.vectors, range(len(pull))
+        handed = [vectors.variable(vectors.constant(0.0)) for _ in axes]
         with climb(f, self.tables, self.tree, back=True) as (i, parent, _):
             mine = [self.load(one, i) for one in pull] if not self.straight or not bare else []
             if self.straight:
@@ -114,7 +119,7 @@ class Sweeps:
                     self.store(one, array, i)
             for c in axes:
                 terms = [(self.load(passed[c, e], i), mine[e]) for e in axes]
-                value = dotted(f, terms, self.load(push[c], i))
+                value = dotted(vectors, terms, self.load(push[c], i))
                 if self.straight:
                     handed[c].set(value)
                 else:
@@ -125,11 +130,11 @@ class Sweeps:
     ) -> None:
         """``moved`` of each node: ``drift``, and what is ``passed`` of its parent's. What does not move is
         before the first node, and behind the last one."""
-        f, axes = self.f, range(len(moved))
-        handed = [f.variable(f.constant(0.0)) for _ in axes]
+        f, vectors, axes = self.f, self.vectors, range(len(moved))
+        handed = [vectors.variable(vectors.constant(0.0)) for _ in axes]
         for array in moved:
             for place in (0, self.count + 1):
-                f.store(f.constant(0.0), self.where(array), place)
+                vectors.store(vectors.constant(0.0), self.where(array), place)
         with climb(f, self.tables, self.tree, back=False) as (i, parent, _):
             up = (
                 [one.get() for one in handed]
@@ -137,7 +142,7 @@ class Sweeps:
                 else [self.load(one, parent + 1) for one in moved]
             )
             values = [
-                dotted(f, [(self.load(passed[c, e], i), up[c]) for c in axes], self.load(drift[e], i))
+                dotted(vectors, [(self.load(passed[c, e], i), up[c]) for c in axes], self.load(drift[e], i))
                 for e in axes
             ]
             for one, array, value in zip(handed, moved, values):
@@ -146,20 +151,22 @@ class Sweeps:
                     one.set(value)
 
 
-def dotted(f: Function, terms: Sequence[tuple[Real, Real]], start: Real | None = None) -> Real:
+def dotted(
+    vectors: Vectors, terms: Sequence[tuple[Numbers, Numbers]], start: Numbers | None = None
+) -> Numbers:
     """A sum of products."""
     total = start
     for a, b in terms:
-        total = a * b if total is None else f.fused(a, b, total)
-    return f.constant(0.0) if total is None else total
+        total = a * b if total is None else vectors.fused(a, b, total)
+    return vectors.constant(0.0) if total is None else total
 
 
 def inverted(
-    f: Function, matrix: Mapping[tuple[int, int], Real], size: int
-) -> tuple[dict[tuple[int, int], Real], list[Bit]]:
+    vectors: Vectors, matrix: Mapping[tuple[int, int], Numbers], size: int
+) -> tuple[dict[tuple[int, int], Numbers], list[Bit]]:
     """The inverse of a small positive definite matrix, and whether it is: A = L D L^T."""
-    lower: dict[tuple[int, int], Real] = {}
-    pivots: list[Real] = []
+    lower: dict[tuple[int, int], Numbers] = {}
+    pivots: list[Numbers] = []
     for j in range(size):
         pivot = matrix[j, j]
         for k in range(j):
@@ -170,7 +177,7 @@ def inverted(
             for k in range(j):
                 value = value - lower[i, k] * lower[j, k] * pivots[k]
             lower[i, j] = value / pivot
-    one = f.constant(1.0)
+    one = vectors.constant(1.0)
     unit = {(j, j): one for j in range(size)}
     for j in range(size):
         for i in range(j + 1, size):
@@ -180,8 +187,8 @@ def inverted(
             unit[i, j] = value
     inverses = [one / pivot for pivot in pivots]
     made = {
-        (i, j): dotted(f, [(unit[k, i] * inverses[k], unit[k, j]) for k in range(j, size)])
+        (i, j): dotted(vectors, [(unit[k, i] * inverses[k], unit[k, j]) for k in range(j, size)])
         for i in range(size)
         for j in range(i, size)
     }
-    return made, [pivot > 0.0 for pivot in pivots]
+    return made, [vectors.high(pivot) > 0.0 for pivot in pivots]

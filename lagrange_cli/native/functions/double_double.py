@@ -6,13 +6,26 @@ Newton's iteration from the double value, which doubles its digits.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from math import factorial
 
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real, cast
-from lagrange_cli.native.numbers.double_double import Pair, apply, choose, define, pair
+from lagrange_cli.native.numbers.double_double import (
+    OPERATIONS,
+    Pair,
+    apply,
+    called,
+    choose,
+    define,
+    head_of,
+    pair,
+    pair_type,
+)
 from lagrange_cli.native.numbers.error_free import two_product
 
 LARGEST_ANGLE = 2.0**40
@@ -162,20 +175,53 @@ def otherwise_double(name: str, made: Pair, x: Pair, below: float) -> Pair:
     return choose(x.high.body.magnitude(x.high) < below, made, double)
 
 
+FUNCTIONS: Mapping[str, tuple[str, Callable[..., Pair]]] = {
+    "sin": ("p", partial(_sin_cos, cosine=False)),
+    "cos": ("p", partial(_sin_cos, cosine=True)),
+    "exp": ("p", _exp),
+    "log": ("p", _log),
+    "pow": ("pp", _pow),
+    "atan2": ("pp", lambda y, x: refined_angle(of_doubles("atan2", y, x), y, x)),
+    "tan": ("p", lambda x: apply("sin", x) / apply("cos", x)),
+    "atan": ("p", lambda x: apply("atan2", x, pair(x.high.body, 1))),
+    "asin": ("p", lambda x: apply("atan2", x, leg(x))),
+    "acos": ("p", lambda x: apply("atan2", leg(x), x)),
+    "sinh": ("p", lambda x: otherwise_double("sinh", sinh_within(x), x, OVERFLOWING)),
+    "cosh": ("p", lambda x: otherwise_double("cosh", cosh_within(x), x, OVERFLOWING)),
+    "tanh": ("p", lambda x: otherwise_double("tanh", apply("sinh", x) / apply("cosh", x), x, ONE)),
+}
+TOGETHER = "sin", "cos", "exp"
+"""Those that need no function of doubles: vectors are computed together."""
+CALLED = re.compile(rf"@pair_(\w+)\.{LANES}\(")
+
+
 def functions() -> Sequence[str]:
     """``@pair_sin`` and the others; they need ``numbers.double_double.operations``."""
-    return (
-        define("sin", "p", partial(_sin_cos, cosine=False)),
-        define("cos", "p", partial(_sin_cos, cosine=True)),
-        define("exp", "p", _exp),
-        define("log", "p", _log),
-        define("pow", "pp", _pow),
-        define("atan2", "pp", lambda y, x: refined_angle(of_doubles("atan2", y, x), y, x)),
-        define("tan", "p", lambda x: apply("sin", x) / apply("cos", x)),
-        define("atan", "p", lambda x: apply("atan2", x, pair(x.high.body, 1))),
-        define("asin", "p", lambda x: apply("atan2", x, leg(x))),
-        define("acos", "p", lambda x: apply("atan2", leg(x), x)),
-        define("sinh", "p", lambda x: otherwise_double("sinh", sinh_within(x), x, OVERFLOWING)),
-        define("cosh", "p", lambda x: otherwise_double("cosh", cosh_within(x), x, OVERFLOWING)),
-        define("tanh", "p", lambda x: otherwise_double("tanh", apply("sinh", x) / apply("cosh", x), x, ONE)),
-    )
+    return [define(name, *one) for name, one in FUNCTIONS.items()]
+
+
+def of_vectors(text: str) -> Sequence[str]:
+    """The functions of eight numbers that ``text`` calls, and those that these call."""
+    made: dict[str, str] = {}
+    pending = [text]
+    while pending:
+        for name in sorted(set(CALLED.findall(pending.pop())) - made.keys()):
+            if name in OPERATIONS or name in TOGETHER:
+                made[name] = define(name, *(OPERATIONS.get(name) or FUNCTIONS[name]), LANES)
+            else:
+                made[name] = one_by_one(name, FUNCTIONS[name][0])
+            pending.append(made[name])
+    return [*made.values()]
+
+
+def one_by_one(name: str, kinds: str) -> str:
+    """The text of a function of eight numbers, each computed by the function of one."""
+    f = Function(f"define internal {pair_type(LANES)} {head_of(name, kinds, LANES)} #0")
+    given = [Real(f, f"%{part}{i}", LANES) for i in range(len(kinds)) for part in "ab"]
+    results = [f.variable(Real(f, "poison", LANES)) for _ in range(2)]
+    with f.loop(0, LANES, tested=False) as i:
+        made = called(f, f"pair_{name}", *(f.lane(one, i) for one in given))
+        for result, one in zip(results, made.parts):
+            result.set(f.inserted(result.get(), one, i))
+    f.give(*(one.get() for one in results))
+    return f.text()

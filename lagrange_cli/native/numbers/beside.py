@@ -16,6 +16,7 @@ from lagrange_cli.native.llvm.text import Value, literal
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DoubleDouble, Pair
 from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 
 
 def beside(value: Number, factor: int) -> Number:
@@ -36,6 +37,17 @@ class BesideEmitter(Emitter):
 
     def number(self, value: Number) -> Value:
         return literal(beside(value, self._factor))
+
+
+class BesideLanes(LaneEmitter):
+    """Vectors of doubles, likewise."""
+
+    def __init__(self, body: Function, factor: int) -> None:
+        super().__init__(body)
+        self._factor = factor
+
+    def number(self, value: Number) -> Value:
+        return super().number(beside(value, self._factor))
 
 
 class BesidePairs(DoubleDouble):

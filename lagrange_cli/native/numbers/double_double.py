@@ -8,18 +8,22 @@ few units of 2^-106. Each operation is a function of its own, called where it is
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand, literal
-from lagrange_cli.native.llvm.vector import Bit, Body, Real, Value
+from lagrange_cli.native.llvm.text import Operand
+from lagrange_cli.native.llvm.vector import Bit, Body, Real, Value, constant, kind
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
 from lagrange_cli.native.numbers.kind import Number, Written
 from lagrange_cli.records import dataclass
 
 TYPE = "{ double, double }"
-MINUS_ONE = literal(-1.0)
+
+
+def pair_type(lanes: int) -> str:
+    """The type of so many numbers side by side."""
+    return f"{{ {kind('double', lanes)}, {kind('double', lanes)} }}"
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,7 @@ class Pair:
     @property
     def parts(self) -> tuple[Real, Real]:
         """Both, 0 written out."""
-        return self.high, self.high.body.constant(0.0) if self.low is None else self.low
+        return self.high, self.high.body.zero(self.high.lanes) if self.low is None else self.low
 
     def __add__(self, other: Pair) -> Pair:
         return apply("add", self, other)
@@ -60,24 +64,32 @@ class Pair:
 
 def apply(name: str, first: Pair | Real, *others: Pair | Real | float) -> Pair:
     """``@pair_name`` of numbers and doubles."""
-    body, flat = (first.high if isinstance(first, Pair) else first).body, list[Real]()
+    leader, flat = first.high if isinstance(first, Pair) else first, list[Real]()
+    body = leader.body
     for one in (first, *others):
-        flat += one.parts if isinstance(one, Pair) else [Real(body, body.of(one), 1)]
+        flat += one.parts if isinstance(one, Pair) else [Real(body, body.of(one), leader.lanes)]
     body.operations += 1
     return called(body, f"pair_{name}", *flat)
 
 
 def called(body: Body, name: str, *arguments: Value) -> Pair:
-    """A call of ``@name``, which gives a number."""
-    listed = ", ".join(f"{one.kind} {one.name}" for one in arguments)
-    made = body.define(f"call {TYPE} @{name}({listed})")
-    return Pair(*(Real(body, body.define(f"extractvalue {TYPE} {made}, {i}"), 1) for i in (0, 1)))
+    """A call of ``@name``, which gives a number, or that of vectors of these where they are given."""
+    listed, lanes = ", ".join(f"{one.kind} {one.name}" for one in arguments), arguments[0].lanes
+    type = pair_type(lanes)
+    made = body.define(f"call {type} @{name}{suffix_of(lanes)}({listed})")
+    return Pair(*(Real(body, body.define(f"extractvalue {type} {made}, {i}"), lanes) for i in (0, 1)))
 
 
-def pair(body: Body, value: Number) -> Pair:
-    """A constant, rounded to a double-double."""
+def suffix_of(lanes: int) -> str:
+    """What the names of functions of vectors end with."""
+    return "" if lanes == 1 else f".{lanes}"
+
+
+def pair(body: Body, value: Number, lanes: int = 0) -> Pair:
+    """A constant, rounded to a double-double, in every lane: of the body's, if not said."""
     high, low = split(Fraction(value)) if math.isfinite(value) else (float(value), 0.0)
-    return Pair(body.constant(high), body.constant(low) if low else None)
+    lanes = lanes or body.lanes
+    return Pair(*(Real(body, constant("double", lanes, x), lanes) for x in ((high, low) if low else (high,))))
 
 
 def choose(condition: Bit, yes: Pair, no: Pair) -> Pair:
@@ -90,23 +102,26 @@ class DoubleDouble(Written[Pair]):
 
     parts, unit, products = 2, 2.0**-106, 64
     true = "true"
+    lanes = 1
+    """Numbers side by side."""
 
     def __init__(self, body: Function) -> None:
-        self.body, self.one = body, pair(body, 1)
+        self.body, self.one, self._minus_one = body, *(pair(body, x, self.lanes) for x in (1, -1))
         body.cost = self.parts
 
     def number(self, value: Number) -> Pair | None:
-        return None if value == 0 else pair(self.body, value)
+        return None if value == 0 else pair(self.body, value, self.lanes)
 
     def written(self, value: Pair | None) -> Pair:
         """A number, 0 written out."""
-        return pair(self.body, 0) if value is None else value
+        return pair(self.body, 0, self.lanes) if value is None else value
 
     def times(self, a: Pair, b: Pair) -> Pair:
+        minus_one = self._minus_one.high.name
         for one, other in ((a, b), (b, a)):
             if one.low is None:
-                if one.high.name in (self.one.high.name, MINUS_ONE):
-                    return -other if one.high.name == MINUS_ONE else other
+                if one.high.name in (self.one.high.name, minus_one):
+                    return -other if one.high.name == minus_one else other
                 return other.scaled(one.high)
         return a * b
 
@@ -127,10 +142,10 @@ class DoubleDouble(Written[Pair]):
         return self.written(a).high.compared(relation, self.written(b).high).name
 
     def both(self, a: Operand, b: Operand) -> Operand:
-        return (Bit(self.body, a, 1) & Bit(self.body, b, 1)).name
+        return (Bit(self.body, a, self.lanes) & Bit(self.body, b, self.lanes)).name
 
     def select(self, condition: Operand, yes: Pair | None, no: Pair | None) -> Pair:
-        return choose(Bit(self.body, condition, 1), self.written(yes), self.written(no))
+        return choose(Bit(self.body, condition, self.lanes), self.written(yes), self.written(no))
 
 
 def split(value: Fraction) -> tuple[float, float]:
@@ -142,14 +157,20 @@ def split(value: Fraction) -> tuple[float, float]:
     return high, float(value - Fraction(high))
 
 
-def define(name: str, kinds: str, formula: Callable[..., Pair]) -> str:
+def define(name: str, kinds: str, formula: Callable[..., Pair], lanes: int = 1) -> str:
     """The text of ``@pair_name``; ``kinds``: p for an argument that is a number, d for one double."""
-    heads = ", ".join(f"double %a{i}" + (f", double %b{i}" if k == "p" else "") for i, k in enumerate(kinds))
-    f = Function(f"define internal {TYPE} @pair_{name}({heads}) #0")
+    f = Function(f"define internal {pair_type(lanes)} {head_of(name, kinds, lanes)} #0", lanes)
     f.cost = DoubleDouble.parts
     given = [Pair(Real(f, f"%a{i}"), Real(f, f"%b{i}")) for i in range(len(kinds))]
     f.give(*formula(*(one.high if kind == "d" else one for one, kind in zip(given, kinds))).parts)
     return f.text()
+
+
+def head_of(name: str, kinds: str, lanes: int) -> str:
+    """The name and the arguments of ``@pair_name``."""
+    real = kind("double", lanes)
+    heads = ", ".join(f"{real} %a{i}" + (f", {real} %b{i}" if k == "p" else "") for i, k in enumerate(kinds))
+    return f"@pair_{name}{suffix_of(lanes)}({heads})"
 
 
 def _add(a: Pair, b: Pair) -> Pair:
@@ -199,13 +220,13 @@ def _sqrt(a: Pair) -> Pair:
     return choose(a.high.equals(0.0), pair(a.high.body, 0), root)
 
 
+OPERATIONS: Mapping[str, tuple[str, Callable[..., Pair]]] = {
+    "add": ("pp", _add), "mul": ("pp", _mul), "scale": ("pd", _scale),
+    "div": ("pp", _div), "divide": ("pd", _divide), "sqrt": ("p", _sqrt),
+}  # fmt: skip
+"""The functions that ``Pair`` calls."""
+
+
 def operations() -> Sequence[str]:
-    """The functions that ``Pair`` calls."""
-    return (
-        define("add", "pp", _add),
-        define("mul", "pp", _mul),
-        define("scale", "pd", _scale),
-        define("div", "pp", _div),
-        define("divide", "pd", _divide),
-        define("sqrt", "p", _sqrt),
-    )
+    """Their texts."""
+    return [define(name, *one) for name, one in OPERATIONS.items()]

@@ -37,6 +37,18 @@ def coefficient(f: Function, series: Coefficients, m: Integer | int) -> Real:
     return Real(f, f.define(f"load {VECTOR}, ptr {place.name}, align {8 * LANES}"), LANES)
 
 
+def dots(
+    f: Function, a: Coefficients, b: Coefficients, n: Integer | int, *, same: bool, weighted: bool
+) -> list[str]:
+    """The dot product of two series, of one with itself where they are the ``same``; and the ``weighted``
+    one, where that is asked for."""
+    if same:
+        return [square_dot(f, a, n).name]
+    if weighted:
+        return [one.name for one in power_dots(f, a, b, n)]
+    return [dot(f, a, b, n).name]
+
+
 def dot(f: Function, a: Coefficients, b: Coefficients, n: Integer | int) -> Real:
     """sum_{m=1}^{n-1} a[m] b[n-m]."""
     return chained(f, n, n, lambda m, rest: [(coefficient(f, a, m), coefficient(f, b, rest))])[0]

@@ -13,7 +13,7 @@ from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
-from lagrange_cli.native.recurrences.vector_dots import Coefficients, dot, power_dots, square_dot
+from lagrange_cli.native.recurrences.vector_dots import Coefficients, dots
 from lagrange_cli.series.program import Op, Series, reciprocal
 
 
@@ -62,23 +62,14 @@ class VectorStage(Stage[str]):
         raise NotImplementedError
 
     def number(self, ahead: int) -> Value:
-        if isinstance(self.k, int):
-            return self.emitter.number(self.k + ahead)
-        return self.emitter.everywhere("@numbers", self.k.name, ahead)
+        return numbered(self.emitter, self.k, ahead)
 
     def reciprocal(self, ahead: int) -> Value:
         return None
 
     def divided(self, value: Value, ahead: int) -> Value:
         """By k + ahead, correctly rounded except for the product of two small numbers."""
-        if isinstance(self.k, int):
-            inverse = self.emitter.number(1.0 / (self.k + ahead))
-            rest = self.emitter.number(reciprocal_rest(self.k + ahead))
-        else:
-            inverse, rest = (
-                self.emitter.everywhere(f"@{name}", self.k.name, ahead) for name in ("reciprocals", "rests")
-            )
-        return self.emitter.fma(value, inverse, self.emitter.mul(value, rest))
+        return over(self.emitter, value, self.k, ahead)
 
     def is_index(self, ahead: int, index: int) -> bool:
         return isinstance(self.k, int) and self.k + ahead == index
@@ -95,11 +86,31 @@ class VectorStage(Stage[str]):
     def _summed(self, one: Series, a: int, b: int, n: int | Integer) -> list[Operand]:
         """The dot product of a series, and for a power the weighted one, too."""
         first, second = (Coefficients(self.pointer(index), self.step) for index in (a, b))
-        if a == b:
-            return [square_dot(self.f, first, n).name]
-        if one.op is Op.POWER and not reciprocal(one.data):
-            return [sum.name for sum in power_dots(self.f, first, second, n)]
-        return [dot(self.f, first, second, n).name]
+        weighted = one.op is Op.POWER and not reciprocal(one.data)
+        return self.dots(first, second, n, same=a == b, weighted=weighted)
+
+    def dots(
+        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
+    ) -> list[Operand]:
+        """Those sums for two series, or twice the same one."""
+        return dots(self.f, a, b, n, same=same, weighted=weighted)
+
+
+def numbered(emitter: LaneEmitter, k: int | Integer, ahead: int) -> Value:
+    """The number k + ahead in every lane."""
+    if isinstance(k, int):
+        return emitter.number(k + ahead)
+    return emitter.everywhere("@numbers", k.name, ahead)
+
+
+def over(emitter: LaneEmitter, value: Value, k: int | Integer, ahead: int) -> Value:
+    """``value / (k + ahead)``, correctly rounded except for the product of two small numbers."""
+    if isinstance(k, int):
+        inverse = emitter.number(1.0 / (k + ahead))
+        rest = emitter.number(reciprocal_rest(k + ahead))
+    else:
+        inverse, rest = (emitter.everywhere(f"@{name}", k.name, ahead) for name in ("reciprocals", "rests"))
+    return emitter.fma(value, inverse, emitter.mul(value, rest))
 
 
 def rests(size: int) -> str:

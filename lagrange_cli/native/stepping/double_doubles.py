@@ -15,6 +15,7 @@ from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.layout_rows import Rows
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance
+from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import Given, Steps
@@ -73,20 +74,31 @@ ROUNDED = 2.0**-51
 """The time that is left, a double, may be so much less than that until the last sample."""
 
 
+def stepper(lengths: Lengths, low: int, given: Given) -> list[str]:
+    """IR of ``@advance``, ``@accelerate`` and their helpers: low parts of coefficients are ``low``
+    coefficients behind."""
+    steps = DoubleDoubleSteps(lengths, low, given)
+    return [advance(steps), steps.accelerate().text()]
+
+
+def lengths_of(rows: Rows, given: Given) -> Lengths:
+    """Where series are that have a row each."""
+    floor = given.work - LANES * -(-rows.width // LANES) if given.state.degrees > 1 else 0
+    return Lengths(
+        given.state.degrees, len(rows.state), rows.width, rows.order, 1, 1,
+        row=2 * rows.beyond, term=1, first=LANES, floor=floor,
+    )  # fmt: skip
+
+
 class DoubleDoubleSteps(Steps):
     """The parts of steps in double-double."""
 
     refined, parts, small = True, 2, 2.0**-94
     division = PairDivision
 
-    def __init__(self, rows: Rows, given: Given) -> None:
-        floor = given.work - LANES * -(-rows.width // LANES) if given.state.degrees > 1 else 0
-        lengths = Lengths(
-            given.state.degrees, len(rows.state), rows.width, rows.order, 1, 1,
-            row=2 * rows.beyond, term=1, first=LANES, floor=floor,
-        )  # fmt: skip
-        self._low, self._width = rows.beyond, rows.width
-        self._sums = PairSums(rows.beyond)
+    def __init__(self, lengths: Lengths, low: int, given: Given) -> None:
+        self._low, self._width = low, lengths.width
+        self._sums = PairSums(low, lengths.term)
         super().__init__(given, lengths, DOUBLE_DOUBLE, self._sums, GONE)
 
     def own(self) -> list[Function]:

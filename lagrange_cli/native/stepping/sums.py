@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Protocol, TypeAlias
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Pointer, Real
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
@@ -21,8 +21,8 @@ CHAINS, RATE_CHAINS = 4, 2
 
 
 class Sums(Protocol):
-    """The sums of one kind of numbers; low parts of coefficients are ``beyond`` doubles behind, if they
-    have any."""
+    """The sums of one kind of numbers; low parts of coefficients are ``beyond`` of these behind, if they have
+    any."""
 
     beyond: int
 
@@ -69,10 +69,11 @@ class DoubleSums:
 
 
 class PairSums:
-    """Sums of double-double numbers, by ``@polynomial`` and ``@slope``."""
+    """Sums of double-double numbers, by ``@polynomial`` and ``@slope``. From a coefficient to the next it is
+    ``term`` doubles; low parts are ``beyond`` coefficients behind."""
 
-    def __init__(self, beyond: int) -> None:
-        self.beyond = beyond
+    def __init__(self, beyond: int, term: int = 1) -> None:
+        self.beyond, self.term = beyond, term
 
     def functions(self, order: int) -> list[Function]:
         """These functions, for series of q to that order."""
@@ -86,7 +87,7 @@ class PairSums:
         f = Function(f"define internal {{ double, double }} @{name}(ptr %row, double %h, double %hl) #0")
         h, last = (Real(f, "%h"), Real(f, "%hl")), order - 1 if derivative else order
         upper = [
-            f.load("%row", m) * float(m) if derivative else f.load("%row", m)
+            f.load("%row", m * self.term) * float(m) if derivative else f.load("%row", m * self.term)
             for m in range(half + 1, last + 1)
         ]
         total = [
@@ -98,15 +99,18 @@ class PairSums:
 
         m = f.variable(f.count(half))
         with f.forever() as rounds:
-            term = f.load("%row", m.get()), f.load("%row", m.get() + self.beyond)
+            term = [self._coefficient(f, m.get() + low if low else m.get()) for low in (0, self.beyond)]
             if derivative:
-                term = pair(f, "scale", *term, m.get().to_real())
+                term = [*pair(f, "scale", *term, m.get().to_real())]
             for one, value in zip(total, pair(f, "add", *times_h(), *term)):
                 one.set(value)
             m.set(m.get() - 1)
             rounds.repeat(m.get() > 0)
         f.give(*([one.get() for one in total] if derivative else times_h()))
         return f
+
+    def _coefficient(self, f: Function, m: Integer) -> Real:
+        return f.load("%row", m if self.term == 1 else m * self.term)
 
     def state(self, f: Function, row: Row, base: Pointer, low: int, h: Real) -> Pair:
         return row.at(base), row.at(base, low)

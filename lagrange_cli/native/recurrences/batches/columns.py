@@ -37,5 +37,5 @@ class Everywhere(Constants):
     def value(self, kind: NumberKind[V], node: Node) -> V | None:
         if node.kind is Kind.NUMBER:
             return kind.number(node.data)
-        assert isinstance(kind, LaneEmitter)
-        return cast("V", kind.everywhere("%constants", "0", self.slot(node)))
+        everywhere = cast("LaneEmitter", kind).everywhere
+        return cast("V", everywhere("%constants", "0", self.slot(node)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import Integer
+from lagrange_cli.native.llvm.vector import Integer, constant
 from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
 
 
@@ -24,7 +24,12 @@ def place_at(f: Function, at: Integer) -> Integer:
 
 def gathered(emitter: LaneEmitter, base: Operand, places: Operand) -> Operand:
     """The doubles at these places from ``base`` on."""
-    many = f"<{LANES} x ptr>"
-    listed = emitter.define(f"getelementptr inbounds double, ptr {base}, <{LANES} x i32> {places}")
-    given = f"{many} {listed}, i32 8, <{LANES} x i1> {emitter.true}, {VECTOR} poison"
-    return emitter.define(f"call {VECTOR} @llvm.masked.gather.v{LANES}f64.v{LANES}p0({given})")
+    return gathered_from(emitter.body, base, places)
+
+
+def gathered_from(f: Function, base: Operand, places: Operand) -> Operand:
+    """The same in a function."""
+    many, true = f"<{LANES} x ptr>", constant("i1", LANES, "true")
+    listed = f.define(f"getelementptr inbounds double, ptr {base}, <{LANES} x i32> {places}")
+    given = f"{many} {listed}, i32 8, <{LANES} x i1> {true}, {VECTOR} poison"
+    return f.define(f"call {VECTOR} @llvm.masked.gather.v{LANES}f64.v{LANES}p0({given})")

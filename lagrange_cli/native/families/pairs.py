@@ -1,0 +1,249 @@
+"""Double-double numbers in loops over members (see ``vectors``).
+
+High parts are where doubles would be, and low parts so much further behind, the same for all numbers of
+``%work`` and for all of ``%constants``. Series are in units of time about as long as a step, as those of
+single double-double numbers are (``recurrences.in_memory``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from lagrange_cli.native.interface import CONSTANTS, LANES
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import Operand
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.beside import BesidePairs, beside
+from lagrange_cli.native.numbers.double_double import DoubleDouble, Pair, pair
+from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
+from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.recurrences.batches.gathering import gathered_from
+from lagrange_cli.native.recurrences.vector_dots import Coefficients
+
+BEHIND_WORK, BEHIND_CONSTANTS = "@low_work", "@low_constants"
+"""The constants of a program that say how far low parts are behind."""
+
+
+class PairPointer(Pointer):
+    """A place of numbers whose low parts are ``beyond`` doubles behind."""
+
+    __slots__ = ("beyond",)
+
+    def __init__(self, place: Pointer, beyond: Integer | int) -> None:
+        super().__init__(place.body, place.name, 1)
+        self.beyond = beyond
+
+
+class PairLanes(DoubleDouble):
+    """Eight numbers side by side as a ``NumberKind``."""
+
+    lanes = LANES
+
+    def __init__(self, vectors: PairVectors) -> None:
+        self.vectors = vectors
+        super().__init__(vectors.f)
+        self.repeated = 1
+
+    @property
+    def operations(self) -> int:
+        """Floating-point operations of the function so far, each once."""
+        return self.body.operations
+
+    def number(self, value: Number) -> Pair | None:
+        return super().number(beside(value, self.vectors.factor))
+
+    def everywhere(self, table: str, first: str, index: int) -> Pair:
+        """One number of ``%constants`` in every lane."""
+        one = self.vectors.load(self.vectors.place(table, int(first)), index)
+        return self.vectors.splat(one, LANES)
+
+
+class PairVariable:
+    """A variable of such numbers."""
+
+    def __init__(self, f: Function, value: Pair) -> None:
+        self._parts: list[Variable[Real]] = [f.variable(one) for one in value.parts]
+
+    def get(self) -> Pair:
+        """Its value."""
+        return Pair(*(one.get() for one in self._parts))
+
+    def set(self, value: Pair) -> None:
+        """Its value from here on."""
+        for variable, one in zip(self._parts, value.parts):
+            variable.set(one)
+
+
+class PairVectors:
+    """Double-double numbers in the function ``f``."""
+
+    parts: ClassVar[int] = 2
+    times: ClassVar[str] = "double %t, double %tl, double %scale"
+
+    factor: ClassVar[int] = 1
+    """Not 1 for numbers in expressions that are beside those of the run (``numbers.beside``)."""
+
+    def __init__(self, f: Function) -> None:
+        self.f = f
+        self.behind = {
+            base: f.load_integer(name)
+            for base, name in (("%work", BEHIND_WORK), ("%constants", BEHIND_CONSTANTS))
+        }
+        self.kind = PairLanes(self)
+
+    # memory
+
+    def place(self, base: Pointer | str, index: Integer | int) -> PairPointer:
+        beyond = base.beyond if isinstance(base, PairPointer) else self.behind[str(base)]
+        return PairPointer(self.f.place(base, index, "double"), beyond)
+
+    def state(self, index: int, width: int) -> PairPointer:
+        return PairPointer(self.f.place("%state", index, "double"), width)
+
+    def parts_at(self, base: Pointer, part: int) -> Pointer:
+        assert isinstance(base, PairPointer)
+        return self.f.place(base, base.beyond, "double") if part else base
+
+    def load(self, base: Pointer | str, index: Integer | int = 0) -> Pair:
+        return self.load_row(base, index, 1)
+
+    def store(self, value: Pair, base: Pointer | str, index: Integer | int = 0) -> None:
+        self.store_row(value, base, index)
+
+    def load_row(self, base: Pointer | str, index: Integer | int, lanes: int) -> Pair:
+        place = self.place(base, index)
+        return Pair(*(self.f.load_row(place, at, lanes) for at in (0, place.beyond)))
+
+    def store_row(self, value: Pair, base: Pointer | str, index: Integer | int) -> None:
+        place = self.place(base, index)
+        for part, at in zip(value.parts, (0, place.beyond)):
+            self.f.store_row(part, place, at)
+
+    def gather(self, base: Pointer, places: Operand) -> Pair:
+        low = self.parts_at(base, 1)
+        return Pair(*(Real(self.f, gathered_from(self.f, one.name, places), LANES) for one in (base, low)))
+
+    # numbers
+
+    def zero(self, lanes: int) -> Pair:
+        return Pair(self.f.zero(lanes))
+
+    def single(self) -> DoubleDouble:
+        return BesidePairs(self.f, CONSTANTS * self.factor)
+
+    def of_single(self, value: Pair | None) -> Pair:
+        return pair(self.f, 0) if value is None else value
+
+    def constant(self, value: float) -> Pair:
+        return Pair(self.f.constant(value))
+
+    def fused(self, a: Pair, b: Pair, c: Pair) -> Pair:
+        return a * b + c
+
+    def whole(self, value: Integer) -> Pair:
+        return Pair(value.to_real())
+
+    def now(self) -> Pair:
+        self.inverse = self.f.constant(1.0) / Real(self.f, "%scale", 1)
+        return Pair(Real(self.f, "%t", 1), Real(self.f, "%tl", 1))
+
+    def at(self, time: Real) -> Pair:
+        return Pair(time)
+
+    def variable(self, value: Pair) -> PairVariable:
+        return PairVariable(self.f, value)
+
+    def select(self, condition: Bit, yes: Pair, no: Pair) -> Pair:
+        return Pair(*(self.f.select(condition, a, b) for a, b in zip(yes.parts, no.parts)))
+
+    def splat(self, one: Pair, lanes: int) -> Pair:
+        high, low = self.f.splat(one.high, lanes), one.low
+        return Pair(high, low and self.f.splat(low, lanes))
+
+    def lane(self, vector: Pair, index: Integer | int) -> Pair:
+        return Pair(*(self.f.lane(part, index) for part in vector.parts))
+
+    def shuffle(self, a: Pair, lanes: Sequence[int], b: Pair) -> Pair:
+        return Pair(*(self.f.shuffle(one, lanes, other) for one, other in zip(a.parts, b.parts)))
+
+    def total(self, vector: Pair, start: Pair) -> Pair:
+        for lane in range(LANES):
+            start = start + self.lane(vector, lane)
+        return start
+
+    def high(self, value: Pair) -> Real:
+        return value.high
+
+    def operand(self, value: Pair) -> Pair:
+        return value
+
+    def number(self, value: Pair | None) -> Pair:
+        return self.kind.written(value)
+
+    # divisions
+
+    def quotient(self, a: Pair, b: Pair, inverse: Pair) -> Pair:
+        return a / b
+
+    def divisor(self, k: int | Integer, ahead: int) -> Real:
+        return self._real(k, ahead) * self.inverse
+
+    def divided(self, value: Pair, divisor: Real) -> Pair:
+        return value.divided(self.f.splat(divisor, value.high.lanes))
+
+    def over(self, value: Pair | None, k: int | Integer, ahead: int) -> Pair | None:
+        return None if value is None else self.divided(value, self._real(k, ahead))
+
+    def integrated(self, value: Pair | None, k: int | Integer, ahead: int) -> Pair | None:
+        return None if value is None else self.divided(value, self.divisor(k, ahead))
+
+    def rate(self, k: int | Integer, ahead: int) -> Pair:
+        return Pair(self.f.splat(self.divisor(k, ahead), LANES))
+
+    def _real(self, k: int | Integer, ahead: int) -> Real:
+        return self.f.constant(float(k + ahead)) if isinstance(k, int) else (k + ahead).to_real()
+
+    # convolutions
+
+    def dots(
+        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
+    ) -> list[Pair]:
+        f, last = self.f, self.f.count(n) if isinstance(n, int) else n
+        sums = [Accumulated(self) for _ in range(1 + weighted)]
+        with f.loop(1, last) as m:
+            (one, low), (other, lower) = (
+                self.load_row(series.place, at * (LANES * series.step), LANES).parts
+                for series, at in ((a, m), (b, last - m))
+            )
+            product = one * other
+            error = f.fma(low, other, f.fma(one, lower, f.fma(one, other, -product)))
+            sums[0].add(product, error)
+            if weighted:
+                number = f.splat(m.to_real(), LANES)
+                larger = number * product
+                sums[1].add(larger, f.fma(number, error, f.fma(number, product, -larger)))
+        return [one.get() for one in sums]
+
+
+class Accumulated:
+    """A sum of vectors, and apart from it all that was rounded off."""
+
+    def __init__(self, vectors: PairVectors) -> None:
+        self._sum, self._rest = (vectors.f.variable(vectors.f.zero(LANES)) for _ in range(2))
+
+    def add(self, value: Real, error: Real) -> None:
+        """Add a number and what belongs to it."""
+        total, lost = two_sum(self._sum.get(), value)
+        self._sum.set(total)
+        self._rest.set(self._rest.get() + (lost + error))
+
+    def get(self) -> Pair:
+        """The sum."""
+        return Pair(*fast_sum(self._sum.get(), self._rest.get()))
+
+
+def beside_pairs(factor: int) -> type[PairVectors]:
+    """The numbers that constants of a companion are computed in, to many digits."""
+    return type("BesideNumbers", (PairVectors,), {"factor": factor // CONSTANTS})

@@ -1,0 +1,103 @@
+"""``@prepare`` of a system of families: constants of the motion, and arrays of what lasts.
+
+A companion has them with larger rounding errors (``numbers.beside``): computed once in doubles and once to
+many digits, whose difference is made larger.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Total
+from lagrange_cli.native.companion import LONG, ONCE, put_beside
+from lagrange_cli.native.families.arrangement import Arrangement
+from lagrange_cli.native.families.pairs import BEHIND_CONSTANTS, BEHIND_WORK, beside_pairs
+from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
+from lagrange_cli.native.functions.double_double import functions
+from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Pointer
+from lagrange_cli.native.numbers.double_double import operations
+from lagrange_cli.native.recurrences.evaluation import emit_values
+
+
+class Preparation(Arrangement):
+    """The functions that compute what lasts."""
+
+    def board_of(self, f: Function) -> Pointer:
+        """Where the board is."""
+        return f.place(self.scratch(DoubleVectors(f)), self.board, "double")
+
+    def prepare(self) -> str:
+        """``@prepare``: constants, and arrays that last."""
+        if self.factor is None:
+            texts = self.prepared("void @prepare", "@arrays", self.kind)
+        else:
+            once = self.prepared(f"internal void @{ONCE}", "@arrays", DoubleVectors)
+            long = self.prepared(f"internal void @{LONG}", "@long_arrays", beside_pairs(self.factor))
+            texts = [*operations(), *functions(), *once, *long, self.prepare_companion()]
+        return "".join(texts)
+
+    def prepare_companion(self) -> str:
+        """``@prepare`` of a companion: constants to many digits are behind those that it needs."""
+        f = Function("define void @prepare(ptr noalias %parameters, ptr noalias %constants) #0")
+        size = f.load_integer(BEHIND_CONSTANTS)
+        long = f.place("%constants", size, "double")
+        f.call(None, ONCE, f.pointer("%parameters"), f.pointer("%constants"))
+        f.call(None, LONG, f.pointer("%parameters"), long)
+        with f.loop(0, f.count(self.scalars + self.size), tested=False) as i:
+            low = f.load(long, i + size)
+            put_beside(f, i, f.load("%constants", i), f.load(long, i), low)
+        f.give()
+        return f.text()
+
+    def prepared(self, name: str, arrays: str, kind: type[Vectors]) -> list[str]:
+        """A function that computes constants and arrays that last, and the one of the ``arrays``."""
+        f = Function(f"define {name}(ptr noalias %parameters, ptr noalias %constants) #0")
+        vectors, count = kind(f), len(self.parameters)
+        base = self.scratch(vectors)
+        given = vectors.place(base, self.places[self.system.given])
+        whole = vectors.place(base, self.places[self.system.whole])
+        for part in range(vectors.parts):
+            target = vectors.parts_at(given, part)
+            with f.loop(0, self.system.given.count) as i:
+                f.store(f.load("%parameters", i + part * count if part else i), target, i)
+        with f.loop(0, self.largest, tested=False) as i:
+            vectors.store(vectors.whole(i), whole, i)
+        # arrays may need further constants, which are computed before them
+        inner = Function(f"define internal void {arrays}(ptr noalias %constants) #0")
+        one = kind(inner)
+        self.evaluation(one, {}, one.at(inner.constant(0.0))).write(
+            [one for one in self.lasting.fixed if isinstance(one, Total)]
+        )
+        inner.give()
+        self.write_scalars(vectors)
+        f.call(None, arrays[1:], f.pointer("%constants"))
+        if self.strips:
+            board, size = self.board_of(f), Board.STRIPS + LANES * self.strips
+            with f.loop(0, size, LANES, tested=False) as i:
+                f.store_row(f.zero(LANES), board, i)
+        f.give()
+        return [inner.text(), f.text()]
+
+    def write_scalars(self, vectors: Vectors) -> None:
+        """Compute the constants that are no arrays."""
+        single, slots, symbols = vectors.single(), self.tables.constants.slots, self.system.parameters
+        inside = 0
+        for node in slots:
+            inside |= node.symbols
+        known: dict[Node, Any] = {
+            symbols[name]: single.load("%parameters", i, len(self.parameters))
+            for i, name in enumerate(self.parameters)
+            if name in symbols and symbols[name].symbols & inside
+        }
+        emit_values(single, [*slots], known, None)
+        for node, slot in slots.items():
+            vectors.store(vectors.of_single(known[node]), "%constants", slot)
+
+
+def low_parts(work: int, constants: int) -> str:
+    """How far the low parts of numbers are behind."""
+    behind = ((BEHIND_WORK, work), (BEHIND_CONSTANTS, constants))
+    return "".join(f"{name} = private constant i64 {count}\n" for name, count in behind)

@@ -1,0 +1,228 @@
+"""What loops over members do with numbers, in each kind: vectors of eight of them, and single ones.
+
+The kinds are doubles (here) and double-double numbers (``pairs``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar, Protocol, TypeAlias
+
+from lagrange_cli.native.families.spans import divided
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import ZERO, Operand
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.beside import BesideLanes
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.batches.gathering import gathered
+from lagrange_cli.native.recurrences.vector_dots import Coefficients, dots
+from lagrange_cli.native.recurrences.vector_stage import numbered, over
+
+Numbers: TypeAlias = Any
+"""A vector of numbers, or a single one: a ``Real``, or a ``Pair`` of these. It has operators."""
+Operands: TypeAlias = Any
+"""The same as values of the kind of numbers, in which expressions are written."""
+Divisor: TypeAlias = Any
+"""What coefficients are divided by."""
+
+
+class Vectors(Protocol):
+    """Memory, choices and sums of numbers of so many ``parts``, in the function ``f``; ``kind`` is the
+    arithmetic of vectors. A place in memory is that of high parts."""
+
+    parts: ClassVar[int]
+    times: ClassVar[str]
+    """The arguments of ``@jet`` that are times."""
+    f: Function
+    kind: Any
+
+    def __init__(self, f: Function) -> None: ...
+
+    def place(self, base: Pointer | str, index: Integer | int) -> Pointer:
+        """The address of a number."""
+
+    def state(self, index: int, width: int) -> Pointer:
+        """The address of a number of the state, whose low parts are ``width`` behind."""
+
+    def load(self, base: Pointer | str, index: Integer | int = 0) -> Numbers:
+        """A single number."""
+
+    def store(self, value: Numbers, base: Pointer | str, index: Integer | int = 0) -> None:
+        """The same, stored."""
+
+    def load_row(self, base: Pointer | str, index: Integer | int, lanes: int) -> Numbers:
+        """``lanes`` numbers side by side."""
+
+    def store_row(self, value: Numbers, base: Pointer | str, index: Integer | int) -> None:
+        """The same, stored."""
+
+    def gather(self, base: Pointer, places: Operand) -> Numbers:
+        """Eight numbers at eight places."""
+
+    def parts_at(self, base: Pointer, part: int) -> Pointer:
+        """Where the high (0) or the low parts (1) of numbers are."""
+
+    def single(self) -> Any:
+        """The arithmetic of single numbers."""
+
+    def of_single(self, value: Operands) -> Numbers:
+        """A single number from its value there."""
+
+    def zero(self, lanes: int) -> Numbers:
+        """0 in every lane."""
+
+    def constant(self, value: float) -> Numbers:
+        """A constant, a single one."""
+
+    def fused(self, a: Numbers, b: Numbers, c: Numbers) -> Numbers:
+        """a * b + c."""
+
+    def whole(self, value: Integer) -> Numbers:
+        """A whole number."""
+
+    def now(self) -> Numbers:
+        """The ``times`` as a number."""
+
+    def at(self, time: Real) -> Numbers:
+        """A time that is a double."""
+
+    def variable(self, value: Numbers) -> Any:
+        """A variable with its first value."""
+
+    def select(self, condition: Bit, yes: Numbers, no: Numbers) -> Numbers:
+        """One or the other."""
+
+    def splat(self, one: Numbers, lanes: int) -> Numbers:
+        """A number in every lane."""
+
+    def lane(self, vector: Numbers, index: Integer | int) -> Numbers:
+        """One lane."""
+
+    def shuffle(self, a: Numbers, lanes: Sequence[int], b: Numbers) -> Numbers:
+        """Lanes of two vectors."""
+
+    def total(self, vector: Numbers, start: Numbers) -> Numbers:
+        """All lanes added to ``start``."""
+
+    def high(self, value: Numbers) -> Real:
+        """The nearest doubles."""
+
+    def operand(self, value: Numbers) -> Operands:
+        """It as a value of the kind."""
+
+    def number(self, value: Operands) -> Numbers:
+        """The other way."""
+
+    def quotient(self, a: Numbers, b: Numbers, inverse: Numbers) -> Numbers:
+        """a / b, given 1/b as it is rounded."""
+
+    def divisor(self, k: int | Integer, ahead: int) -> Divisor:
+        """k + ahead, in units of the series' time: what the coefficients of a rate are divided by."""
+
+    def divided(self, value: Numbers, divisor: Divisor) -> Numbers:
+        """By it."""
+
+    def over(self, value: Operands, k: int | Integer, ahead: int) -> Operands:
+        """By the number k + ahead."""
+
+    def integrated(self, value: Operands, k: int | Integer, ahead: int) -> Operands:
+        """By k + ahead, in units of the series' time."""
+
+    def rate(self, k: int | Integer, ahead: int) -> Operands:
+        """k + ahead, in these units, by which a coefficient is multiplied in a derivative."""
+
+    def dots(
+        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
+    ) -> list[Operands]:
+        """sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m] if it is ``weighted``; ``same``: a is b."""
+
+
+class DoubleVectors:
+    """Doubles: what a ``Function`` has."""
+
+    parts: ClassVar[int] = 1
+    times: ClassVar[str] = "double %t"
+
+    factor: ClassVar[int] = 0
+    """Not 0 for numbers in expressions that are beside those of the run (``numbers.beside``)."""
+
+    def __init__(self, f: Function) -> None:
+        self.f, self.kind = f, BesideLanes(f, self.factor) if self.factor else LaneEmitter(f)
+        self.load, self.store, self.load_row, self.store_row = f.load, f.store, f.load_row, f.store_row
+        self.zero, self.select, self.splat, self.lane, self.shuffle = (
+            f.zero, f.select, f.splat, f.lane, f.shuffle
+        )  # fmt: skip
+        self.variable, self.constant, self.fused = f.variable, f.constant, f.fused
+
+    def place(self, base: Pointer | str, index: Integer | int) -> Pointer:
+        return self.f.place(base, index, "double")
+
+    def state(self, index: int, width: int) -> Pointer:
+        return self.place("%state", index)
+
+    def gather(self, base: Pointer, places: Operand) -> Real:
+        return Real(self.f, gathered(self.kind, base.name, places), LANES)
+
+    def parts_at(self, base: Pointer, part: int) -> Pointer:
+        return base
+
+    def single(self) -> Emitter:
+        return Emitter(self.f)
+
+    def of_single(self, value: Operand | None) -> Real:
+        return Real(self.f, ZERO if value is None else value, 1)
+
+    def whole(self, value: Integer) -> Real:
+        return value.to_real()
+
+    def now(self) -> Real:
+        return Real(self.f, "%t", 1)
+
+    def at(self, time: Real) -> Real:
+        return time
+
+    def total(self, vector: Real, start: Real) -> Real:
+        return self.f.reduce("fadd", vector, start)
+
+    def high(self, value: Real) -> Real:
+        return value
+
+    def operand(self, value: Real) -> Operand:
+        return value.name
+
+    def number(self, value: Operand | None) -> Real:
+        return Real(self.f, self.kind.written(value), LANES)
+
+    def quotient(self, a: Real, b: Real, inverse: Real) -> Real:
+        """Correctly rounded but in rare cases."""
+        rough, f = a * inverse, self.f
+        return f.fused(f.fused(-rough, b, a), inverse, rough)
+
+    def divisor(self, k: int | Integer, ahead: int) -> tuple[Real, Real]:
+        name = str(k) if isinstance(k, int) else k.name
+        one, rest = (self.kind.everywhere(table, name, ahead) for table in ("@reciprocals", "@rests"))
+        return Real(self.f, one, LANES), Real(self.f, rest, LANES)
+
+    def divided(self, value: Real, divisor: tuple[Real, Real]) -> Real:
+        parts = (one if value.lanes == LANES else self.f.lane(one, 0) for one in divisor)
+        return divided(self.f, value, *parts)
+
+    def over(self, value: Operand | None, k: int | Integer, ahead: int) -> Operand | None:
+        return over(self.kind, value, k, ahead)
+
+    integrated = over
+
+    def rate(self, k: int | Integer, ahead: int) -> Operand | None:
+        return numbered(self.kind, k, ahead)
+
+    def dots(
+        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
+    ) -> list[Operand]:
+        return dots(self.f, a, b, n, same=same, weighted=weighted)
+
+
+def beside_doubles(factor: int) -> type[DoubleVectors]:
+    """The doubles of a companion."""
+    return type("BesideDoubles", (DoubleVectors,), {"factor": factor})
