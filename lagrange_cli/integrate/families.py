@@ -120,9 +120,8 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
 
 def unproven(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether steps must be proven, and cannot be."""
-    provable = compilation.precision == DOUBLE and compilation.factor is None
-    provable = provable and system.joints is None and system.bonds is None
-    return not provable and (compilation.proven or narrow(system))
+    provable = compilation.precision == DOUBLE and system.joints is None and system.bonds is None
+    return not (provable or compilation.unproven) and (compilation.proven or narrow(system))
 
 
 def narrow(system: FamilySystem) -> bool:
@@ -144,7 +143,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
     hides = narrow(system)
-    proven = needs is Needs.SERIES and (hides or compilation.proven)
+    proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
     try:
         program = write_family_program(
             system, observed, tolerance, order,
