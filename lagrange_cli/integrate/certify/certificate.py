@@ -39,6 +39,8 @@ STILL = 0.3
 """A motion has not left its start if its displacement is less than this fraction of that of another one."""
 ROUND = 2.0**-52
 """The relative error of what is known but for rounding."""
+FEW = 8
+"""Estimates of rounding errors are so many times as large at most."""
 
 
 class Certificate:
@@ -168,13 +170,16 @@ def relative(errors: Array, sizes: Array, families: NDArray[np.int64]) -> Array:
     """Errors (rows, c) relative to ``sizes``; 1 where that is 0 and the error is not.
 
     An error below the rounding of the largest member of a family is rounding, too: other members may be 0 but
-    for that, such as those that constraints keep there. ``families`` has a number for each row.
+    for that, such as those that constraints keep there, or that begin in the node of a wave. Of what is
+    itself at most ``FEW`` roundings, so are errors of as many. ``families`` has a number for each row.
     """
     most = np.zeros((np.max(families, initial=-1) + 1, sizes.shape[1]))
     np.maximum.at(most, families, sizes)
     with np.errstate(all="ignore"):
         found = np.where(sizes > 0, errors / sizes, errors > np.spacing(0.0))
-    hidden = (errors <= np.spacing(most[families])) & (sizes < most[families])
+    unit = np.spacing(most[families])
+    hidden = (errors <= unit) | (np.maximum(errors, sizes) <= FEW * unit)
+    hidden &= sizes < most[families]
     return np.where(hidden, np.fmin(found, ROUND), found)
 
 
