@@ -25,7 +25,7 @@ from lagrange_cli.families.masses import components, particles
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.model import sparse
 from lagrange_cli.model.start.consistent import Start
-from lagrange_cli.model.start.equations import Equations, Masses, Rates, depends
+from lagrange_cli.model.start.equations import Equations, Masses, Part, Rates, depends
 from lagrange_cli.model.start.generic import FAINT
 from lagrange_cli.model.start.linear import CLEAR, DENSE, FILLED, scattered
 from lagrange_cli.model.start.nearest import ROUND
@@ -119,6 +119,17 @@ class WholeEquations:
         found = self.state(t, q, v)
         found.refuse()
         return Rates(found.values.tolist(), [*found.rows], found.drifts.tolist())
+
+    def part(self, t: float, q: Sequence[float], chosen: Sequence[int]) -> Part:
+        """Some of the constraints. Raises ``SpecError`` where one of them has no value."""
+        if len(chosen) <= DENSE:
+            return self._few.part(t, q, chosen)
+        found = self.at(t, q, [0.0] * len(q))
+        return {i: found.values[i] for i in chosen}, {i: found.rows[i] for i in chosen}
+
+    @cached_property
+    def _few(self) -> Equations:
+        return Equations(self.spec, dict(zip(names_of(self.spec.parameters), self.given.tolist())))
 
     def masses(self, t: float, q: Sequence[float], v: Sequence[float]) -> Masses:
         """d2L/dq_dot dq_dot at a state, and sum m r^2."""

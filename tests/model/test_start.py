@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 from textwrap import dedent
 
 import numpy as np
@@ -14,7 +15,9 @@ from scipy.optimize import minimize
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.exact import context
-from lagrange_cli.model.start.closures import STARTS, closures
+from lagrange_cli.model.start.beginnings import STARTS
+from lagrange_cli.model.start.blocks import Block, blocks
+from lagrange_cli.model.start.closures import closures
 from lagrange_cli.model.start.consistent import consistent
 from lagrange_cli.model.start.equations import Equations, Masses
 from lagrange_cli.model.start.nearest import ROUND, Surface
@@ -59,6 +62,7 @@ constraints:
 """
 
 
+SIGNS = [*product((-1, 1), repeat=3)]
 TOP = """
 coordinates: {w: {initial: 1}, x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
 bodies: {top: {mass: 1, position: [0, 0, 0], inertia: [1, 2, 2.5], orientation: {quaternion: [w, x, y, z]}}}
@@ -171,6 +175,80 @@ def test_a_closure_that_is_found_again_is_not_looked_at_again() -> None:
     found = closures(surface, [0.0] * count, [])
     assert np.allclose(found.states, [[7.0 + k / 10 for k in range(count)]])
     assert looks[0] < STARTS * count  # Newton's method takes 25 from each place
+
+
+ZIGZAG = """
+sizes: {N: 6}
+parameters: {l: 1.0}
+coordinates:
+  x[i in range(N)]: {initial: 0.6*(i + 1)}
+  y[i in range(N - M)]: {initial: 0.8*(i + 1 - 2*(i//2))}
+  y[i in range(N - M, N)]:
+masses: {bob[i in range(N)]: 1}
+positions: {bob[i in range(N)]: ['x[i]', 'y[i]']}
+constraints:
+  rod[0]: x[0]**2 + y[0]**2 - l**2
+  rod[i in range(1, N)]: (x[i] - x[i - 1])**2 + (y[i] - y[i - 1])**2 - l**2
+"""
+
+
+def test_all_closures_of_a_chain_are_found_link_by_link():
+    """The last three links lead up or down by 0.8, each by itself."""
+    text = ZIGZAG.replace("range(N - M", "range(N - 3").replace("(i + 1 - 2*(i//2))", "((i + 1) % 2)")
+    (problem,) = refused(text)
+    ways = {
+        tuple(round(float(one.partition(" = ")[2]), 9) for one in line.split(", "))
+        for line in problem.message.splitlines()[1:]
+    }
+    turns = ((0.8 + 0.8 * a, 0.8 + 0.8 * (a + b), 0.8 + 0.8 * (a + b + c)) for a, b, c in SIGNS)
+    assert ways == {tuple(round(y, 9) for y in one) for one in turns}
+
+
+def test_many_coordinates_without_values_are_found_with_little_work():
+    """The links of a chain are found one after the other, each from its own constraints: the work grows with
+    their number, and steps of all of them together are sparse."""
+    text = """
+    sizes: {N: %d}
+    coordinates: {x[i in range(N)]: {}, y[i in range(N)]: {}}
+    masses: {bob[i in range(N)]: 1}
+    positions: {bob[i in range(N)]: ['x[i]', 'y[i]']}
+    constraints:
+      first: x[0] - 1
+      step[i in range(N - 1)]: x[i + 1] - x[i] - 1
+      bent[i in range(N - 2)]: 3*y[i + 1] + y[i + 1]**3/10 - y[i] - y[i + 2] - 1
+      low: 3*y[0] - y[1] - 1
+      high: 3*y[N - 1] - y[N - 2] - 1
+    """
+    found = start(text % 110)
+    assert found.q[:110] == tuple(range(1, 111))
+    y = found.q[110:]
+    assert max(abs(3 * b + b**3 / 10 - a - c - 1) for a, b, c in zip(y, y[1:], y[2:])) < 1e-14
+
+
+def test_blocks_are_found_in_an_order_in_which_each_can_be_solved():
+    pattern = {0: [0], 1: [0, 1], 2: [2, 3, 1], 3: [2, 3], 4: [4, 5], 5: [6], 6: [6]}
+    found, free = blocks(pattern, range(7))
+    assert free == [4, 5]
+    assert found == [Block([5, 6], [6]), Block([0], [0]), Block([1], [1]), Block([2, 3], [2, 3])]
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 9), st.integers(1, 9))
+def test_blocks_have_the_structural_rank(seed, rows, unknown):
+    """Random numbers in the places of a pattern have its rank; a coordinate is free if a vector of the kernel
+    has it."""
+    chance = np.random.default_rng(seed)
+    matrix = chance.normal(size=(rows, unknown)) * (chance.random((rows, unknown)) < 0.3)
+    pattern = {i: np.flatnonzero(row).tolist() for i, row in enumerate(matrix) if row.any()}
+    found, free = blocks(pattern, range(unknown))
+    kernel = np.linalg.svd(matrix)[2][np.linalg.matrix_rank(matrix) :]
+    assert free == np.flatnonzero(np.abs(kernel).max(axis=0, initial=0.0) > 1e-9).tolist()
+    known: set[int] = set()
+    for one in found:
+        assert len(one.rows) >= len(one.unknown) == np.linalg.matrix_rank(matrix[one.rows][:, one.unknown])
+        known.update(one.unknown)
+        assert all(known.issuperset(pattern[i]) for i in one.rows)
+    assert known == {*range(unknown)}.difference(free)
 
 
 def test_a_coordinate_that_nothing_determines_needs_a_value():

@@ -134,17 +134,18 @@ class Refusal:
     def several(self, found: Sequence[Mapping[int, float]], *, more: bool) -> SpecError:
         """Several closures are possible."""
 
+        same = [k for k, x in found[0].items() if all(one[k] == x for one in found)]
+        told = found[0].keys() - same if len(found[0]) > MOST_SHOWN else found[0].keys()
+
         def shown(one: Mapping[int, float]) -> str:
-            listed = [f"{self.spec.coordinates[k].name} = {x:.15g}" for k, x in one.items()]
+            listed = [f"{self.spec.coordinates[k].name} = {one[k]:.15g}" for k in sorted(told)]
             return ", ".join(listed[:MOST_SHOWN]) + (", ..." if len(listed) > MOST_SHOWN else "")
 
         first = self.spec.coordinates[next(iter(found[0]))]
         count = f"{len(found)} or more" if more else str(len(found))
         listed = "".join(f"\n    {shown(one)}" for one in found)
         message = f"the constraints allow {count} possible initial states:{listed}"
-        differs = next(
-            (k for k in found[0] if any(one[k] != found[0][k] for one in found)), next(iter(found[0]))
-        )
+        differs = next(k for k in found[0] if k not in same)
         name, value = self.spec.coordinates[differs].name, found[0][differs]
         hint = f"give one of them, as in --set {name}={value:.15g} or {name}: {{initial: {value:.15g}}}"
         return self.source.error(first.place, message, hint)

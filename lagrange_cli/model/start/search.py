@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Protocol
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.model.start.equations import Equations, Masses, Rates
+from lagrange_cli.model.start.equations import Equations, Masses, Part, Rates
 from lagrange_cli.model.start.linear import scales, scattered, steepness
 from lagrange_cli.model.start.nearest import LONG_ROUND, NEAR, ROUND, Values
 from lagrange_cli.model.start.report import Refusal
@@ -52,6 +52,7 @@ class Evaluated(Protocol):
     """The constraints and the masses of a system, at any state (see ``Equations``)."""
 
     def at(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Rates: ...
+    def part(self, t: Any, q: Sequence[Any], chosen: Sequence[int]) -> Part: ...
     def masses(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Masses: ...
 
 
