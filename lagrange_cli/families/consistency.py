@@ -27,9 +27,9 @@ from lagrange_cli.model import sparse
 from lagrange_cli.model.start.consistent import Start
 from lagrange_cli.model.start.equations import Equations, Masses, Part, Rates, depends
 from lagrange_cli.model.start.generic import FAINT
-from lagrange_cli.model.start.linear import CLEAR, DENSE, FILLED, scattered
+from lagrange_cli.model.start.linear import CLEAR, DENSE, FILLED
 from lagrange_cli.model.start.nearest import ROUND
-from lagrange_cli.model.start.search import NEARBY, Generic, Given
+from lagrange_cli.model.start.search import NEARBY, Generic, Given, away
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import bases_of, names_of
 from lagrange_cli.spec.spec import Spec, grouped
@@ -236,8 +236,8 @@ def satisfied(equations: WholeEquations, given: Given) -> Start | None:
             return None
         if not clearly_independent(here, scale, steep):
             return None
-        away = here.q + NEARBY * scale * np.array(scattered(0, len(scale)))
-        there = equations.state(given.t, away.tolist(), given.v)
+        near = away(given.q, scale.tolist(), 0, NEARBY / math.sqrt(len(scale)))
+        there = equations.state(given.t, near, given.v)
         typical = np.sqrt(there.squares(scale))
     if not np.all(np.isfinite(typical)):
         return None

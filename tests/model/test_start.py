@@ -119,6 +119,26 @@ def test_slightly_wrong_values_are_moved_by_the_shortest_way():
     assert {one.name: one.by for one in found.changed} == pytest.approx({"x": -1.5e-7, "y": 3.6e-7}, rel=1e-6)
 
 
+@pytest.mark.parametrize("count", [1, 300])
+@pytest.mark.parametrize(("off", "accepted"), [(3e-7, True), (3e-6, False)])
+@pytest.mark.parametrize(
+    "constraint", ["rod[i in range(N)]: x[i]**2 + y[i]**2 - 1", "wall[i in range(N)]: y[i] - 1"]
+)
+def test_many_parts_are_judged_as_one_is(count, off, accepted, constraint):
+    """Rods next to each other, and beads at walls; before, the bound had the factor sqrt(N)."""
+    text = f"""
+    sizes: {{N: {count}}}
+    coordinates: {{x[i in range(N)]: {{initial: 0}}, y[i in range(N)]: {{initial: {1 + off!r}}}}}
+    masses: {{bob[i in range(N)]: 2}}
+    positions: {{bob[i in range(N)]: ['x[i]', 'y[i]']}}
+    constraints: {{'{constraint.partition(": ")[0]}': '{constraint.partition(": ")[2]}'}}
+    """
+    if accepted:
+        assert start(text).q[count:] == pytest.approx([1.0] * count, rel=1e-14)
+    else:
+        assert all("is not satisfied by the initial values" in one.message for one in refused(text))
+
+
 def test_values_that_are_too_far_off_are_refused_with_the_residual_at_its_line():
     (problem,) = refused(PENDULUM, y=-1.21)
     assert problem.line == 9
