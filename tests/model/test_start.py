@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from itertools import product
 from textwrap import dedent
@@ -195,6 +196,43 @@ def test_a_closure_that_is_found_again_is_not_looked_at_again() -> None:
     found = closures(surface, [0.0] * count, [])
     assert np.allclose(found.states, [[7.0 + k / 10 for k in range(count)]])
     assert looks[0] < STARTS * count  # Newton's method takes 25 from each place
+
+
+@pytest.mark.parametrize(
+    ("constraint", "x", "y", "nearest"),
+    [
+        ("x*y", 1.0, 1.0, {(0, 1), (1, 0)}),
+        ("x*y", 1.0, 0.9, {(1, 0)}),
+        ("x**2/4 + y**2 - 1", 0.5, 0.0, {(2 / 3, math.sqrt(8) / 3), (2 / 3, -math.sqrt(8) / 3)}),
+        ("x**2/4 + y**2 - 1", 1.8, 0.0, {(2, 0)}),  # within the centre of curvature at (3/2, 0)
+    ],
+)
+def test_the_search_for_the_nearest_state_leaves_those_that_are_only_stationary(constraint, x, y, nearest):
+    """From the axis of an ellipse the point ahead is the nearest only beyond its centre of curvature."""
+    text = f"""
+    coordinates: {{x: {{initial: {x}}}, y: {{initial: {y}}}}}
+    masses: {{p: 1}}
+    positions: {{p: [x, y]}}
+    constraints: {{c: {constraint}}}
+    """
+    if len(nearest) == 1:
+        assert start(text, forced=True).q == pytest.approx(*nearest, abs=1e-12)
+        return
+    with pytest.raises(SpecError) as caught:
+        start(text, forced=True)
+    (problem,) = caught.value.problems
+    assert "several states that satisfy the constraints are equally near" in problem.message
+    shown = re.findall(r"x = (\S+), y = (\S+)", problem.message)
+    assert sorted(tuple(map(float, one)) for one in shown) == [
+        pytest.approx(one, abs=1e-12) for one in sorted(nearest)
+    ]
+    (problem,) = refused(text)
+    assert "several consistent states are equally near" in problem.hint
+
+
+def test_from_the_centre_of_a_circle_all_of_it_is_equally_near():
+    with pytest.raises(SpecError, match="equally near, such as"):
+        start(PENDULUM, x=0.0, y=0.0, forced=True)
 
 
 ZIGZAG = """
