@@ -25,11 +25,11 @@ from lagrange_cli.families.masses import components, particles
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.model import sparse
 from lagrange_cli.model.start.consistent import Start
-from lagrange_cli.model.start.equations import Equations, Masses, Rates, depends
+from lagrange_cli.model.start.equations import Equations, Masses, Part, Rates, depends
 from lagrange_cli.model.start.generic import FAINT
-from lagrange_cli.model.start.linear import CLEAR, DENSE, FILLED, scattered
+from lagrange_cli.model.start.linear import CLEAR, DENSE, FILLED
 from lagrange_cli.model.start.nearest import ROUND
-from lagrange_cli.model.start.search import NEARBY, Generic, Given
+from lagrange_cli.model.start.search import NEARBY, Generic, Given, away
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import bases_of, names_of
 from lagrange_cli.spec.spec import Spec, grouped
@@ -119,6 +119,17 @@ class WholeEquations:
         found = self.state(t, q, v)
         found.refuse()
         return Rates(found.values.tolist(), [*found.rows], found.drifts.tolist())
+
+    def part(self, t: float, q: Sequence[float], chosen: Sequence[int]) -> Part:
+        """Some of the constraints. Raises ``SpecError`` where one of them has no value."""
+        if len(chosen) <= DENSE:
+            return self._few.part(t, q, chosen)
+        found = self.at(t, q, [0.0] * len(q))
+        return {i: found.values[i] for i in chosen}, {i: found.rows[i] for i in chosen}
+
+    @cached_property
+    def _few(self) -> Equations:
+        return Equations(self.spec, dict(zip(names_of(self.spec.parameters), self.given.tolist())))
 
     def masses(self, t: float, q: Sequence[float], v: Sequence[float]) -> Masses:
         """d2L/dq_dot dq_dot at a state, and sum m r^2."""
@@ -225,8 +236,8 @@ def satisfied(equations: WholeEquations, given: Given) -> Start | None:
             return None
         if not clearly_independent(here, scale, steep):
             return None
-        away = here.q + NEARBY * scale * np.array(scattered(0, len(scale)))
-        there = equations.state(given.t, away.tolist(), given.v)
+        near = away(given.q, scale.tolist(), 0, NEARBY / math.sqrt(len(scale)))
+        there = equations.state(given.t, near, given.v)
         typical = np.sqrt(there.squares(scale))
     if not np.all(np.isfinite(typical)):
         return None

@@ -13,13 +13,14 @@ beside the accelerations, found from d2g/dt2 = 0. Where it would have to pull, c
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
+from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Contact, Residual
@@ -67,7 +68,7 @@ def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
             graph.sum([(graph.diff(p, model.v[k]) * one, 1.0) for k, one in pairs]) for p in momenta
         )
         multiplier, rest = (graph.symbol(f"{word} {number}") for word in ("contact", "rest"))
-        found.append(Contact(number, multiplier, rest, force))
+        found.append(Contact(number, multiplier, rest, force, tuple(direction)))
     return tuple(found)
 
 
@@ -105,3 +106,27 @@ def _keeps(graph: Graph, model: Model[Node], one: Conserved, contact: Contact) -
     pairs = [*zip(contact.force, slopes)]
     parallel = (is_zero(a * t - b * s) for i, (a, s) in enumerate(pairs) for b, t in pairs[:i])
     return steady and all(parallel)
+
+
+def pressing(residual: Residual, contacts: Sequence[Contact]) -> list[Contact]:
+    """The contacts whose forces change multipliers: along their directions d a constraint with the slopes a
+    would change, as a d is not 0 where the motion rests."""
+    model, graph = residual.model, graph_of(residual.model)
+    found = []
+    for one in contacts:
+        g, d = model.events[one.event].argument, one.direction
+        sums = (graph.sum([(a * d[k], 1.0) for k, a in row.items()]) for row in Constraints(model).slopes)
+        if not all(_vanishes_at(graph, model, rate, g) for rate in sums):
+            found.append(one)
+    return found
+
+
+def _vanishes_at(graph: Graph, model: Model[Node], node: Node, g: Node) -> bool:
+    """Whether a node is 0 wherever g is 0: identically, or with the coordinate that g = 0 gives linearly."""
+    if is_zero(node):
+        return True
+    for q in model.q:
+        slope = graph.diff(g, q)
+        if not is_zero(slope) and not any(slope.symbols & one.symbols for one in (*model.q, *model.v)):
+            return is_zero(substituted(graph, [node], {q: q - g / slope})[0])
+    return False

@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,13 @@ def unknowns(residual: Residual) -> Unknowns:
 
 def at_a_state(residual: Residual, nodes: Iterable[Node]) -> tuple[Unknowns | None, tuple[Node, ...]]:
     """Functions of q, q_dot, t, time derivatives and multipliers as functions of a state and of unknowns;
-    these are None where none occurs."""
+    these are None where none occurs. The forces of contacts are left out: what depends on them is refused
+    before."""
+    if residual.contacts:
+        free = dict.fromkeys((one.rest for one in residual.contacts), residual.graph.zero)
+        residual = replace(
+            residual, residual=substituted(residual.graph, residual.residual, free), contacts=()
+        )
     given, rates = [*nodes], set[Node]()
     accelerations, found = expanded(residual, given)
     for node in reachable(given):

@@ -58,12 +58,14 @@ class Dependent:
 @dataclass(frozen=True)
 class Contact:
     """Where a motion may rest: at the ``event`` of that number, held by the generalized forces ``multiplier``
-    times ``force`` (one for each coordinate) while ``rest`` is 1 or -1, and not 0."""
+    times ``force`` (one for each coordinate) while ``rest`` is 1 or -1, and not 0. Without constraints it
+    would change the accelerations along the ``direction``."""
 
     event: int
     multiplier: Node
     rest: Node
     force: tuple[Node, ...]
+    direction: tuple[Node, ...]
 
 
 @dataclass(frozen=True)

@@ -112,27 +112,34 @@ class Factors:
 
 def factored(matrix: Matrix, most: int) -> Factors | None:
     """The factors of a positive matrix; None where L would have more than ``most`` numbers, or a pivot is not
-    positive."""
-    found = eliminated([{k for k in row if k != i} for i, row in enumerate(matrix)], len(matrix), most)
-    if found is None:
-        return None
+    positive. The unknown that meets the fewest others is eliminated next."""
     rows = [dict(row) for row in matrix]
     columns: list[Mapping[int, float]] = [{} for _ in matrix]
     pivots = [0.0] * len(matrix)
-    order = [p for one in found.rounds for p in one]
-    for p in order:
+    pending = [(len(row), p) for p, row in enumerate(rows)]
+    heapify(pending)
+    order: list[int] = []
+    size = 0
+    while pending:
+        degree, p = heappop(pending)
         row = rows[p]
+        if columns[p] or degree != len(row) or not row:
+            continue  # it is eliminated, or waits once more with fewer or more others
         pivots[p] = pivot = row.pop(p, 0.0)
-        if not 0.0 < pivot < math.inf:
+        size += len(row)
+        if not 0.0 < pivot < math.inf or size > most:
             return None
         later = [*row.items()]
+        rows[p] = {}
+        order.append(p)
         columns[p] = {i: entry / pivot for i, entry in later}
         for i, scaled in columns[p].items():
             other = rows[i]
             del other[p]
             for k, entry in later:
                 other[k] = other.get(k, 0.0) - scaled * entry
-    return Factors(order, columns, pivots)
+            heappush(pending, (len(other), i))
+    return Factors(order, columns, pivots) if len(order) == len(rows) else None
 
 
 def products(rows: Sequence[Mapping[int, float]], others: Sequence[Mapping[int, float]]) -> Matrix:

@@ -82,20 +82,32 @@ class Planner:
         families = self.model.families
         return grouped(names, {**families.get("nonholonomic", {}), **families.get("constraints", {})})
 
-    def need_forces(self, output: str) -> None:
-        """Raise ``NotDefined`` where forces of constraint do not follow from a state, as ``output`` needs."""
+    def need_forces(self, output: str, *, multipliers: bool = False) -> None:
+        """Raise ``NotDefined`` where forces of constraint do not follow from a state, as ``output`` needs:
+        all of them, or those of ``multipliers``."""
         if self.loose:
             return
         contacts, bent = self.residual.contacts, self.residual.bent
         if not contacts and not (bent and switches(self.residual.residual, self.residual.variables)):
             return
+        from lagrange_cli.mechanics.contacts import pressing
         from lagrange_cli.mechanics.guards.equations import guarded
 
-        if guarded(self.residual, {}).auxiliary:
-            what = "a contact" if contacts else "friction that is not linear in multipliers"
+        held = guarded(self.residual, {}).auxiliary
+        if held > len(contacts):
+            what = "a contact or friction" if contacts else "friction that is not linear in multipliers"
             raise NotDefined(
                 f"no output '{output}': {what} may keep this system at rest, and the forces that do so are "
                 "not determined by q and v"
+            )
+        if pressed := pressing(self.residual, contacts) if multipliers else contacts:
+            model = self.model
+            names = " and ".join(f"'{model.events[one.event].name}'" for one in pressed)
+            event, action = ("event", "its action") if len(pressed) == 1 else ("events", "their actions")
+            moving = " and the constraint forces with it" if multipliers else ""
+            raise NotDefined(
+                f"no output '{output}': the motion may come to rest at {event} {names}, as {action} reduces "
+                f"the speed; the force of that contact{moving} is not determined by q and v"
             )
 
     def observe(self, name: str, node: Node) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
+from itertools import product
 from textwrap import dedent
 
 import numpy as np
@@ -14,7 +16,9 @@ from scipy.optimize import minimize
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.exact import context
-from lagrange_cli.model.start.closures import STARTS, closures
+from lagrange_cli.model.start.beginnings import STARTS
+from lagrange_cli.model.start.blocks import Block, blocks
+from lagrange_cli.model.start.closures import closures
 from lagrange_cli.model.start.consistent import consistent
 from lagrange_cli.model.start.equations import Equations, Masses
 from lagrange_cli.model.start.nearest import ROUND, Surface
@@ -59,6 +63,7 @@ constraints:
 """
 
 
+SIGNS = [*product((-1, 1), repeat=3)]
 TOP = """
 coordinates: {w: {initial: 1}, x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
 bodies: {top: {mass: 1, position: [0, 0, 0], inertia: [1, 2, 2.5], orientation: {quaternion: [w, x, y, z]}}}
@@ -113,6 +118,26 @@ def test_slightly_wrong_values_are_moved_by_the_shortest_way():
     found = start(PENDULUM, x=0.5 * (1 + 3e-7), y=-1.2 * (1 + 3e-7))
     assert found.q == pytest.approx((0.5, -1.2), rel=1e-14)
     assert {one.name: one.by for one in found.changed} == pytest.approx({"x": -1.5e-7, "y": 3.6e-7}, rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [1, 300])
+@pytest.mark.parametrize(("off", "accepted"), [(3e-7, True), (3e-6, False)])
+@pytest.mark.parametrize(
+    "constraint", ["rod[i in range(N)]: x[i]**2 + y[i]**2 - 1", "wall[i in range(N)]: y[i] - 1"]
+)
+def test_many_parts_are_judged_as_one_is(count, off, accepted, constraint):
+    """Rods next to each other, and beads at walls; before, the bound had the factor sqrt(N)."""
+    text = f"""
+    sizes: {{N: {count}}}
+    coordinates: {{x[i in range(N)]: {{initial: 0}}, y[i in range(N)]: {{initial: {1 + off!r}}}}}
+    masses: {{bob[i in range(N)]: 2}}
+    positions: {{bob[i in range(N)]: ['x[i]', 'y[i]']}}
+    constraints: {{'{constraint.partition(": ")[0]}': '{constraint.partition(": ")[2]}'}}
+    """
+    if accepted:
+        assert start(text).q[count:] == pytest.approx([1.0] * count, rel=1e-14)
+    else:
+        assert all("is not satisfied by the initial values" in one.message for one in refused(text))
 
 
 def test_values_that_are_too_far_off_are_refused_with_the_residual_at_its_line():
@@ -171,6 +196,117 @@ def test_a_closure_that_is_found_again_is_not_looked_at_again() -> None:
     found = closures(surface, [0.0] * count, [])
     assert np.allclose(found.states, [[7.0 + k / 10 for k in range(count)]])
     assert looks[0] < STARTS * count  # Newton's method takes 25 from each place
+
+
+@pytest.mark.parametrize(
+    ("constraint", "x", "y", "nearest"),
+    [
+        ("x*y", 1.0, 1.0, {(0, 1), (1, 0)}),
+        ("x*y", 1.0, 0.9, {(1, 0)}),
+        ("x**2/4 + y**2 - 1", 0.5, 0.0, {(2 / 3, math.sqrt(8) / 3), (2 / 3, -math.sqrt(8) / 3)}),
+        ("x**2/4 + y**2 - 1", 1.8, 0.0, {(2, 0)}),  # within the centre of curvature at (3/2, 0)
+    ],
+)
+def test_the_search_for_the_nearest_state_leaves_those_that_are_only_stationary(constraint, x, y, nearest):
+    """From the axis of an ellipse the point ahead is the nearest only beyond its centre of curvature."""
+    text = f"""
+    coordinates: {{x: {{initial: {x}}}, y: {{initial: {y}}}}}
+    masses: {{p: 1}}
+    positions: {{p: [x, y]}}
+    constraints: {{c: {constraint}}}
+    """
+    if len(nearest) == 1:
+        assert start(text, forced=True).q == pytest.approx(*nearest, abs=1e-12)
+        return
+    with pytest.raises(SpecError) as caught:
+        start(text, forced=True)
+    (problem,) = caught.value.problems
+    assert "several states that satisfy the constraints are equally near" in problem.message
+    shown = re.findall(r"x = (\S+), y = (\S+)", problem.message)
+    assert sorted(tuple(map(float, one)) for one in shown) == [
+        pytest.approx(one, abs=1e-12) for one in sorted(nearest)
+    ]
+    (problem,) = refused(text)
+    assert "several consistent states are equally near" in problem.hint
+
+
+def test_from_the_centre_of_a_circle_all_of_it_is_equally_near():
+    with pytest.raises(SpecError, match="equally near, such as"):
+        start(PENDULUM, x=0.0, y=0.0, forced=True)
+
+
+ZIGZAG = """
+sizes: {N: 6}
+parameters: {l: 1.0}
+coordinates:
+  x[i in range(N)]: {initial: 0.6*(i + 1)}
+  y[i in range(N - M)]: {initial: 0.8*(i + 1 - 2*(i//2))}
+  y[i in range(N - M, N)]:
+masses: {bob[i in range(N)]: 1}
+positions: {bob[i in range(N)]: ['x[i]', 'y[i]']}
+constraints:
+  rod[0]: x[0]**2 + y[0]**2 - l**2
+  rod[i in range(1, N)]: (x[i] - x[i - 1])**2 + (y[i] - y[i - 1])**2 - l**2
+"""
+
+
+def test_all_closures_of_a_chain_are_found_link_by_link():
+    """The last three links lead up or down by 0.8, each by itself."""
+    text = ZIGZAG.replace("range(N - M", "range(N - 3").replace("(i + 1 - 2*(i//2))", "((i + 1) % 2)")
+    (problem,) = refused(text)
+    ways = {
+        tuple(round(float(one.partition(" = ")[2]), 9) for one in line.split(", "))
+        for line in problem.message.splitlines()[1:]
+    }
+    turns = ((0.8 + 0.8 * a, 0.8 + 0.8 * (a + b), 0.8 + 0.8 * (a + b + c)) for a, b, c in SIGNS)
+    assert ways == {tuple(round(y, 9) for y in one) for one in turns}
+
+
+def test_many_coordinates_without_values_are_found_with_little_work():
+    """The links of a chain are found one after the other, each from its own constraints: the work grows with
+    their number, and steps of all of them together are sparse."""
+    text = """
+    sizes: {N: %d}
+    coordinates: {x[i in range(N)]: {}, y[i in range(N)]: {}}
+    masses: {bob[i in range(N)]: 1}
+    positions: {bob[i in range(N)]: ['x[i]', 'y[i]']}
+    constraints:
+      first: x[0] - 1
+      step[i in range(N - 1)]: x[i + 1] - x[i] - 1
+      bent[i in range(N - 2)]: 3*y[i + 1] + y[i + 1]**3/10 - y[i] - y[i + 2] - 1
+      low: 3*y[0] - y[1] - 1
+      high: 3*y[N - 1] - y[N - 2] - 1
+    """
+    found = start(text % 110)
+    assert found.q[:110] == tuple(range(1, 111))
+    y = found.q[110:]
+    assert max(abs(3 * b + b**3 / 10 - a - c - 1) for a, b, c in zip(y, y[1:], y[2:])) < 1e-14
+
+
+def test_blocks_are_found_in_an_order_in_which_each_can_be_solved():
+    pattern = {0: [0], 1: [0, 1], 2: [2, 3, 1], 3: [2, 3], 4: [4, 5], 5: [6], 6: [6]}
+    found, free = blocks(pattern, range(7))
+    assert free == [4, 5]
+    assert found == [Block([5, 6], [6]), Block([0], [0]), Block([1], [1]), Block([2, 3], [2, 3])]
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 9), st.integers(1, 9))
+def test_blocks_have_the_structural_rank(seed, rows, unknown):
+    """Random numbers in the places of a pattern have its rank; a coordinate is free if a vector of the kernel
+    has it."""
+    chance = np.random.default_rng(seed)
+    matrix = chance.normal(size=(rows, unknown)) * (chance.random((rows, unknown)) < 0.3)
+    pattern = {i: np.flatnonzero(row).tolist() for i, row in enumerate(matrix) if row.any()}
+    found, free = blocks(pattern, range(unknown))
+    kernel = np.linalg.svd(matrix)[2][np.linalg.matrix_rank(matrix) :]
+    assert free == np.flatnonzero(np.abs(kernel).max(axis=0, initial=0.0) > 1e-9).tolist()
+    known: set[int] = set()
+    for one in found:
+        assert len(one.rows) >= len(one.unknown) == np.linalg.matrix_rank(matrix[one.rows][:, one.unknown])
+        known.update(one.unknown)
+        assert all(known.issuperset(pattern[i]) for i in one.rows)
+    assert known == {*range(unknown)}.difference(free)
 
 
 def test_a_coordinate_that_nothing_determines_needs_a_value():

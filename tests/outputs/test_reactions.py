@@ -269,9 +269,11 @@ forces: {block: [-mu*plane.multiplier**1.5*sign(x_dot), 0]}
 """
 
 
-@pytest.mark.parametrize(("text", "what"), [(RESTING, "a contact"), (BENT, "friction that is not linear")])
+@pytest.mark.parametrize(
+    ("text", "what"), [(RESTING, "at event 'impact'"), (BENT, "friction that is not linear.* at rest")]
+)
 def test_what_holds_a_body_may_not_follow_from_its_state(text, what):
-    with pytest.raises(NotDefined, match=f"{what}.* at rest"):
+    with pytest.raises(NotDefined, match=what):
         make_plan(residual_of(text), frozenset({"reactions"}))
 
 

@@ -6,20 +6,18 @@ Newton's method is started from many places, the same ones in every run.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import islice
-from random import Random
 from typing import Any
 
 import numpy as np
 
-from lagrange_cli.model.start.folds import meeting_place
-from lagrange_cli.model.start.linear import damped, independent, least_squares, scattered
+from lagrange_cli.model.start.beginnings import beginnings, starts
+from lagrange_cli.model.start.folds import FLAT, meeting_place
+from lagrange_cli.model.start.linear import DENSE, damped, independent, scattered, smallest, steep
 from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface, Values
 from lagrange_cli.records import dataclass
 
-STARTS, MOST_ENTRIES = 96, 400_000
-"""Places to start from, and entries of matrices in all of them together."""
 MOST_CLOSURES = 8
 SAME = 1e-6
 """Closures that differ by less, relative to their size, are one."""
@@ -29,6 +27,8 @@ ROUNDINGS = 8
 """Roundings by which constraints are off where two closures meet."""
 TURN = 2 * math.pi
 STEPS = 50
+CLEARLY = 1e-5
+"""Slopes along each direction, relative to their size, with which all coordinates are determined."""
 FEW = 8
 """Places from which a near miss is looked for."""
 
@@ -51,7 +51,7 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
     found: list[list[float]] = []
     best, least = None, math.inf
     unknown = list(surface.unknown)
-    for begin in starts(x, unknown, sizes, len(surface.kept), found):
+    for begin in beginnings(surface, x, sizes, found):
         state, off = solve(surface, begin)
         if state is None:
             continue
@@ -90,27 +90,10 @@ def near_miss(surface: Surface, begin: Sequence[float]) -> list[float] | None:
         return None
 
 
-def starts(
-    x: Sequence[float], unknown: Sequence[int], sizes: Sequence[float], rows: int, found: list[list[float]]
-) -> Iterator[list[float]]:
-    """Places to start from: some are small, some large, all are spread over both signs.
-
-    Every other one keeps some of the values of a closure that has been ``found``: of several loops, each may
-    close in more than one way, whatever the others do.
-    """
-    inner = {*unknown}
-    known = [abs(one) for k, one in enumerate(x) if k not in inner and one]
-    lengths = list(dict.fromkeys([*known, *(abs(one) for one in sizes if one), 1.0, math.pi]))[:12]
-    count = max(4, min(STARTS, MOST_ENTRIES // max(1, rows * len(unknown))))
-    numbers = Random(0)  # from which every run draws the same
-    for i in range(count):
-        kept = found[i // 2 % len(found)] if found and i % 2 else None
-        size = lengths[i // 2 % len(lengths)] if kept is None else max(abs(kept[k]) for k in unknown)
-        begin = list(x)
-        for k in unknown:
-            place = 1.5 * size * numbers.uniform(-1.0, 1.0)
-            begin[k] = place if kept is None or numbers.random() < 0.5 else kept[k]
-        yield begin
+def slopes_of(surface: Surface, values: Values) -> list[dict[int, float]]:
+    """The slopes of the functions by the unknown coordinates."""
+    places = {*surface.unknown}
+    return [{k: float(a) for k, a in values[1][i].items() if k in places} for i in surface.kept]
 
 
 def matrix_of(surface: Surface, values: Values) -> tuple[Any, Any]:
@@ -132,28 +115,35 @@ def solve(surface: Surface, begin: Sequence[float]) -> tuple[list[float] | None,
     size = max(map(abs, begin), default=1.0) or 1.0
     for _ in range(STEPS):
         try:
-            matrix, f = matrix_of(surface, surface.at(x))
-            step = least_squares(matrix, -f)
+            values, all_rows = surface.at(x)
+            rows = slopes_of(surface, (values, all_rows))
+            f = [float(values[i]) for i in surface.kept]
+            step = smallest(rows, [-one for one in f], surface.unknown)
         except (ArithmeticError, np.linalg.LinAlgError):
             return None, math.inf
-        if not np.isfinite(step).all():
+        if not all(map(math.isfinite, step)):
             return None, math.inf
-        length = float(np.abs(step).max(initial=0.0)) / size
+        length = max(map(abs, step), default=0.0) / size
         halved = halved + 1 if 0.4 < length / last < 0.6 else 0
         factor = 2.0 if halved > 2 else min(1.0, 0.7 / length) if length else 1.0
-        for k, dx in zip(surface.unknown, step.tolist()):
+        for k, dx in zip(surface.unknown, step):
             x[k] += factor * dx
         if length <= ROUND or (length >= last / 2 and last <= NEAR):
-            bound = sum(np.abs(matrix) @ np.array([abs(x[k]) for k in surface.unknown]))
-            terms = max(float(bound), float(np.abs(matrix).max(initial=0.0)) * size)
-            return x, float(np.abs(f).max(initial=0.0)) / (terms or size)
+            largest = max((abs(a) for row in rows for a in row.values()), default=0.0)
+            bound = max((sum(abs(a * x[k]) for k, a in row.items()) for row in rows), default=0.0)
+            return x, max(map(abs, f), default=0.0) / (max(bound, largest * size) or size)
         last = length
     return None, math.inf
 
 
 def undetermined(surface: Surface, state: Sequence[float]) -> list[int]:
     """The unknown coordinates that could change with the constraints still satisfied."""
-    matrix, _ = matrix_of(surface, surface.at(state))
+    here = surface.at(state)
+    rows = slopes_of(surface, here)
+    largest = max((abs(a) for row in rows for a in row.values()), default=0.0)
+    if steep(rows, len(surface.unknown), CLEARLY * largest):
+        return []
+    matrix, _ = matrix_of(surface, here)
     rank = np.linalg.matrix_rank(matrix, tol=NEAR * max(1e-300, float(np.abs(matrix).max(initial=0.0))))
     if rank == len(surface.unknown):
         return []
@@ -183,23 +173,32 @@ def where_two_meet(surface: Surface, state: list[float], unit: float) -> list[fl
         return [moved.get(k, one) for k, one in enumerate(state)]
 
     size = max(map(abs, state), default=1.0) or 1.0
-    rows = surface.at(state)[1]
-    norms = np.array([math.hypot(*map(float, rows[i].values())) or 1.0 for i in surface.kept])
+    here = surface.at(state)
+    lengths = [math.hypot(*map(float, here[1][i].values())) or 1.0 for i in surface.kept]
+    rows = [{k: a / x for k, a in row.items()} for row, x in zip(slopes_of(surface, here), lengths)]
+    if steep(rows, len(surface.unknown), FLAT):
+        return None
+    norms = np.array(lengths)
     found = meeting_place(values, np.array([state[k] for k in surface.unknown]), size)
     return placed(found) if found is not None and satisfied(surface, placed(found), unit) else None
 
 
 def tidied(surface: Surface, state: list[float]) -> list[float]:
-    """0 in place of rounding errors, and angles from -pi to pi."""
+    """0 in place of rounding errors, and angles from -pi to pi: all at once, or else one by one of a few."""
+    tidy: dict[int, float] = {}
     for k in surface.unknown:
-        if abs(state[k]) <= NEAR * surface.scale[k] and satisfied(
-            surface, [*state[:k], 0.0, *state[k + 1 :]]
-        ):
-            state[k] = 0.0
         turns = round(state[k] / TURN)
-        turned = [*state[:k], state[k] - TURN * turns, *state[k + 1 :]]
-        if turns and satisfied(surface, turned):
-            state = turned
+        if abs(state[k]) <= NEAR * surface.scale[k]:
+            tidy[k] = 0.0
+        elif turns:
+            tidy[k] = state[k] - TURN * turns
+    many = [tidy.get(k, x) for k, x in enumerate(state)]
+    if not tidy or satisfied(surface, many):
+        return many
+    for k, one in tidy.items() if len(surface.unknown) <= DENSE else ():
+        changed = [*state[:k], one, *state[k + 1 :]]
+        if satisfied(surface, changed):
+            state = changed
     return state
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 from lagrange_cli.errors import NotLinear, SpecError
@@ -15,12 +16,15 @@ from lagrange_cli.model.build import build_model
 from lagrange_cli.model.constraints import built_constraints
 from lagrange_cli.model.model import Model
 from lagrange_cli.model.scope import Scope
+from lagrange_cli.model.start.parts import Parts
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
 
 Row = Mapping[int, Any]
 """The coefficients of the velocities in the rate of a constraint, by coordinate."""
+Part = tuple[Mapping[int, Any], Mapping[int, Row]]
+"""Some of the constraints, by number: their values and these coefficients."""
 KEPT = 4
 """States at which values are remembered."""
 BENT = 1e-9
@@ -82,6 +86,18 @@ class Equations:
                 del self._known[next(iter(self._known))]
             self._known[place] = self._at(t, q, v)
         return self._known[place]
+
+    def part(self, t: Any, q: Sequence[Any], chosen: Sequence[int]) -> Part:
+        """The ``chosen`` ones of the holonomic constraints at a place, in doubles. Raises ``SpecError`` where
+        one of them has no value."""
+        if not self.spec.bodies and not self.spec.replaced:
+            return self._parts.at(t, q, chosen)
+        found = self.at(t, q, [0.0] * len(q))
+        return {i: found.values[i] for i in chosen}, {i: found.rows[i] for i in chosen}
+
+    @cached_property
+    def _parts(self) -> Parts:
+        return Parts(self.spec, self.parameters, self.coordinates)
 
     def _at(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Rates:
         found = built_constraints(Scope(self.bound, self.algebra(t, q, v)))

@@ -30,6 +30,9 @@ CLEAR = 1e-4
 """The square of this sine, from which on no closer look is needed."""
 DENSE = 100
 """Constraints up to which matrices are full."""
+CORRECTIONS = 3
+TINY = 1e-13
+"""The part of unit rows that makes their scalar products a positive matrix."""
 FILLED = 200
 """Numbers for each of more constraints, up to which they are sparse."""
 
@@ -127,10 +130,21 @@ def coupled(rows: Sequence[Row], kept: Sequence[int], scale: Sequence[float]) ->
     for part in sparse.parts_of(sparse.products(unit, unit)) if rest else ():
         others, mine = [i for i in part if i not in among], [i for i in part if i in among]
         if others and mine:
-            own = [unit[i] for i in mine]
-            shares = least_squares(products(own, own), products(own, [unit[i] for i in others]))
+            shares = shares_of([unit[i] for i in mine], [unit[i] for i in others])
             found += [i for i, row in zip(mine, shares) if np.abs(row).max() > APART]
     return tuple(sorted(found))
+
+
+def shares_of(own: Sequence[Row], others: Sequence[Row]) -> Array:
+    """The combinations of ``own`` rows, which are independent, that are nearest to others: a column for
+    each of these."""
+    if len(own) > DENSE:
+        factors = sparse.factored(sparse.products(own, own), FILLED * len(own))
+        if factors is not None:
+            columns = transposed(sparse.products(own, others), len(others))
+            known = [factors.solve([row.get(i, 0.0) for i in range(len(own))]) for row in columns]
+            return np.stack([np.array(one) for one in known], axis=1)
+    return least_squares(products(own, own), products(own, others))
 
 
 def products(rows: Sequence[Row], others: Sequence[Row]) -> Array:
@@ -248,13 +262,79 @@ def of_products(
     return found
 
 
+def smallest(rows: Sequence[Row], right: Sequence[float], unknown: Sequence[int]) -> list[float]:
+    """The solution of least squares and least norm, for the ``unknown`` coordinates.
+
+    Large systems have that of A^T (A A^T + e)^-1 or (A^T A + e)^-1 A^T, with a small e, and are corrected by
+    what is left (Å. Björck, Numerical Methods for Least Squares Problems, 1996, sec. 6.6.5).
+    """
+    place = {k: number for number, k in enumerate(unknown)}
+    if min(len(rows), len(unknown)) <= DENSE:
+        matrix = np.zeros((len(rows), len(unknown)))
+        for i, row in enumerate(rows):
+            for k, a in row.items():
+                matrix[i, place[k]] = a
+        return least_squares(matrix, np.array(right)).tolist()  # type: ignore[no-any-return]
+    sizes = [math.hypot(*row.values()) or 1.0 for row in rows]
+    lines = [{place[k]: a / size for k, a in row.items()} for row, size in zip(rows, sizes)]
+    columns = transposed(lines, len(unknown))
+    wide = len(lines) <= len(columns)
+    rest = np.array([x / size for x, size in zip(right, sizes)])
+    found = np.zeros(len(unknown))
+    first = float(np.abs(rest).max(initial=0.0))
+    square = lines if wide else columns
+    for _ in range(CORRECTIONS):
+        some = rest if wide else times(columns, rest)
+        some = np.array(of_products(square, square, some.tolist(), TINY))
+        found = found + (times(columns, some) if wide else some)
+        rest = rest - (times(lines, times(columns, some)) if wide else times(lines, some))
+        if float(np.abs(rest).max(initial=0.0)) <= TINY * first:
+            break
+    return found.tolist()  # type: ignore[no-any-return]
+
+
+def transposed(rows: Sequence[Row], count: int) -> list[dict[int, float]]:
+    """The columns of a sparse matrix, ``count`` of them."""
+    columns: list[dict[int, float]] = [{} for _ in range(count)]
+    for i, row in enumerate(rows):
+        for k, a in row.items():
+            columns[k][i] = a
+    return columns
+
+
+def times(rows: Sequence[Row], x: Array) -> Array:
+    """A sparse matrix times x."""
+    numbers = x.tolist()
+    return np.array([sum(a * numbers[k] for k, a in row.items()) for row in rows])
+
+
+def steep(rows: Sequence[Row], count: int, least: float) -> bool:
+    """Whether the values of ``rows`` change by more than ``least`` along each direction of ``count``
+    coordinates: A^T A - s^2 is positive then."""
+    numbers = sorted({k for row in rows for k in row})
+    if not len(rows) >= len(numbers) == count:
+        return False
+    place = {k: number for number, k in enumerate(numbers)}
+    columns = transposed([{place[k]: float(a) for k, a in row.items()} for row in rows], count)
+    matrix = sparse.products(columns, columns)
+    for i, row in enumerate(matrix):
+        row[i] = row.get(i, 0.0) - least * least
+    return sparse.factored(matrix, FILLED * count) is not None
+
+
 def solved_sparsely(matrix: sparse.Matrix, right: Sequence[float]) -> list[float]:
     """``solved`` for a sparse matrix."""
-    factors = sparse.factored(matrix, FILLED * len(matrix)) if len(matrix) > DENSE else None
-    if factors is not None:
-        found = factors.solve(right)
-        off = [sum(a * found[k] for k, a in row.items()) - x for row, x in zip(matrix, right)]
-        if max(map(abs, off)) <= 1e-6 * max(map(abs, right)):
+    diagonal = [row.get(i, 0.0) for i, row in enumerate(matrix)]
+    for more in (0.0, TINY) if len(matrix) > DENSE else ():  # a matrix that is not regular becomes positive
+        larger = [{**row, i: (1 + more) * diagonal[i]} for i, row in enumerate(matrix)]
+        factors = sparse.factored(larger, FILLED * len(matrix))
+        if factors is None:
+            continue
+        found, rest = [0.0] * len(matrix), [*right]
+        for _ in range(CORRECTIONS if more else 1):
+            found = [x + dx for x, dx in zip(found, factors.solve(rest))]
+            rest = [x - sum(a * found[k] for k, a in row.items()) for row, x in zip(matrix, right)]
+        if max(map(abs, rest)) <= 1e-6 * max(map(abs, right)):
             return found
     full = np.zeros((len(matrix), len(matrix)))
     for i, row in enumerate(matrix):

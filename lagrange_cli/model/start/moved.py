@@ -1,13 +1,26 @@
-"""Given values are moved to the nearest ones that satisfy the constraints, if these are near enough."""
+"""Given values are moved to the nearest ones that satisfy the constraints, if these are near enough.
+
+That is: by little beside the size of the system, a mean over its coordinates, and beside the lengths within
+which the slopes of constraints change.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.model.start.closures import SAME
+from lagrange_cli.model.start.linear import DENSE, independent, steepness
 from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface
-from lagrange_cli.model.start.search import SLIGHTLY, Search
+from lagrange_cli.model.start.search import SLIGHTLY, Search, away
+from lagrange_cli.records import replace
+
+ASIDE, SIDES = 0.5, 4
+"""How far aside of a state other searches begin, as a part of the way to the point that was found, and in how
+many directions and their opposites."""
 
 
 def moved(
@@ -25,13 +38,55 @@ def moved(
     if off(x) <= 2 * search.unit:
         return x
     scale, refusal = surface.scale, search.refusal
-    found = tried(surface.nearest, x)
-    if found is None or off(found) > NEAR:
+    near = tried(surface.nearest, x)
+    if near is not None and off(near) > NEAR:
+        near = None
+    if near is not None:
+        parts = math.sqrt(len(x)) * far(x, near, scale), bent(surface, x, near, search.typical(scale))
+        if max(parts) <= SLIGHTLY:
+            return near
+    found = [] if near is None else [near]
+    if not speeds:  # these are linear
+        found = [one for one in equally_near(search, surface, x, near) if off(one) <= NEAR]
+    if not found:
         raise refusal.contradiction(*surface.at(x), scale, speeds=speeds)
-    if far(x, found, scale) > SLIGHTLY and not search.given.forced:
-        names = [*map(velocity_name, search.coordinates)] if speeds else search.coordinates
-        raise refusal.far_off(*surface.at(x), scale, told(names, x, found, scale), speeds=speeds)
-    return found
+    if search.given.forced and len(found) == 1:
+        return found[0]
+    if search.given.forced:
+        raise refusal.equally_near([dict(enumerate(map(float, one))) for one in found])
+    names = [*map(velocity_name, search.coordinates)] if speeds else search.coordinates
+    moves = [told(names, x, one, scale) for one in found]
+    raise refusal.far_off(*surface.at(x), scale, moves, speeds=speeds)
+
+
+def equally_near(
+    search: Search, surface: Surface, x: Sequence[Any], near: list[Any] | None
+) -> list[list[Any]]:
+    """The nearest points of a surface, of which there may be several.
+
+    The point ``near``, or none, is where the search from ``x`` itself ended. By symmetry this may be one
+    where the distance is not the least, such as (0, 0) for x y = 0 from (1, 1). Searches from all sides of
+    ``x`` leave it.
+    """
+    scale, typical = surface.scale, search.typical(surface.scale)
+    part = ASIDE * (1.0 if near is None else far(x, near, scale)) / math.sqrt(len(x))
+    found = [] if near is None else [near]
+    for number in range(SIDES if len(x) <= DENSE else 1):
+        for side in (part, -part):
+            begin = away(x, scale, number, side)
+            with suppress(ArithmeticError):
+                kept = independent(surface.at(begin)[1], scale, typical)
+                aside = replace(surface, kept=kept)
+                one = aside.nearest(x, begin)
+                if one is not None and all(far(one, other, scale) > SAME for other in found):
+                    found.append(one)
+    least = min((surface.gap(x, one) for one in found), default=0.0)
+    best = [one for one in found if surface.gap(x, one) <= least * (1 + SAME)]
+    for k, values in enumerate(zip(*best)):
+        if max(values) - min(values) <= SAME * scale[k]:
+            for one in best:
+                one[k] = 0.0 if abs(values[0]) <= ROUND * scale[k] else values[0]
+    return sorted(best)
 
 
 def tried(nearest: Callable[[Sequence[Any]], list[Any] | None], x: Sequence[Any]) -> list[Any] | None:
@@ -51,6 +106,15 @@ def told(
         for name, old, new, size in zip(names, before, after, scale)
         if abs(float(new - old)) > NEAR * size
     ]
+
+
+def bent(surface: Surface, before: Sequence[Any], after: Sequence[Any], typical: Sequence[float]) -> float:
+    """The largest part of itself by which the slopes of a constraint change: a rod is moved by this part of
+    its length, wherever it is and however long a chain it belongs to."""
+    rows, others = surface.at(before)[1], surface.at(after)[1]
+    changes = [{k: row.get(k, 0.0) - a for k, a in other.items()} for row, other in zip(rows, others)]
+    steep = [steepness(some, surface.scale) for some in (changes, rows, others)]
+    return max((x / max(sizes) for x, *sizes in zip(*steep, typical) if x), default=0.0)
 
 
 def far(before: Sequence[Any], after: Sequence[Any], scale: Sequence[float]) -> float:

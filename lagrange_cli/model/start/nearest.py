@@ -137,9 +137,10 @@ class Surface:
             found[k] = found[k] + factor * dx
         return found
 
-    def nearest(self, start: Sequence[Any]) -> list[Any] | None:
-        """The nearest point; ``start`` itself where it is one to rounding, and None where there is none."""
-        found = self.reach(start)
+    def nearest(self, start: Sequence[Any], begin: Sequence[Any] | None = None) -> list[Any] | None:
+        """The nearest point, found from where the search is to ``begin``; ``start`` itself where it is one to
+        rounding, and None where there is none."""
+        found = self.reach(start if begin is None else begin)
         if found is None:
             return None
         shortest = self.shorten(start, found)

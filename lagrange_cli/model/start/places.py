@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.model.start.closures import MOST_CLOSURES, closures, determined
-from lagrange_cli.model.start.equations import Equations, Masses
+from lagrange_cli.model.start.closing import Closing
+from lagrange_cli.model.start.closures import MOST_CLOSURES, determined
+from lagrange_cli.model.start.equations import Equations, Row
 from lagrange_cli.model.start.linear import independent
 from lagrange_cli.model.start.moved import moved, tried
-from lagrange_cli.model.start.nearest import ROUND, Surface, Values
+from lagrange_cli.model.start.nearest import Surface
 from lagrange_cli.model.start.search import Search
 
 
@@ -42,17 +43,15 @@ def closure(search: Search, q: list[Any], unknown: Sequence[int]) -> list[Any]:
         doubles = Equations(search.spec, {name: float(x) for name, x in search.parameters.items()})
     time = float(search.given.t)
 
-    def at(x: Sequence[Any]) -> Values:
+    def at(x: Sequence[float], chosen: Sequence[int]) -> tuple[Mapping[int, Any], Mapping[int, Row]]:
         try:
-            found = doubles.at(time, x, [0.0] * len(x))
+            return doubles.part(time, x, chosen)
         except SpecError as error:
             raise ArithmeticError(error.problems[0].message) from error
-        return found.values[: search.count], found.rows[: search.count]
 
     sizes = [float(x) for x in search.parameters.values()]
-    scale = [max(map(abs, plain), default=0.0) or 1.0] * len(plain)
-    everything = Surface(at, range(search.count), unknown, Masses({}), scale, ROUND)
-    found = closures(everything, plain, sizes)
+    scale = max(map(abs, plain), default=0.0) or 1.0
+    found = Closing(at, range(search.count), unknown, plain, scale, sizes).closures()
     if found.left:
         raise search.refusal.open_coordinate(found.left[0])
     chosen = found.states[0] if found.states else found.best

@@ -54,14 +54,19 @@ class Refusal:
         values: Sequence[Any],
         rows: Sequence[Any],
         scale: Sequence[float],
-        moves: Sequence[tuple[str, float]],
+        moves: Sequence[Sequence[tuple[str, float]]],
         *,
         speeds: bool = False,
     ) -> SpecError:
-        """Given values are too far from any consistent state."""
-        shown = ", ".join(f"{name} = {value:.6g}" for name, value in moves[:MOST_SHOWN])
-        more = ", ..." if len(moves) > MOST_SHOWN else ""
-        hint = f"solve --project-initial takes the nearest consistent state ({shown}{more})"
+        """Given values are too far from any consistent state. ``moves`` has those of the nearest ones."""
+
+        def shown(one: Sequence[tuple[str, float]]) -> str:
+            listed = ", ".join(f"{name} = {value:.6g}" for name, value in one[:MOST_SHOWN])
+            return listed + (", ..." if len(one) > MOST_SHOWN else "")
+
+        hint = f"solve --project-initial takes the nearest consistent state ({shown(moves[0])})"
+        if len(moves) > 1:
+            hint = f"several consistent states are equally near: change to {' or '.join(map(shown, moves))}"
         hint += "; or leave a value out, so that it is found"
         return self.residuals(values, rows, scale, hint, speeds=speeds)
 
@@ -133,18 +138,26 @@ class Refusal:
 
     def several(self, found: Sequence[Mapping[int, float]], *, more: bool) -> SpecError:
         """Several closures are possible."""
+        count = f"{len(found)} or more" if more else str(len(found))
+        return self._choice(found, f"the constraints allow {count} possible initial states")
+
+    def equally_near(self, found: Sequence[Mapping[int, float]]) -> SpecError:
+        """Several states are nearest."""
+        return self._choice(found, "several states that satisfy the constraints are equally near, such as")
+
+    def _choice(self, found: Sequence[Mapping[int, float]], said: str) -> SpecError:
+        """One of these states must be chosen."""
+
+        same = [k for k, x in found[0].items() if all(one[k] == x for one in found)]
+        told = found[0].keys() - same if len(found[0]) > MOST_SHOWN else found[0].keys()
 
         def shown(one: Mapping[int, float]) -> str:
-            listed = [f"{self.spec.coordinates[k].name} = {x:.15g}" for k, x in one.items()]
+            listed = [f"{self.spec.coordinates[k].name} = {one[k]:.15g}" for k in sorted(told)]
             return ", ".join(listed[:MOST_SHOWN]) + (", ..." if len(listed) > MOST_SHOWN else "")
 
         first = self.spec.coordinates[next(iter(found[0]))]
-        count = f"{len(found)} or more" if more else str(len(found))
-        listed = "".join(f"\n    {shown(one)}" for one in found)
-        message = f"the constraints allow {count} possible initial states:{listed}"
-        differs = next(
-            (k for k in found[0] if any(one[k] != found[0][k] for one in found)), next(iter(found[0]))
-        )
+        listed = "".join([":", *(f"\n    {shown(one)}" for one in found)])
+        differs = next(k for k in found[0] if k not in same)
         name, value = self.spec.coordinates[differs].name, found[0][differs]
         hint = f"give one of them, as in --set {name}={value:.15g} or {name}: {{initial: {value:.15g}}}"
-        return self.source.error(first.place, message, hint)
+        return self.source.error(first.place, said + listed, hint)

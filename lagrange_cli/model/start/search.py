@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Protocol
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.model.start.equations import Equations, Masses, Rates
+from lagrange_cli.model.start.equations import Equations, Masses, Part, Rates
 from lagrange_cli.model.start.linear import scales, scattered, steepness
 from lagrange_cli.model.start.nearest import LONG_ROUND, NEAR, ROUND, Values
 from lagrange_cli.model.start.report import Refusal
@@ -52,6 +52,7 @@ class Evaluated(Protocol):
     """The constraints and the masses of a system, at any state (see ``Equations``)."""
 
     def at(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Rates: ...
+    def part(self, t: Any, q: Sequence[Any], chosen: Sequence[int]) -> Part: ...
     def masses(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Masses: ...
 
 
@@ -119,7 +120,7 @@ class Search:
         if not hasattr(self, "_typical"):
             self._typical = [0.0] * len(self.names)
             for number in range(TRIES):
-                near = self.away(self.given.q, scale, number)
+                near = away(self.given.q, scale, number, NEARBY / math.sqrt(len(scale)))
                 speeds = [
                     float(v) + size * one
                     for v, size, one in zip(self.given.v, scale, scattered(number, len(near)))
@@ -138,5 +139,10 @@ class Search:
 
     def away(self, q: Sequence[Any], scale: Sequence[float], number: int) -> list[float]:
         """A place nearby, the same in every run."""
-        moves = zip(q, scale, scattered(number, len(q)))
-        return [float(x) + NEARBY * size * move for x, size, move in moves]
+        return away(q, scale, number, NEARBY)
+
+
+def away(q: Sequence[Any], scale: Sequence[float], number: int, near: float) -> list[float]:
+    """A place where coordinates have moved by at most a part of their scale, the same in every run."""
+    moves = zip(q, scale, scattered(number, len(q)))
+    return [float(x) + near * size * move for x, size, move in moves]

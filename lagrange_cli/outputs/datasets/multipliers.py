@@ -11,7 +11,7 @@ def plan(planner: Planner) -> None:
     Raises ``NotDefined`` where they do not follow from the state.
     """
     if planner.model.constraints:
-        planner.need_forces("multipliers")
+        planner.need_forces("multipliers", multipliers=True)
     nodes = {one.name: one.multiplier for one in planner.model.constraints}
     if planner.model.redundant:
         from lagrange_cli.mechanics.constrained.redundancy import multipliers_of_least_norm
