@@ -115,6 +115,7 @@ class _Writer(Arrangement):
             series=SeriesProgram((), (), (), (), ()),
             hiding=False,
             tables=len(listed),
+            loops=True,
             operations={"jet": jet.operations, "observe": counted},
         )  # fmt: skip
 
