@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.api.given import Value, Values, text_of, texts_of
+from lagrange_cli.api.given import Value, Values, check_lengths, text_of, texts_of
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS
@@ -127,6 +127,7 @@ def bench(
         texts_of("size", size),
         lambda spec, problems: resolve_values(spec, overrides, problems),
     )
+    check_lengths(spec, set)
     names = None if methods is None else [proper_name(str(name).strip(), [*METHODS]) for name in methods]
     tried = None if tolerances is None else tuple(map(float, tolerances))
     entries = entries_of(names, tried, len(spec.coordinates), constrained=bool(spec.all_constraints))

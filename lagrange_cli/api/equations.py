@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.given import Values, texts_of
+from lagrange_cli.api.given import Values, check_lengths, texts_of
 from lagrange_cli.api.indexed_equations import IndexedEquations
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
@@ -174,6 +174,7 @@ def equations(
         spec, parameters = read_run(
             content, filename, sizes, lambda spec, problems: resolve_parameters(spec, overrides, problems)
         )
+        check_lengths(spec, set)
         derived = derive_printed(
             spec, FORMS[0], overrides=overrides, coordinates=coordinates, indexed=indexed
         )

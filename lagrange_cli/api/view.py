@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.given import Value, Values, request_of
+from lagrange_cli.api.given import Value, Values, check_lengths, request_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
 
@@ -121,7 +121,9 @@ def view(
     )
     content, filename = content_of(system)
     with WORKING:
-        return page_of(read_shown(content, filename, request))
+        motion = read_shown(content, filename, request)
+        check_lengths(motion.spec, set)
+        return page_of(motion)
 
 
 def page_of(motion: Motion) -> Page:

@@ -45,6 +45,8 @@ class Program(Interface):
     """Whether steps are proven, of the motion or of its integrals."""
     tables: int = 0
     """The length of tables in the text, which take hardly any time to compile."""
+    loops: bool = False
+    """Whether its time is that of loops over members of families."""
 
 
 def write_program(

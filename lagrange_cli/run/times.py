@@ -55,6 +55,7 @@ def check_names(tree: Tree, spec: Spec, parameters: Mapping[str, float]) -> None
     from lagrange_cli.expression.near import known_hint, near_hint
     from lagrange_cli.expression.syntax import ExpressionError, names
     from lagrange_cli.expression.vocabulary import CONSTANTS, family_name, velocity_name
+    from lagrange_cli.spec.roles import role
 
     everything = [one.name for one in spec.parameters]
     plain, families = {*parameters, *spec.sizes, *CONSTANTS}, {*map(family_name, parameters)}
@@ -70,6 +71,9 @@ def check_names(tree: Tree, spec: Spec, parameters: Mapping[str, float]) -> None
             raise ExpressionError(one.span, message, "all members have the same times")
         if one.identifier in state | set(map(velocity_name, state)):
             message = f"'{one.identifier}' is not constant"
+            raise ExpressionError(one.span, message, "times are numbers, or expressions in parameters")
+        if what := role(spec, one.identifier):
+            message = f"'{one.identifier.partition('.')[0]}' is {what}"
             raise ExpressionError(one.span, message, "times are numbers, or expressions in parameters")
         message = f"unknown name '{one.identifier}'"
         raise ExpressionError(one.span, message, near_hint(one.identifier, plain) or known_hint(everything))

@@ -13,7 +13,7 @@ from lagrange_cli.expression.indices import counted, integer
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, plain_names
-from lagrange_cli.expression.vocabulary import RESERVED, member_name
+from lagrange_cli.expression.vocabulary import RESERVED, member_name, velocity_name
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import in_order
@@ -41,8 +41,7 @@ def resolve_sizes(draft: Draft, overrides: Mapping[str, str], problems: Problems
     trees = {name: entry.value.tree for name, entry in entries.items() if entry.value is not None}
     for name, text in overrides.items():
         if name not in entries:
-            hint = near_hint(name, entries) or known_hint(entries) or "the file has no 'sizes'"
-            raise UsageError(f"--size {name}={text}: unknown size '{name}'; {hint}")
+            raise UsageError(f"--size {name}={text}: {_no_size(draft, name, text, entries)}")
         try:
             trees[name] = parse(text)
         except ExpressionError as error:
@@ -66,6 +65,22 @@ def resolve_sizes(draft: Draft, overrides: Mapping[str, str], problems: Problems
             problems.add_expression(value, error, f"size '{name}'")
     problems.broken |= entries.keys() - found.keys()
     return {name: found[name] for name in entries if name in found}
+
+
+def _no_size(draft: Draft, name: str, text: str, known: Mapping[str, Entry]) -> str:
+    """Why a name is no size, and what was perhaps meant."""
+    from lagrange_cli.spec.roles import COORDINATE, PARAMETER, VELOCITY, role_in_draft
+
+    what = role_in_draft(draft, name)
+    if what in (PARAMETER, COORDINATE, VELOCITY):
+        declared = [*draft.declared("parameters"), *draft.declared("coordinates")]
+        named = [one for one in declared if name in (one.name, velocity_name(one.name))]
+        if any(one.key.axes or _is_list(one) for one in named):
+            return f"'{name}' is a family; --set {name}[...]={text} sets a member of it"
+        sets = "it" if what == PARAMETER else "its initial value"
+        return f"'{name}' is {what}; --set {name}={text} sets {sets}"
+    hint = near_hint(name, known) or known_hint(known) or "the file has no 'sizes'"
+    return f"'{name}' is {what}, and no size; {hint}" if what else f"unknown size '{name}'; {hint}"
 
 
 def _size(tree: Tree, known: Mapping[str, int]) -> int:

@@ -16,7 +16,11 @@ from lagrange_cli.expression.vocabulary import (
     velocity_name,
 )
 from lagrange_cli.spec.content import names_of
+from lagrange_cli.spec.roles import COORDINATE, PARAMETER, SIZE, VELOCITY, role
 from lagrange_cli.spec.spec import Spec
+
+OPTIONS = "start", "stop", "step", "samples", "tolerance", "method", "outputs", "precision"
+"""Options that could be taken for names of numbers."""
 
 
 def settable(spec: Spec, name: str, asked: str) -> str:
@@ -35,8 +39,27 @@ def settable(spec: Spec, name: str, asked: str) -> str:
     parameters, coordinates = names_of(spec.parameters), names_of(spec.coordinates)
     if found not in parameters and found not in coordinates and moved_by(found) not in coordinates:
         known = [*parameters, *coordinates, *map(velocity_name, coordinates)]
-        raise UsageError(f"{asked}: unknown name '{found}'; {settable_hint(found, known)}")
+        raise UsageError(f"{asked}: {unsettable(spec, found, asked.partition('=')[2], known)}")
     return found
+
+
+def unsettable(spec: Spec, name: str, value: str, known: list[str]) -> str:
+    """Why a ``name`` cannot be set to a ``value``, and what can be done: those that are ``known`` can."""
+    what = role(spec, name)
+    if what == SIZE:
+        return f"'{name}' is a size; --size {name}={value or '...'} sets it"
+    if not what and name in OPTIONS:
+        return f"'{name}' is an option; write --{name} {value or '...'}"
+    base, component, _ = name.partition(".")
+    if what in (PARAMETER, COORDINATE, VELOCITY):
+        if component:
+            return f"'{base}' is {what} and has no components; write {base}"
+        if "[" in name:
+            return f"unknown name '{name}'; {settable_hint(name, known)}"
+        return f"'{name}' is a family; write one of its members, {members_of(name, known)}"
+    if what:
+        return f"'{base}' is {what}; only parameters and initial values can be set; {known_hint(known)}"
+    return f"unknown name '{name}'; {settable_hint(name, known)}"
 
 
 def parsed(spec: Spec, name: str, text: str) -> Tree:
@@ -60,9 +83,17 @@ def _check_name(spec: Spec, one: Name) -> None:
         return
     if one.identifier.lower() in ("nan", "inf", "infinity"):
         raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
-    raise ExpressionError(
-        one.span, f"unknown name '{one.identifier}'", settable_hint(one.identifier, [*parameters])
-    )
+    known, what = [*parameters], role(spec, one.identifier)
+    if what == PARAMETER:
+        message = f"'{one.identifier}' is a family"
+        raise ExpressionError(
+            one.span, message, f"write one of its members, {members_of(one.identifier, known)}"
+        )
+    if what:
+        message = f"'{one.identifier.partition('.')[0]}' is {what}"
+        hint = "values are numbers, or expressions in parameters"
+        raise ExpressionError(one.span, message, f"{hint}; {known_hint(known)}" if known else hint)
+    raise ExpressionError(one.span, f"unknown name '{one.identifier}'", settable_hint(one.identifier, known))
 
 
 def moved_by(velocity: str) -> str:
@@ -74,15 +105,20 @@ def moved_by(velocity: str) -> str:
 
 def settable_hint(name: str, known: list[str]) -> str:
     """What could have been named: where it is a family, its first and last member."""
-    members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
-    if members:
-        return f"it is a family with members {members[0]} to {members[-1]}"
+    if members := members_of(name, known):
+        return f"it is a family with members {members}"
     every = {*known}
     coordinates = [one for one in known if velocity_name(one) in every]
     moving, order = (name[:-1], 1) if name.endswith("'") else rate_of(name, coordinates)
     if order == 1 and moving in coordinates:
         return f"write {velocity_name(moving)} for the velocity of {moving}"
     return near_hint(name, known) or known_hint(known)
+
+
+def members_of(name: str, known: list[str]) -> str:
+    """The first and the last member of a family; empty for what is none."""
+    members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
+    return f"{members[0]} to {members[-1]}" if members else ""
 
 
 def wrong_usage(asked: str, error: ExpressionError) -> UsageError:

@@ -338,8 +338,9 @@ def test_a_family_needs_as_many_values_as_it_has_members():
     for wrong in ({"theta": [0.1, 0.2]}, {"theta_dot": [0.1]}):
         with pytest.raises(lagrange.UsageError, match=r"has 3 members, but . values are given"):
             lagrange.solve(chain, size={"N": 3}, set=wrong, stop=0.1)
-        with pytest.raises(lagrange.UsageError, match=r"has 3 members, but . values are given"):
-            lagrange.check(chain, size={"N": 3}, set=wrong)
+        for other in (lagrange.check, lagrange.equations, lagrange.bench, lagrange.view):
+            with pytest.raises(lagrange.UsageError, match=r"has 3 members, but . values are given"):
+                other(chain, size={"N": 3}, set=wrong)
 
 
 def test_members_of_large_families_are_not_looked_at_one_by_one(monkeypatch):

@@ -14,7 +14,7 @@ import lagrange_cli as lagrange
 from lagrange_cli.run import shipped
 from tests.browser.chromium import chromium
 from tests.cli.test_view import HOSTILE
-from tests.page.test_engine import UNREADABLE, assert_same, page_of
+from tests.page.test_engine import UNREADABLE, assert_same, family, page_of
 from tests.support.command import SYSTEMS
 from tests.support.command import lagrange as command
 
@@ -127,6 +127,14 @@ def test_the_page_of_a_shipped_system(opened, name):
     else:
         assert page.locator("#equations math").first.bounding_box()["width"] > 5
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_a_family_is_computed_in_the_browser(opened):
+    page = opened(family("n_pendulum", 60, 0.5).text)
+    assert_same(page.evaluate(ENDS), "n_pendulum", {"N": 60})
+    give(page, "g", 5)
+    assert_same(page.evaluate(ENDS), "n_pendulum", {"N": 60}, g=5)
+    assert page.evaluate(BLANK) > 2
 
 
 def test_a_number_and_a_slider_change_the_motion(opened):

@@ -13,7 +13,7 @@ from lagrange_cli.run import shipped
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.view import content as shown_content
 from lagrange_cli.run.view import page as shown_page
-from lagrange_cli.run.view.motion import read_shown
+from lagrange_cli.run.view.motion import read_shown, watched
 from lagrange_cli.run.view.page import Page, view
 from tests.support.command import SYSTEMS
 from tests.support.v8 import Engine, data_of, unpacked
@@ -51,8 +51,18 @@ def engine_of(name: str) -> Engine:
     return Engine(page_of(name).text)
 
 
-def assert_same(found, name, **changes):
-    expected = lagrange.solve(SYSTEMS / f"{name}.yaml", set=changes, stop=found["t"], outputs="q,v,h")
+def family(name: str, members: int, stop: float) -> Page:
+    """The page of a system with so many members; its equations are not looked at."""
+    request = Request(sizes={"N": str(members)}, times={"stop": str(stop)})
+    motion = read_shown((SYSTEMS / f"{name}.yaml").read_bytes(), f"{name}.yaml", request)
+    with mock.patch.object(shown_content, "READING", 1000):
+        return view(motion)
+
+
+def assert_same(found, name, size=None, **changes):
+    expected = lagrange.solve(
+        SYSTEMS / f"{name}.yaml", set=changes, size=size, stop=found["t"], outputs="q,v,h"
+    )
     for group, row in (("q", found["q"]), ("v", found["v"])):
         values = [x for one in getattr(expected, group).values() for x in one[-1:].ravel().tolist()]
         scale = max(1.0, *map(abs, values))
@@ -73,6 +83,37 @@ def test_the_page_computes_what_solve_does(name):
     found = engine.end()
     assert found["reason"] == ""
     assert_same(found, name)
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(
+    ("name", "members", "stop"), [("n_pendulum", 16, 1.0), ("fpu_chain", 400, 50.0), ("chain", 80, 0.1)]
+)
+def test_a_page_computes_families_as_loops(name, members, stop):
+    """Beads, joints and rods: for the values of the file, and for others."""
+    engine = Engine(family(name, members, stop).text)
+    for changes in ({}, {"g" if "g" in engine.data["engine"]["parameters"] else "alpha": 0.75}):
+        found = engine.end(**changes)
+        assert found["reason"] == found["note"] == ""
+        assert_same(found, name, {"N": members}, **changes)
+
+
+def test_the_program_of_a_family_is_as_long_for_any_number_of_members():
+    lines = set()
+    for members in (100, 400):
+        request = Request(sizes={"N": str(members)})
+        motion = read_shown((SYSTEMS / "n_pendulum.yaml").read_bytes(), "chain.yaml", request)
+        motion = watched(motion)
+        program, _, notice = shown_page.programmed(motion, shown_page.equations_of(motion))
+        lines.add(program.text.count("\n"))
+        assert notice == ""
+    assert max(lines) < 1.05 * min(lines) < shown_page.LARGEST / 4
+
+
+def test_what_would_be_too_large_a_drawing_is_not_begun(monkeypatch):
+    monkeypatch.setattr(shown_content, "DRAWN", 15)
+    monkeypatch.setattr("lagrange_cli.drawing.draw.draw", None)
+    assert shown_page.UNDRAWN in data_of(family("n_pendulum", 16, 0.1).text)["notice"]
 
 
 def test_a_program_too_large_for_a_page_is_not_in_it(monkeypatch):

@@ -129,7 +129,15 @@ def test_an_override_may_turn_the_order_of_members_round() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("u", "1", "unknown name 'u'; it is a family with members u[0] to u[3]"),
+        ("u", "1", "--set u=1: 'u' is a family; write one of its members, u[0] to u[3]"),
+        ("u_dot", "1", "'u_dot' is a family; write one of its members, u_dot[0] to u_dot[3]"),
+        ("N", "300", "--set N=300: 'N' is a size; --size N=300 sets it"),
+        (
+            "bead[1]",
+            "2",
+            "'bead[1]' is a particle; only parameters and initial values can be set; known: m[0]",
+        ),
+        ("u.x", "1", "'u' is a coordinate and has no components; write u"),
         ("m[4]", "1", "unknown name 'm[4]'; it is a family with members m[0] to m[3]"),
         ("m[-1]", "1", "unknown name 'm[-1]'"),
         ("m[0.5]", "1", "0.5 is not a whole number"),
@@ -137,8 +145,8 @@ def test_an_override_may_turn_the_order_of_members_round() -> None:
         ("m[", "1", "unclosed"),
         ("w[0]", "1", "unknown name 'w[0]'"),
         ("m[0]", "m[9]", "no member 'm[9]'; the members are m[0] to m[3]"),
-        ("m[0]", "m", "unknown name 'm'; it is a family"),
-        ("m[0]", "u[0]", "unknown name 'u'"),
+        ("m[0]", "m", "'m' is a family; write one of its members, m[0] to m[3]"),
+        ("m[0]", "u[0]", "'u' is a coordinate; values are numbers, or expressions in parameters; known: "),
         ("m[2]", "-1", "the value -1 is not positive in mass of 'bead[2]'"),
     ],
 )
@@ -152,6 +160,10 @@ def test_wrong_overrides_of_members_are_wrong_usage(name: str, value: str, messa
     ("sizes", "message"),
     [
         ({"K": "3"}, "--size K=3: unknown size 'K'; known: N"),
+        ({"k": "3"}, "--size k=3: 'k' is a parameter; --set k=3 sets it"),
+        ({"m": "3"}, "--size m=3: 'm' is a family; --set m[...]=3 sets a member of it"),
+        ({"u_dot": "3"}, "--size u_dot=3: 'u_dot' is a family; --set u_dot[...]=3 sets a member of it"),
+        ({"bead": "3"}, "--size bead=3: 'bead' is a particle, and no size; known: N"),
         ({"N": "0"}, "--size N=0: the value is 0; sizes are whole numbers greater than 0"),
         ({"N": "-2"}, "the value is -2"),
         ({"N": "2.5"}, "2.5 is not a whole number"),

@@ -16,9 +16,11 @@ if TYPE_CHECKING:
 
 QUICK, FULL = 0, 1
 """LLVM's levels of code generation: the first compiles up to ten times faster, the code of the second runs up
-to twice as fast. Both give the same bits."""
+to twice as fast, and loops over members of families up to five times. Both give the same bits."""
 LARGE = 400_000
 """Characters of a program above which ``FULL`` is not chosen at once (0.2 s of compilation)."""
+LARGE_LOOPS = 1_000_000
+"""The same for loops over members of families, whose time is that of their members."""
 LARGE_RATES = 3_000_000
 """The same for programs without series."""
 LARGEST_IMPROVED = 6_000_000
@@ -58,8 +60,12 @@ class Machine:
 
 def first_level(program: Program) -> int:
     """The level to compile ``program`` with first, however long the run is."""
-    large = LARGE if program.order >= STEPPING else LARGE_RATES
-    return QUICK if len(program.text) - program.tables > large else FULL
+    return QUICK if len(program.text) - program.tables > largest(program) else FULL
+
+
+def largest(program: Program) -> int:
+    """The characters of a program of this kind above which ``FULL`` is not chosen at once."""
+    return LARGE_RATES if program.order < STEPPING else LARGE_LOOPS if program.loops else LARGE
 
 
 def worth_improving(code: bytes) -> bool:

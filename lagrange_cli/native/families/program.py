@@ -115,6 +115,7 @@ class _Writer(Preparation):
             series=SeriesProgram((), (), (), (), ()),
             hiding=self.proven,
             tables=len(listed),
+            loops=True,
             operations={"jet": jet.operations, "observe": counted},
         )  # fmt: skip
 

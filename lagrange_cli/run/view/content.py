@@ -45,6 +45,8 @@ def drawn(motion: Motion, followed: Followed) -> Drawing | None:
     from lagrange_cli.expression.node import reachable
 
     parameters = motion.values.parameters
+    if motion.spec.draw is None and len(motion.spec.coordinates) > DRAWN:
+        return None  # each of them has a node
     try:
         drawing = draw(motion.spec, motion.values, motion.settings.start)
         if len(reachable(drawing.nodes)) > DRAWN:

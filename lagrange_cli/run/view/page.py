@@ -15,6 +15,7 @@ from lagrange_cli.run.view.motion import PATIENCE, Followed, follow, watched
 
 if TYPE_CHECKING:
     from lagrange_cli.drawing.drawing import Drawing
+    from lagrange_cli.families.description import FamilySystem
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.native.program import Program
     from lagrange_cli.outputs.recording import Recording
@@ -64,15 +65,10 @@ def page(
     """The page of a motion that was ``watched`` and has been ``followed``; ``equations`` are HTML, which is
     derived if it is not given."""
     with stage("derive"):
-        from lagrange_cli.run.derive import derive_system, located
-
-        with located(motion.spec):
-            # whoever moves a slider may make any coefficient 0
-            spec = replace(motion.spec, faint=tuple(motion.spec.all_constraints))
-            residual = derive_system(spec, resting=True)
-    why = obstacle(motion, residual)
+        derived = equations_of(motion)
+    why = obstacle(motion, derived)
     with stage("compile"):
-        program, recording, notice = programmed(motion, residual)
+        program, recording, notice = programmed(motion, derived)
         drawing = drawn(motion, followed)
         shown = {"members": [*members], "conserved": [*recording.conserved], "notice": notice}
         why = why or too_large(program.text)
@@ -85,16 +81,33 @@ def page(
     return Page(text, not why, replays)
 
 
-def programmed(motion: Motion, residual: Residual) -> tuple[Program, Recording, str]:
+def equations_of(motion: Motion) -> FamilySystem | Residual:
+    """The equations of motion: those that ``solve`` takes, but that whoever moves a slider may make any
+    coefficient 0."""
+    from lagrange_cli.integrate.families import family_run
+    from lagrange_cli.run.derive import derive_system, located
+
+    with located(motion.spec):
+        system = family_run(motion.spec, motion.settings.compilation())
+        if system is not None:
+            return system
+        return derive_system(replace(motion.spec, faint=tuple(motion.spec.all_constraints)), resting=True)
+
+
+def programmed(motion: Motion, derived: FamilySystem | Residual) -> tuple[Program, Recording, str]:
     """The program of a page, what becomes of its results, and what the page says of it: whether proofs of
     steps were too long."""
+    from lagrange_cli.families.description import FamilySystem
+    from lagrange_cli.integrate.families import write_families
     from lagrange_cli.integrate.program import write_run
 
     compilation = motion.settings.compilation()
-    program, recording = write_run(residual, compilation)
+    if isinstance(derived, FamilySystem):
+        return *write_families(derived, compilation), ""
+    program, recording = write_run(derived, compilation)
     if program.text.count("\n") <= PROVEN:
         return program, recording, ""
-    shorter, recording = write_run(residual, replace(compilation, proven=False, unproven=True))
+    shorter, recording = write_run(derived, replace(compilation, proven=False, unproven=True))
     return shorter, recording, UNPROVEN if shorter.text != program.text else ""
 
 
@@ -149,11 +162,14 @@ def write(page: Page, target: Target) -> int:
     return len(content)
 
 
-def obstacle(motion: Motion, residual: Residual) -> str:
+def obstacle(motion: Motion, derived: FamilySystem | Residual) -> str:
     """Why a page cannot compute the motion, as a sentence; empty where it can."""
+    from lagrange_cli.mechanics.residual import Residual
+
     if motion.settings.backward:
         return "This motion is followed backward in time."
-    if residual.multipliers and any(one.changes for one in residual.model.events):
+    bound = isinstance(derived, Residual) and derived.multipliers
+    if bound and any(one.changes for one in motion.spec.events.values()):
         return "Actions of events in a system with constraints are computed by lagrange solve only."
     return ""
 

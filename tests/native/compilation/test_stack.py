@@ -9,12 +9,16 @@ import pytest
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import family_run, write_families
+from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.stack import with_stack
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.numbers.double_double import DoubleDouble
+from lagrange_cli.records import replace
+from lagrange_cli.spec.read import read_spec
 from tests.support.command import SYSTEMS, lagrange_process
 from tests.support.motion import residual_of
 
@@ -108,6 +112,17 @@ def test_the_refusal_names_the_file(tmp_path, monkeypatch):
     system = str(SYSTEMS / "double_pendulum.yaml")
     run = lagrange_process("solve", system, "--no-cache", cwd=tmp_path)
     assert run.returncode == 3 and run.stderr.startswith(f"{system}: the machine code has more than 50 ")
+
+
+def test_loops_over_members_are_compiled_at_the_full_level_at_once():
+    """Sums over pairs, as every order has them, are more text than is compiled so elsewhere."""
+    spec = read_spec(BODIES, "bodies", {"N": "60"})
+    compilation = Compilation("taylor", FULL_PRECISION, frozenset({"h"}))
+    system = family_run(spec, compilation)
+    assert system is not None
+    program, _ = write_families(system, compilation)
+    assert machine.LARGE < len(program.text) - program.tables < machine.largest(program)
+    assert machine.largest(replace(program, loops=False)) == machine.LARGE
 
 
 def test_better_code_is_not_made_of_what_takes_minutes():
