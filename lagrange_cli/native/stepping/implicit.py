@@ -170,11 +170,6 @@ class ImplicitSteps(RateSteps):
         with f.when(~self.noted(f, KNOWN, "cache").equals(version)):
             self.called(f, "slopes")
 
-    def now(self, f: Function) -> Real:
-        """The time where the step begins."""
-        t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-        return t + low
-
     def renew(self, f: Function) -> None:
         """Compute the derivatives where the step begins."""
         lanes = self.lengths.lanes
