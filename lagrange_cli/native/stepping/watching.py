@@ -22,10 +22,12 @@ from lagrange_cli.native.stepping.sums import CHAINS
 if TYPE_CHECKING:
     from lagrange_cli.native.stepping.rate_steps import Places, RateSteps
 
-CLOSE, TIMES = 2.0**-51, 12
-"""The step ends at a root if this moves by no more than this part; and how often it is taken again at most."""
-FARTHER = 1.25
-"""The root may be so much beyond the end of the step."""
+CLOSE, NEAR, TIMES = 2.0**-51, 2.0**-20, 12
+"""The step ends at a root if this moves by no more than this part, or if it is near and moves no less than before;
+and how often it is taken again at most."""
+FARTHER, AHEAD, LOST = 1.25, 16.0, 3
+"""The root may be so much beyond the end of the step. If it is not, it is looked for so much farther; if it has not
+been there so often, what the step had shown was rounding."""
 
 
 def watched_rows(guards: GuardRows) -> tuple[int, ...]:
@@ -140,18 +142,25 @@ class Watching:
         root, which, known = self.steps.guards.first(f, h, unit)
         with f.when(~((root > 0.0) & (root <= known))):
             f.give(root, which, known)
-        end, guard = f.variable(root), f.variable(which)
+        end, guard, apart = f.variable(root), f.variable(which), f.variable(h)
+        lost = f.variable(f.count(0))
         with f.section() as found, f.loop(0, TIMES, tested=False):
             x = end.get()
             with f.when(~(self.steps.retried(f, x) > 0.0)):
                 f.give(none, which, x)  # @advance goes back from where rates are not finite
-            reach = f.smaller(h, x * FARTHER)
-            root, which, known = self.steps.guards.first(f, reach, unit)
-            with f.when(~((root > 0.0) & (root <= h))):
-                f.give(none, which, x)
-            guard.set(which)
-            with f.when(f.magnitude(root - x) <= x * CLOSE):
-                found.leave()
-            end.set(root)
+            root, which, known = self.steps.guards.first(f, f.smaller(h, x * FARTHER), unit)
+            with f.when((root > 0.0) & (root <= known)):
+                guard.set(which)
+                distance = f.magnitude(root - x)
+                with f.when((distance <= x * CLOSE) | (distance <= x * NEAR) & (distance >= apart.get())):
+                    found.leave()
+                apart.set(distance)
+                end.set(root)
+            with f.otherwise():
+                lost.set(lost.get() + 1)
+                with f.when((x >= h) | (lost.get() >= LOST)):
+                    self.steps.retried(f, h)
+                    f.give(none, which, h)
+                end.set(f.smaller(x * AHEAD, h))
         f.give(end.get(), guard.get(), h)
         return f
