@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
-from lagrange_cli.native.llvm.vector import Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import GuardRows, Role
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.roots import NONE
@@ -23,11 +23,13 @@ if TYPE_CHECKING:
     from lagrange_cli.native.stepping.rate_steps import Places, RateSteps
 
 CLOSE, NEAR, TIMES = 2.0**-51, 2.0**-20, 12
-"""The step ends at a root if this moves by no more than this part, or if it is near and moves no less than before;
-and how often it is taken again at most."""
+"""The step ends at a root if this moves by no more than this part, or if it is near and moves no less than
+before; and how often it is taken again at most."""
 FARTHER, AHEAD, LOST = 1.25, 16.0, 3
-"""The root may be so much beyond the end of the step. If it is not, it is looked for so much farther; if it has not
-been there so often, what the step had shown was rounding."""
+"""The root may be so much beyond the end of the step. If it is not, it is looked for so much farther, so
+often."""
+AT_ONCE = 2.0**-36
+"""Up to this part of the step, polynomials are as precise as its end."""
 
 
 def watched_rows(guards: GuardRows) -> tuple[int, ...]:
@@ -140,7 +142,7 @@ class Watching:
         assert self.steps.guards
         h, unit, none = Real(f, "%h"), f.constant(1.0), f.constant(NONE)
         root, which, known = self.steps.guards.first(f, h, unit)
-        with f.when(~((root > 0.0) & (root <= known))):
+        with f.when(~((root > h * AT_ONCE) & (root <= known))):
             f.give(root, which, known)
         end, guard, apart = f.variable(root), f.variable(which), f.variable(h)
         lost = f.variable(f.count(0))
@@ -160,7 +162,19 @@ class Watching:
                 lost.set(lost.get() + 1)
                 with f.when((x >= h) | (lost.get() >= LOST)):
                     self.steps.retried(f, h)
-                    f.give(none, which, h)
+                    root, which, known = self.steps.guards.first(f, h, unit)
+                    f.give(f.select(self._crosses(f, which, h), root, none), which, known)
                 end.set(f.smaller(x * AHEAD, h))
         f.give(end.get(), guard.get(), h)
         return f
+
+    def _crosses(self, f: Function, which: Integer, h: Real) -> Bit:
+        """Whether the argument of a guard is on the other side where the step of ``h`` ends. Otherwise a root
+        that shorter steps do not have is rounding."""
+        guards = self.steps.guards
+        assert guards
+        row, term = guards.lengths.place(f, f.load_integer("@guard_rows", which)), guards.lengths.term
+        value = f.constant(0.0)
+        for m in reversed(range(1, self.degree + 2)):
+            value = f.fused(value, h, f.load(row, m * term) * float(m))
+        return value * f.load("%state", which + guards.rows.mode(guards.layout)) < 0.0
