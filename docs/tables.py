@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from lagrange_cli.integrate.methods.table import METHODS, MethodRow, Needs
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.spec.bodies.keys import BODY
 from lagrange_cli.spec.declarations import COORDINATE, PARAMETER
@@ -67,6 +71,25 @@ def with_outputs(text: str) -> str:
         written_by = f"`{row.name}`{default if row.default else ''}"
         rows.append(f"| {paths} | {row.shape} | {row.meaning} | {written_by} |")
     return with_rows(text, "| path | shape | what | written by |", [TIMES, *rows, CROSSINGS, ERRORS])
+
+
+ABLE: dict[str, Callable[[MethodRow], bool]] = {
+    "events, impacts, switches": lambda row: row.finds_events,
+    "constraints": lambda row: row.constrains,
+    "sees narrow forces": lambda row: row.proves,
+    "double-double": lambda row: DOUBLE_DOUBLE in row.tolerances,
+    "goes on after a stop": lambda row: row.needs in (Needs.SERIES, Needs.STEPS),
+}
+"""What methods can do: the columns of their table."""
+
+
+def with_methods(text: str) -> str:
+    """The page of the methods with their table."""
+    rows = []
+    for name, row in METHODS.items():
+        cells = " | ".join("yes" if can(row) else "no" for can in ABLE.values())
+        rows.append(f"| `{name}` | {cells} |")
+    return with_rows(text, f"| method | {' | '.join(ABLE)} |", rows)
 
 
 def with_rows(text: str, head: str, rows: list[str]) -> str:

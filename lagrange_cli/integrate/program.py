@@ -9,7 +9,7 @@ from lagrange_cli.errors import TooLarge, UsageError
 from lagrange_cli.expression.node import Node
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.convolutions import check_convolutions
-from lagrange_cli.integrate.methods.table import METHODS, Needs
+from lagrange_cli.integrate.methods.table import METHODS, MethodRow, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.mechanics.conserved.constancy import is_constant
 from lagrange_cli.mechanics.defect import may_hide
@@ -51,7 +51,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
-    undetected = () if method.proves else passed_over(residual, plan)
+    undetected = passed_over(residual, plan, method)
     try:
         program = program_of(residual, plan, compilation, original)
     except TooLarge as error:
@@ -104,10 +104,15 @@ def refuse_what_hides(residual: Residual) -> None:
         )
 
 
-def passed_over(residual: Residual, plan: Plan) -> tuple[str, ...]:
-    """The features that steps may miss if they evaluate the equations at some points only."""
+def passed_over(residual: Residual, plan: Plan, method: MethodRow) -> tuple[str, ...]:
+    """The features that steps of a method may miss, if they evaluate the equations at some points only."""
+    if method.proves:
+        return ()
+    narrow = (NARROW,) * may_hide(residual)
+    if method.finds_events:
+        return narrow
     moving = switches([*residual.residual, *plan.integrands.values()], residual.variables)
-    return (NARROW,) * may_hide(residual) + (SWITCHES,) * bool(moving) + (CUTS,) * bool(cuts(residual.model))
+    return narrow + (SWITCHES,) * bool(moving) + (CUTS,) * bool(cuts(residual.model))
 
 
 def program_of(residual: Residual, plan: Plan, compilation: Compilation, observing: Residual) -> Program:

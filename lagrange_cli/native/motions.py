@@ -16,7 +16,7 @@ from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import GuardRows, StateLayout
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from lagrange_cli.native.stepping.motion import Given
     from lagrange_cli.native.stepping.proof import Proving
 
+BRIEF = "rates"
+"""The function that computes rates, where there is one beside that for series."""
 RATES = 2
 """The order of q's series that gives the accelerations alone."""
 BATCHED = 100
@@ -66,8 +68,21 @@ class Equations:
 
     @property
     def highest(self) -> int:
-        """The order to which series are computed."""
-        return RATES if self.scheme else self.order
+        """The order to which series are computed. With guards, the callers of steps look at more than
+        rates."""
+        if self.scheme:
+            return STEPPING + 1 if self.guards else RATES
+        return self.order
+
+
+@dataclass(frozen=True)
+class Rates:
+    """The function by whose ``name`` rates are computed for steps on these: where it leaves them, and on how
+    many doubles it works."""
+
+    lengths: Lengths
+    work: int
+    name: str = "jet"
 
 
 @dataclass(frozen=True)
@@ -134,12 +149,18 @@ def double(equations: Equations) -> Motion:
     layout = arrange(series, order)
     jet, work, operations = write_jet(residual, series, equations.constants, equations.emitter, layout)
     project = ""
-    if residual.bound and equations.steps:
+    if residual.bound and (equations.steps or equations.scheme):
         from lagrange_cli.native.stepping.projection import in_doubles
 
         project = in_doubles(residual, equations.state, equations.constants, equations.emitter)
-    lengths = side_by_side(equations.state.degrees, equations.state.rows, order)
-    work, steps = with_steps(equations, lengths, DoubleSteps, work, project)
+    degrees, rows = equations.state.degrees, equations.state.rows
+    lengths, rates = side_by_side(degrees, rows, order), None
+    if equations.scheme and equations.guards:
+        short, given = arrange(series, RATES), (equations.constants, equations.emitter)
+        brief, room, operations = write_jet(residual, series, *given, short, BRIEF, alone=False)
+        rates = Rates(side_by_side(degrees, rows, RATES), room, BRIEF)
+        jet += brief
+    work, steps = with_steps(equations, lengths, DoubleSteps, work, project, rates)
     return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 1, layout.width))
 
 
@@ -169,8 +190,9 @@ def batched(equations: Equations) -> Motion | None:
 
 
 def with_steps(
-    equations: Equations, lengths: Lengths, kind: type[DoubleSteps], work: int, project: str = ""
-) -> tuple[int, list[str]]:
+    equations: Equations, lengths: Lengths, kind: type[DoubleSteps], work: int, project: str = "",
+    rates: Rates | None = None,
+) -> tuple[int, list[str]]:  # fmt: skip
     """What follows a motion whose series are at ``lengths``: the doubles that it works on, and its texts."""
     from lagrange_cli.native.stepping.advance import advance
     from lagrange_cli.native.stepping.doubles import accelerate
@@ -180,8 +202,10 @@ def with_steps(
         from lagrange_cli.native.stepping.coupling import of_residual
         from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
 
-        scheme, given = scheme_of(equations.scheme), given_of(equations, work)
-        work, steps = on_rates(scheme, lengths, given, partial(of_residual, equations.residual))
+        rates = rates or Rates(lengths, work)
+        given = replace(given_of(equations, rates.work, project), rates=rates.name)
+        coupling = partial(of_residual, equations.residual)
+        work, steps = on_rates(scheme_of(equations.scheme), rates.lengths, given, coupling, work)
         made.append(steps)
     elif equations.steps:
         made.append(advance(kind(lengths, given_of(equations, work, project))))

@@ -85,9 +85,14 @@ def write_program(
     sampled = saturated_each(residual.graph, seen, residual.variables)
     unknowns, quantities = at_a_held_state(observing, sampled) or at_a_state(observing, sampled)
     model, constants = whole(residual, observing), Constants()
-    stepping = order >= STEPPING and not scheme
+    stepping = order >= STEPPING or bool(scheme)
     more = followed(
-        residual, integrands, stepping=stepping, store_momenta=store_momenta, proven=proven, unproven=unproven
+        residual,
+        integrands,
+        stepping=stepping,
+        store_momenta=store_momenta,
+        proven=proven,
+        unproven=unproven or bool(scheme),
     )
     smooth = more.smooth
     residual = smooth.residual
@@ -95,7 +100,7 @@ def write_program(
     events, affected = events_of(model, smooth, parts) if stepping else ((), ())
     masses = masses_of(model) if stepping else {}
     closes = stepping and bool(changes) and bool(observing.multipliers)
-    apart = parts == 1 and stepping
+    apart = parts == 1 and stepping and not scheme
     series = residual.series([*more.integrands.values()], len(more.arguments), apart=apart)
     series = replace(series, stored=more.stored)
     interface = Interface(

@@ -105,9 +105,8 @@ def test_the_lowest_mode_of_a_chain_is_a_cosine(count: int) -> None:
     assert "@polynomial" in ready.machine.program.text  # type: ignore[attr-defined]
     step = MP.pi / (count + 1)
     frequency = 2 * MP.sin(step / 2)
-    expected = [
-        [MP.sin(step * (i + 1)) * MP.cos(frequency * MP.mpf(float(t))) for i in range(count)] for t in found["t"]
-    ]
+    times = [MP.mpf(float(t)) for t in found["t"]]
+    expected = [[MP.sin(step * (i + 1)) * MP.cos(frequency * t) for i in range(count)] for t in times]
     assert np.max(np.abs(exactly(found, "q/u") - np.array(expected))) < 1e-30
 
 

@@ -72,12 +72,18 @@ def test_a_constraint_that_jumps_ends_the_motion_once_around():
 
 
 def test_a_method_that_steps_over_it_says_so():
-    motion = follow(PLANE.format(x=-1, potential="0.1*atan2(y, x)"), 2.0, method="DOP853", tolerance=1e-9)
+    motion = follow(PLANE.format(x=-1, potential="0.1*atan2(y, x)"), 2.0, method="LSODA", tolerance=1e-9)
     assert "cuts" in motion.outcome.undetected
-    motion = follow(
-        PLANE.format(x=-1, potential="0.1*sin(atan2(y, x))"), 2.0, method="DOP853", tolerance=1e-9
-    )
+    motion = follow(PLANE.format(x=-1, potential="0.1*sin(atan2(y, x))"), 2.0, method="LSODA", tolerance=1e-9)
     assert "cuts" not in motion.outcome.undetected
+
+
+@pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
+def test_steps_on_rates_end_there_too(method):
+    text = PLANE.format(x=-1, potential="0.1*atan2(y, x)")
+    known, found = follow(text, 2.0), follow(text, 2.0, method=method, tolerance=1e-9)
+    assert found.outcome.ending is known.outcome.ending is Ending.CUT and not found.outcome.undetected
+    assert found.outcome.final.t == pytest.approx(known.outcome.final.t, abs=1e-9)
 
 
 @pytest.mark.parametrize("options", [["solve", "--precision", "double-double"], ["sweep", "--over", "n=1,2"]])

@@ -71,9 +71,22 @@ METHODS = {
             {DOUBLE: (FULL_PRECISION, FULL_PRECISION)},
             portable=True,
             parallel=True,
+            finds_events=True,
+            constrains=True,
         ),
-        MethodRow("DOP853", "taylor", Needs.STEPS, OF_SCIPY, portable=True, parallel=True),
-        MethodRow("Radau", "taylor", Needs.STEPS, OF_SCIPY, portable=True, parallel=True),
+        *(
+            MethodRow(
+                name,
+                "taylor",
+                Needs.STEPS,
+                OF_SCIPY,
+                portable=True,
+                parallel=True,
+                finds_events=True,
+                constrains=True,
+            )
+            for name in ("DOP853", "Radau")
+        ),
         MethodRow("BDF", "scipy", Needs.JACOBIAN, OF_SCIPY),
         MethodRow("LSODA", "scipy", Needs.JACOBIAN, OF_SCIPY),
     )

@@ -44,7 +44,7 @@ def of_families(system: FamilySystem) -> Coupling:
     """The coupling of a system of families."""
     count = system.q.count
     totals = needed([system.forces], system.slots)
-    if system.joints is not None or any(isinstance(one, Chain) for one in totals):
+    if system.joints is not None or system.bonds is not None or any(isinstance(one, Chain) for one in totals):
         return full(count)
     known: dict[Array, Pairs] = {}
     try:

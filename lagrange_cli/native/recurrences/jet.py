@@ -42,11 +42,15 @@ def write_jet(
     constants: Constants,
     make: Callable[[Function], Emitter],
     layout: Layout,
+    name: str = "jet",
+    *,
+    alone: bool = True,
 ) -> tuple[str, int, int]:
     """IR that computes coefficients of q, v and the integrals into ``%work``, false where M is singular; the
-    doubles of ``%work``; and the number of operations."""
+    doubles of ``%work``; and the number of operations. If it is not ``alone``, another such function brings
+    along what it calls."""
     arguments = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work"
-    f = Function(f"define internal i1 @jet({arguments}) #0")
+    f = Function(f"define internal i1 @{name}({arguments}) #0")
     emitter = make(f)
     expansion = compensated_expansion(emitter, residual, program, constants, layout.width, layout.doubles)
     memory = Memory(f, expansion, emitter, layout)
@@ -66,7 +70,7 @@ def write_jet(
     finish(memory)
     f.give(Bit(f, expansion.regular))
     factorization = expansion.factorization
-    text = "\n".join([f.text(), *factorization.functions])
+    text = "\n".join([f.text(), *(factorization.functions if alone else ())])
     return text, LANES * -(-factorization.place // LANES), f.operations
 
 

@@ -122,7 +122,10 @@ class Dop853Steps(RateSteps):
         return f.select(some, factor, f.constant(LARGEST)), both < float("inf")
 
     def finish(self, f: Function, h: Real) -> None:
-        f.call(None, "ends", f.pointer("%work"), h)
+        if self.watching:  # what guards look at is on the way
+            f.call(None, "inside", *(f.pointer(f"%{name}") for name in ("constants", "state", "work")))
+        else:
+            f.call(None, "ends", f.pointer("%work"), h)
 
     def _ends(self) -> Function:
         """``@ends(work, h)``: the cubic polynomial of a step."""
@@ -159,6 +162,8 @@ class Dop853Steps(RateSteps):
         return h
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
+        if self.watching:
+            return super().sample(f, now, index, h)
         chosen = f.load("%work", self._places.chosen + LENGTH)
         dt = (f.load("%times", index) - now.t) - now.low
         sampled, cut = dt <= h, (h < chosen) | (self._left < chosen)

@@ -42,6 +42,9 @@ ROUNDS, FEWEST = 12, 2
 """Iterations at most; and how many there are before it counts that they do not come closer any more."""
 LEAST = 0.8
 """A step is taken again that should have been shorter by this factor."""
+BESIDE = 2.0**-10
+"""Beside constraints a velocity is measured by this part of the largest one at least: the accelerations of what
+rests are rounding errors of its forces of constraint."""
 AHEAD = 8.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
 
@@ -101,6 +104,7 @@ class GaussRadauSteps(RateSteps):
             powers.append(powers[-1] * ratio)
         wide, rows = [f.splat(one, lanes) for one in powers], inverse(products())
         length, zero = f.splat(h, lanes), f.zero(lanes)
+        least = f.splat(self._largest(f, length) * BESIDE, lanes) if self.constrained else zero
         with self._each(f, self._count) as i:
             before = layout.carried_at + HEADER
             b = [f.load_row("%state", i + (before + k * self.span), lanes) * wide[k] for k in range(TERMS)]
@@ -115,10 +119,20 @@ class GaussRadauSteps(RateSteps):
             a = f.larger(f.magnitude(self._term(f, at.begin, 0, i)), f.magnitude(b[0]))
             if self.lengths.floor:
                 v = f.larger(v, f.load_row("%work", i + (self.lengths.floor + layout.degrees), lanes))
-            size = f.larger(v, a * length)
+            size = f.larger(f.larger(v, a * length), least) if self.constrained else f.larger(v, a * length)
             there = self._among(f, i, self._count) & (size > SMALLEST)
             one = length / f.select(there, size, f.splat(f.constant(1.0), lanes))
             f.store_row(f.select(there, one, zero), "%work", i + self.scale)
+
+    def _largest(self, f: Function, length: Real) -> Real:
+        """The largest velocity, or acceleration times the ``length`` of the step."""
+        lanes, degrees = self.lengths.lanes, self.lengths.degrees
+        largest = f.variable(f.zero(lanes))
+        with self._each(f, degrees) as i:
+            v = f.magnitude(f.load_row("%state", i + degrees, lanes))
+            size = f.larger(v, f.magnitude(self._term(f, self._places.begin, 0, i)) * length)
+            largest.set(f.larger(f.select(self._among(f, i, degrees), size, f.zero(lanes)), largest.get()))
+        return f.reduce("fmax", largest.get())
 
     def _iterate(self, f: Function, t: Real, low: Real, h: Real) -> Bit:
         """Compute rates at the nodes until they do not change any more; whether all of them were regular."""

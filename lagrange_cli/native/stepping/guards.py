@@ -52,10 +52,12 @@ class GuardCode:
     lengths: Lengths
     records: int
     """Where records are, behind ``%trial``."""
+    interpolated: bool = False
+    """Whether arguments are polynomials through values of theirs, instead of series."""
 
     def functions(self) -> list[str]:
         """The functions."""
-        roots = Roots(self.lengths.order, self.lengths.term)
+        roots = Roots(self.lengths.order, self.lengths.term, self.interpolated)
         own = [self._first(), self._flip(), self._settled()]
         actions = self.actions.functions() if self.actions.any else []
         own += [roots.side()] if self.actions.any else []

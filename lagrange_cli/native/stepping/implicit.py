@@ -23,7 +23,7 @@ from lagrange_cli.native.linear.banded import whole
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, Clock
+from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
@@ -169,11 +169,6 @@ class ImplicitSteps(RateSteps):
         self.spend(f, renewed * self.evaluations)  # where old ones are computed once more does not count
         with f.when(~self.noted(f, KNOWN, "cache").equals(version)):
             self.called(f, "slopes")
-
-    def now(self, f: Function) -> Real:
-        """The time where the step begins."""
-        t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-        return t + low
 
     def renew(self, f: Function) -> None:
         """Compute the derivatives where the step begins."""

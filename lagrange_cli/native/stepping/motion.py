@@ -56,6 +56,8 @@ class Given:
     alone; it computes what is then at ``Lengths.floor``."""
     coupling: Coupling | None = None
     """Which rates depend on which coordinates, for implicit steps."""
+    rates: str = "jet"
+    """The function that computes rates, for steps on these."""
 
 
 class Steps(ABC):

@@ -23,8 +23,8 @@ from lagrange_cli.native.stepping.radau_constants import PLACE_ERROR, POLYNOMIAL
 from lagrange_cli.native.stepping.rate_steps import HEADER, Places, Trial
 from lagrange_cli.native.stepping.steps import Now
 
-ORDER = STAGES + 1
-"""The degree of q's polynomials."""
+ORDER = STAGES + 2
+"""The degree of polynomials, of which q's have one less: what guards look at has a cubic one."""
 SAFETY, FAILED = 0.9, 0.5
 """By what factor lengths stay below those expected, and are less where Newton's method fails."""
 KEPT = 1.2
@@ -209,6 +209,8 @@ class RadauSteps(CollocationSteps):
             with f.loop(0, degrees, lanes, tested=False) as i:
                 if m == 1:
                     put(f.load_row("%state", i + degrees, lanes), m, i)
+                elif m > STAGES + 1:
+                    put(f.zero(lanes), m, i)
                 else:
                     term = weighed(f, self.rows(f, "z", i), POLYNOMIAL[m - 2])
                     put(term * powers[m - 2] * (1.0 / m), m, i)

@@ -23,7 +23,8 @@ from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.motion import Given, Steps
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import DoubleSums
-from lagrange_cli.records import dataclass
+from lagrange_cli.native.stepping.watching import Watching, watched_rows
+from lagrange_cli.records import dataclass, replace
 
 BEGINNING, TRIALS = 2.0**-10, 12
 """The first trial, as part of what velocities are over accelerations; and how often it may be made longer."""
@@ -64,6 +65,8 @@ class Places:
     layout: StateLayout
     order: int
     doubles: int
+    watched: int = 0
+    """Doubles for what guards look at."""
 
     @property
     def own(self) -> int:
@@ -102,9 +105,14 @@ class Places:
         return self.chosen + LANES
 
     @property
+    def values(self) -> int:
+        """What guards look at, at points of the step."""
+        return self.floor + wide_of(self.layout)
+
+    @property
     def jet(self) -> int:
         """What ``@jet`` works on."""
-        return self.floor + wide_of(self.layout)
+        return self.values + LANES * -(-self.watched // LANES)
 
 
 class RateSteps(DoubleSteps):
@@ -121,7 +129,7 @@ class RateSteps(DoubleSteps):
     """And one that is taken again, shorter."""
 
     def __init__(self, rates: Lengths, given: Given) -> None:
-        layout, order, places = given.state, self.order, self.room(given)
+        layout, order, places = given.state, self.order, self.places_of(given)
         lengths = side_by_side(layout.degrees, layout.rows, order, places.floor if given.floors else 0)
         Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
         self.quadratures = None  # integrals are followed as velocities are
@@ -129,10 +137,26 @@ class RateSteps(DoubleSteps):
         self.lengths = lengths
         self._work, self._rates, self._places = given.work, rates, places
         self._count = layout.rows - layout.degrees
+        self.watching = None
+        if self.guards:
+            assert given.guards
+            self.guards = replace(self.guards, interpolated=True)
+            self.watching = Watching(self, places, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
         made = [accepted(self.lengths), *self.helpers(), self._tried(), self._carry()]
-        return [clear_function(), self.given.floors, *(f.text() for f in made)]
+        texts = [clear_function(), self.given.project, self.given.floors]
+        if self.guards and self.watching:
+            texts += self.guards.functions()
+            texts += self.watching.tables()
+            made += self.watching.functions()
+        return [*texts, *(f.text() for f in made)]
+
+    @classmethod
+    def places_of(cls, given: Given) -> Places:
+        """Where things are in ``%work``, with what guards take."""
+        count = len(watched_rows(given.guards)) if given.guards else 0
+        return replace(cls.room(given), watched=count * (cls.order - 1))
 
     # what a method says
 
@@ -184,10 +208,19 @@ class RateSteps(DoubleSteps):
         return now, regular
 
     def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
-        h = f.call(Real, "tried", f.pointer("%constants"), f.pointer("%state"), f.pointer("%work"))
+        h = self.retried(f, f.constant(0.0))
         with f.when(~(h > 0.0)):
             fail()
         return now, h, Bit(f, "true")
+
+    def retried(self, f: Function, exact: Real) -> Real:
+        """A call of ``@tried``."""
+        places = f.pointer("%constants"), f.pointer("%state"), f.pointer("%work")
+        return f.call(Real, "tried", *places, exact)
+
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
+        assert self.watching
+        return self.watching.first(f, h)
 
     def straighten(self, f: Function) -> None:
         first, last = STRAIGHT * self.lengths.term, self._places.own
@@ -203,7 +236,7 @@ class RateSteps(DoubleSteps):
 
     def _evaluate(self, f: Function, t: Real, state: Pointer, work: Pointer) -> Bit:
         jet = f.place(work, self._places.jet, "double")
-        return f.call(Bit, "jet", f.pointer("%constants"), t, state, jet)
+        return f.call(Bit, self.given.rates, f.pointer("%constants"), t, state, jet)
 
     def _rates_at(self, f: Function, work: Pointer) -> Pointer:
         """Where they are side by side, after ``_evaluate``."""
@@ -240,6 +273,11 @@ class RateSteps(DoubleSteps):
         f.store_row(high, "%work", row + at.state)
         f.store_row(error, "%work", row + at.low)
 
+    def now(self, f: Function) -> Real:
+        """The time where the step begins."""
+        t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        return t + low
+
     def spend(self, f: Function, evaluations: Real) -> None:
         """Count evaluations of rates."""
         place = self._places.chosen + EVALUATIONS
@@ -248,11 +286,13 @@ class RateSteps(DoubleSteps):
     # a step
 
     def _tried(self) -> Function:
-        """``@tried(constants, state, work)``: the length of the step, with its polynomials in ``%work``; 0
-        where there is none so short that its rates are finite."""
-        f = Function(
-            "define internal double @tried(ptr noalias %constants, ptr noalias %state, ptr noalias %work) #0"
-        )
+        """``@tried(constants, state, work, exact)``: the length of the step, with its polynomials in
+        ``%work``; 0 where there is none so short that its rates are finite. If ``exact`` is not 0, the step
+        has been tried before, and is taken again with this length."""
+        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
+        f = Function(f"define internal double @tried({places}, double %exact) #0")
+        exact = Real(f, "%exact")
+        given = exact > 0.0
         layout, at, state = self.state, self._places, f.pointer("%state")
         t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         first = f.load(state, layout.at(Clock.STEP)).equals(0.0)
@@ -262,12 +302,19 @@ class RateSteps(DoubleSteps):
         with f.when(~gap.equals(0.0)):  # what is beyond a critical point must not count
             h.set(f.smaller(h.get(), gap * 0.5))
         trials, one = f.variable(f.count(0)), f.constant(1.0)
-        f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
-        self.begin(f, first)
+        h.set(f.select(given, exact, h.get()))
+        with f.when(~given):
+            f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
+            self.begin(f, first)
         with f.forever() as attempts:
             ratio = f.select(first, f.constant(0.0), h.get() / f.select(first, one, last))
             trial = self.attempt(f, t, low, h.get(), ratio)
             factor = trial.factor
+            with f.when(given):
+                f.store(h.get(), "%work", at.chosen + LENGTH)
+                with f.when(~trial.sound):
+                    f.give(f.constant(0.0))
+                attempts.leave()
             with f.when(~trial.sound):
                 h.set(h.get() * APART)
                 with f.when(h.get() < SMALLEST):
@@ -285,6 +332,8 @@ class RateSteps(DoubleSteps):
             h.set(h.get() * f.smaller(factor, f.constant(LONGER)))
             trials.set(trials.get() + 1)
         self.finish(f, h.get())
+        if self.watching:
+            self.watching.watch(f, h.get())
         f.give(h.get())
         return f
 

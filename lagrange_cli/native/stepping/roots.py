@@ -19,6 +19,8 @@ from lagrange_cli.records import dataclass
 
 NOTHING = 2.0**-50
 """A coefficient that is this small beside the others is rounding, where the argument begins at 0."""
+NOISE = 2.0**-40
+"""The same of coefficients that are computed from values of the argument."""
 FINEST = 2.0**-48
 """Pieces of a step are not made smaller than this part of it."""
 CONVERGED, SHORTER, SHORTENINGS = 2.0**-50, 0.9, 32
@@ -45,6 +47,8 @@ class Roots:
 
     order: int
     term: int
+    interpolated: bool = False
+    """Whether polynomials are no series: they do not converge, and are rounded more."""
 
     @property
     def degree(self) -> int:
@@ -79,6 +83,9 @@ class Roots:
         """``@known(row, h)``: the part of a step of ``h`` in which the series of an argument, whose
         quadrature the ``row`` is, has converged. It may do so more slowly than the motion's."""
         f = Function("define internal double @known(ptr noalias %row, double %h) #0")
+        if self.interpolated:
+            f.give(Real(f, "%h"))
+            return f
         length = f.variable(Real(f, "%h"))
         with f.section() as shorter, f.loop(0, SHORTENINGS, tested=False):
             power, total = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
@@ -177,7 +184,8 @@ class Roots:
             first.set(first.get() + 1)
             with f.when(first.get() > self.degree):
                 f.give(none)
-            with f.when(f.magnitude(f.load(d, first.get())) > total * NOTHING):
+            nothing = NOISE if self.interpolated else NOTHING
+            with f.when(f.magnitude(f.load(d, first.get())) > total * nothing):
                 rounds.leave()
 
     def side(self) -> Function:

@@ -30,13 +30,13 @@ def scheme_of(name: str) -> type[RateSteps]:
 
 
 def on_rates(
-    scheme: type[RateSteps], rates: Lengths, given: Given, coupling: Callable[[], Coupling]
+    scheme: type[RateSteps], rates: Lengths, given: Given, coupling: Callable[[], Coupling], least: int = 0
 ) -> tuple[int, str]:
-    """The doubles of ``%work``, and IR of ``@advance`` and its helpers, on a ``@jet`` that has ``given.work``
-    for itself and leaves the rates at the places of ``rates``."""
+    """The doubles of ``%work``, at ``least`` so many, and IR of ``@advance`` and its helpers, on a function
+    ``given.rates`` that has ``given.work`` for itself and leaves the rates at the places of ``rates``."""
     from lagrange_cli.native.stepping.advance import advance
 
     if scheme.implicit:
         given = replace(given, coupling=coupling())
-    work = scheme.room(given).jet + given.work
+    work = max(least, scheme.places_of(given).jet + given.work)
     return work, advance(scheme(rates, replace(given, work=work)))

@@ -1,0 +1,178 @@
+"""Events, switches, impacts and constraints with steps on rates (ias15, DOP853, Radau): closed forms."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.native.stepping.watching import points_of, terms_of
+from tests.motions.test_events import BALL, OSCILLATOR
+from tests.support.motion import Motion, follow
+
+METHODS = pytest.mark.parametrize(
+    ("method", "tolerance"), [("ias15", 2.0**-52), ("DOP853", 1e-12), ("Radau", 1e-10)]
+)
+PENDULUM = """
+coordinates: {a: {initial: 1}}
+lagrangian: a_dot**2/2 + cos(a)
+events: {down: a}
+"""
+IN_THE_PLANE = """
+coordinates: {x: {initial: sin(1)}, y: {initial: -cos(1)}}
+masses: {bob: 1}
+embedding: {bob: [x, y]}
+potential: bob.y
+constraints: {rod: x**2 + y**2 - 1}
+events: {down: x}
+"""
+HARD = """
+parameters: {k: 1e6, c: 200}
+coordinates: {y: {initial: 1}}
+masses: {b: 1}
+embedding: {b: [0, y]}
+potential: 9.81*b.y + k*min(y, 0)**2/2
+dissipation: where(y < 0, c*y_dot**2/2, 0)
+events:
+  floor: {when: y, direction: falling}
+  low: {when: y_dot, direction: rising}
+  lift: {when: y, direction: rising}
+  top: {when: y_dot, direction: falling}
+"""
+QUARTER = float(ellipk(math.sin(0.5) ** 2))
+
+
+def angle(t: np.ndarray) -> np.ndarray:
+    """That of a pendulum let go at an angle of 1."""
+    k = math.sin(0.5)
+    return np.asarray(2 * np.arcsin(k * ellipj(QUARTER - t, k * k)[0]))
+
+
+def stepped(
+    text: str, stop: float, method: str, tolerance: float, samples: int = 11, **more: object
+) -> Motion:
+    return follow(text, stop, samples, method=method, tolerance=tolerance, **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("degree", [3, 7, 8])
+def test_polynomials_have_the_values_that_they_are_made_from(degree: int) -> None:
+    points, chance = np.array(points_of(degree)), random.Random(degree)
+    c = [chance.uniform(-1, 1) for _ in range(degree + 1)]
+    values = np.polynomial.polynomial.polyval(points, c)
+    found = np.array(terms_of(list(points))) @ (values[1:] - values[0])
+    assert found == pytest.approx(c[1:], abs=1e-15 * 16**degree**0.9)
+
+
+@METHODS
+@pytest.mark.parametrize("direction", ["rising", "falling", "either"])
+def test_crossings_are_those_of_a_sine(method: str, tolerance: float, direction: str) -> None:
+    text = OSCILLATOR.format(x=0, v=1, when="x - 0.6", direction=direction, action="record")
+    motion = stepped(text, 30.0, method, tolerance)
+    way, turns = math.asin(0.6), 2 * np.pi * np.arange(5)
+    sides = {"rising": [way], "falling": [math.pi - way], "either": [way, math.pi - way]}[direction]
+    known = np.sort(np.concatenate([one + turns for one in sides]))
+    assert motion["events/crossing/t"].shape == known.shape
+    assert np.abs(motion["events/crossing/t"] - known).max() < 100 * tolerance
+    assert np.abs(motion["events/crossing/q/x"] - 0.6).max() < 1e-15
+
+
+@METHODS
+def test_an_event_may_be_faster_than_the_motion(method: str, tolerance: float) -> None:
+    text = OSCILLATOR.format(x=1, v=0, when="sin(60*t)", direction="either", action="record")
+    motion = stepped(text, 5.0, method, tolerance)
+    known = np.pi / 60 * np.arange(1, 96)
+    assert motion["events/crossing/t"] == pytest.approx(known, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("method", "order", "tolerances"), [("DOP853", 8, (1e-5, 1e-9)), ("Radau", 5, (1e-5, 1e-9))]
+)
+def test_times_of_events_are_as_precise_as_ends_of_steps(
+    method: str, order: int, tolerances: tuple[float, float]
+) -> None:
+    """Not as the polynomials within steps, whose order is 7, and 4."""
+    errors, steps = [], []
+    for tolerance in tolerances:
+        motion = stepped(PENDULUM, 6 * QUARTER, method, tolerance)
+        t = motion["events/down/t"]
+        errors.append(np.abs(t - QUARTER * (1 + 2 * np.arange(3))).max())
+        steps.append(motion.outcome.steps)
+        assert errors[-1] < 10 * tolerance
+    assert math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0]) > order - 0.5
+
+
+@METHODS
+def test_a_ball_bounces_when_it_should(method: str, tolerance: float) -> None:
+    motion = stepped(BALL.format(y=1, v=0, e=0.9, A=0, w=1), 3.0, method, tolerance)
+    first = math.sqrt(2 / 9.81)
+    flights = 2 * first * 0.9 ** np.arange(1, 4)
+    known = first + np.concatenate([[0], np.cumsum(flights)])
+    assert motion["events/floor/t"] == pytest.approx(known, abs=1e-12)
+    assert np.abs(motion["events/floor/q/y"]).max() < 1e-14
+
+
+@METHODS
+def test_bounces_that_accumulate_end_in_rest(method: str, tolerance: float) -> None:
+    motion = stepped(BALL.format(y=1, v=0, e=0.5, A=0, w=1), 3.0, method, tolerance)
+    end = math.sqrt(2 / 9.81) * (1 + 2 * 0.5 / (1 - 0.5))
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["events/floor/t"][-1] == pytest.approx(end, abs=1e-8)
+    assert np.abs(motion["q/y"][motion.t > end]).max() < 1e-12
+    assert motion["q/x"] == pytest.approx(motion.t, abs=1e-10)
+
+
+@METHODS
+def test_an_event_stops_the_motion(method: str, tolerance: float) -> None:
+    text = OSCILLATOR.format(x=0, v=1, when="x_dot", direction="falling", action="stop")
+    motion = stepped(text, 30.0, method, tolerance, 101)
+    assert motion.outcome.ending is Ending.STOPPED
+    assert motion.outcome.final.t == pytest.approx(math.pi / 2, abs=100 * tolerance)
+    assert motion.t[-1] <= motion.outcome.final.t
+
+
+@METHODS
+def test_friction_holds_where_it_should(method: str, tolerance: float) -> None:
+    """A half swing ends 2 mu g/k nearer to 0, and the third one within the zone where friction holds."""
+    text = """
+        coordinates: {x: {initial: 1}}
+        lagrangian: (x_dot**2 - x**2)/2
+        generalized_forces: {x: -0.2*sign(x_dot)}
+        """
+    motion = stepped(text, 20.0, method, tolerance, 201)
+    assert not motion.outcome.undetected
+    assert motion["q/x"][np.isclose(motion.t, 20)] == pytest.approx(0.2, abs=1e-9)
+    turned = (motion.t > math.pi) & (motion.t < 2 * math.pi)
+    known = -0.2 - 0.4 * np.cos(motion.t - math.pi)
+    assert motion["q/x"][turned] == pytest.approx(known[turned], abs=1e-9)
+    assert np.abs(motion["v/x"][motion.t > 2 * math.pi + 0.1]).max() < 1e-12
+
+
+@METHODS
+def test_a_rod_is_a_constraint(method: str, tolerance: float) -> None:
+    """The pendulum in Cartesian coordinates, beside the closed form; and the force of the rod."""
+    outputs = ("q", "v", "multipliers", "constraints", "ledger")
+    motion = stepped(IN_THE_PLANE, 10.0, method, tolerance, 51, outputs=outputs)
+    known = angle(motion.t)
+    assert motion["q/x"] == pytest.approx(np.sin(known), abs=1e3 * tolerance)
+    assert motion["multipliers/rod"] == pytest.approx(-1.5 * np.cos(known) + math.cos(1), abs=1e4 * tolerance)
+    assert motion.outcome.projections > 0
+    t = motion["events/down/t"]
+    assert t == pytest.approx(QUARTER * (1 + 2 * np.arange(len(t))), abs=1e3 * tolerance)
+    assert np.abs(motion["diagnostics/ledger/h"]).max() < 1e4 * tolerance
+    off = np.hypot(motion["events/down/q/x"], motion["events/down/q/y"]) - 1
+    assert np.abs(off).max() < 1e-15
+
+
+@pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-11])
+def test_an_impact_on_a_hard_spring_with_friction(method: str, tolerance: float) -> None:
+    """Several guards have the same argument, and none of them is passed over."""
+    known = follow(HARD, 1.0, 11)
+    found = stepped(HARD, 1.0, method, tolerance, outputs=("q", "v", "ledger"))
+    for name in ("floor", "low", "lift", "top"):
+        assert found[f"events/{name}/t"] == pytest.approx(known[f"events/{name}/t"], abs=100 * tolerance)
+    assert np.abs(found["diagnostics/ledger/h"]).max() < 1000 * tolerance
