@@ -112,7 +112,7 @@ class Proof:
         f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n + multipliers}, align {8 * LANES}")
         first_rate, rates = self.integrals if self.integrals[1] else (n, n)
         f.line(f"  %scales = alloca double, i64 {rates + multipliers}, align 8")
-        h, inverse = Real(f, "%h"), f.constant(1.0) / Real(f, "%unit")
+        h, inverse = Real(f, "%h"), 1.0 / Real(f, "%unit")
         scaled = h * inverse
         r = f.splat(scaled, LANES) * f.vector([k * WIDER for k in RATIOS])
 
@@ -134,7 +134,7 @@ class Proof:
             low = f.splat(f.magnitude(f.load("%state", i + self.low)), LANES)
             last = f.select(i < n, f.count(lengths.order), f.count(lengths.top))
             f.store_row(sum_of(row_of(i), last, 1, r) + low, "%extents", i * LANES, aligned=True)
-        nothing = f.constant(self.nothing) / (h * f.function("maxnum", h, 1.0))
+        nothing = self.nothing / (h * f.function("maxnum", h, 1.0))
         top = f.count(lengths.top)
 
         def slopes(i: Integer, place: Integer) -> None:
