@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from functools import partial
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.functions.double_double import functions
 from lagrange_cli.native.interface import CONSTANTS
+from lagrange_cli.native.llvm.declarations import by_name, needed
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.numbers.beside import BesidePairs
@@ -26,15 +26,8 @@ def prepare_beside(constants: Constants, given: Mapping[str, Node], factor: int)
     once, size = write_prepare(Emitter, constants, given, f"internal void @{ONCE}")
     make = partial(BesidePairs, factor=factor)
     long, _ = write_prepare(make, constants, given, f"internal void @{LONG}")
-    return "\n".join([*_definitions(long), once, long, _prepare(size)]), size
-
-
-def _definitions(text: str) -> list[str]:
-    """The functions of double-double numbers that ``text`` calls, and those that these call; all, if it calls
-    more than the basic ones."""
-    basic = "\n".join(operations())
-    known = {one for one in re.findall(r"@pair_\w+", text) if f"{one}(" in basic}
-    return [basic, *(functions() if {*re.findall(r"@pair_\w+", text)} - known else ())]
+    known = by_name([*operations(), *functions()])
+    return "\n".join([*needed(long, known), once, long, _prepare(size)]), size
 
 
 def _prepare(size: int) -> str:

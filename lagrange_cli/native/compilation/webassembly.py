@@ -42,15 +42,10 @@ FUSED = re.compile(r"@llvm\.fma\.(?:v(\d+))?f64\(")
 @dataclass(frozen=True)
 class Module:
     """A module's ``code``; memory from ``heap`` on is free. Below it are the data and the stack, which begins
-    at ``stack`` and grows downward."""
+    there and grows downward."""
 
     code: bytes
-    stack: int
-
-    @property
-    def heap(self) -> int:
-        """The first byte that is free."""
-        return self.stack
+    heap: int
 
 
 def compile_webassembly(text: str) -> Module:

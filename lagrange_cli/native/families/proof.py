@@ -113,7 +113,7 @@ class _Writer:
                 self.add_up(one)
             else:
                 self.add(one)
-        h, inverse = Real(f, "%h"), f.constant(1.0) / Real(f, "%unit")
+        h, inverse = Real(f, "%h"), 1.0 / Real(f, "%unit")
         scaled, nothing = h * inverse, self.margins.negligible(f, h)
         masses, wrong = self.numbers[self.arrangement.lasting.masses], f.variable(f.never(1))
         with f.loop(0, self.lengths.degrees, tested=False) as i:

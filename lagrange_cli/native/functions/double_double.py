@@ -89,7 +89,7 @@ def turned(quarters: Integer, cosine: bool, sine: Pair, cosines: Pair) -> Pair:
 def _sin_cos(x: Pair, *, cosine: bool) -> Pair:
     body, (high, low) = x.high.body, x.parts
     good = body.magnitude(high) < LARGEST_ANGLE
-    turns = body.select(good, nearest(high * float(2 / PI)), body.constant(0.0))
+    turns = body.select(good, nearest(high * float(2 / PI)), 0.0)
     first, *others = parts(PI / 2, 4)
     product, error = two_product(turns, body.constant(first))
     rest = Pair(high - product) + Pair(-error)

@@ -85,9 +85,9 @@ def normal(x: Real) -> tuple[Bit, Real]:
 def beyond_log(x: Real) -> Real:
     """ln x of what is not a normal positive number."""
     body, (tiny, raised) = x.body, normal(x)
-    made = of_double("log", body.select(tiny, raised, body.constant(1.0))) - float(RAISED * LN2)
-    other = body.select(x < 0.0, body.constant(NAN), x)
-    other = body.select(x.equals(0.0), body.constant(-INFINITY), other)
+    made = of_double("log", body.select(tiny, raised, 1.0)) - float(RAISED * LN2)
+    other = body.select(x < 0.0, NAN, x)
+    other = body.select(x.equals(0.0), -INFINITY, other)
     return body.select(tiny, made, other)
 
 
@@ -106,7 +106,7 @@ def beyond_pow(x: Real, y: Real) -> Real:
     half, whole = y * 0.5, body.function("floor", y).equals(y)
     odd = whole & body.function("floor", half).compared("one", half)
     real = whole | size.equals(INFINITY)
-    of_negative = body.select(real, body.select(odd, -made, made), body.constant(NAN))
+    of_negative = body.select(real, body.select(odd, -made, made), NAN)
     made = body.select(x < 0.0, of_negative, made)
     return body.select(y.equals(0.0), one, made)
 
@@ -118,14 +118,14 @@ def angle(y: Pair, x: Pair) -> Pair:
     steep = across > along
     shorter, longer = body.select(steep, along, across), body.select(steep, across, along)
     nowhere = (across + along).equals(0.0)
-    ratio = body.select(nowhere, body.constant(0.0), shorter / longer)
+    ratio = body.select(nowhere, 0.0, shorter / longer)
     square = ratio * ratio
     total = body.constant(ARC_TANGENT[-1])
     for one in reversed(ARC_TANGENT[:-1]):
         total = total * square + one
     first = total * ratio
-    first = body.select(steep, body.constant(float(PI / 2)) - first, first)
-    first = body.select(x.high < 0.0, body.constant(float(PI)) - first, first)
+    first = body.select(steep, float(PI / 2) - first, first)
+    first = body.select(x.high < 0.0, float(PI) - first, first)
     start = Pair(signed(first, y.high))
     return choose(nowhere, start, refined_angle(start, y, x))
 
@@ -141,7 +141,7 @@ def atan2(y: Real, x: Real) -> Real:
     sides = []
     for side, size in ((y, across), (x, along)):
         unit = body.select(size.equals(INFINITY), one, zero)
-        unit = body.select(size.compared("uno", 0.0), body.constant(NAN), unit)
+        unit = body.select(size.compared("uno", 0.0), NAN, unit)
         sides.append(Pair(signed(body.select(endless, unit, size * factor), side)))
     return rounded(angle(*sides))
 
@@ -159,8 +159,8 @@ def tanh(x: Real) -> Real:
     """1 to the last digit beyond 40."""
     body, number = x.body, Pair(x)
     made = rounded(sinh_within(number) / cosh_within(number))
-    made = body.select(x > 40.0, body.constant(1.0), made)
-    return body.select(x < -40.0, body.constant(-1.0), made)
+    made = body.select(x > 40.0, 1.0, made)
+    return body.select(x < -40.0, -1.0, made)
 
 
 FORMULAS: Mapping[str, tuple[int, Formula]] = {

@@ -15,7 +15,7 @@ from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.functions.double_double import functions
 from lagrange_cli.native.functions.library import texts
 from lagrange_cli.native.functions.payne_hanek import table, wide_functions
-from lagrange_cli.native.llvm.declarations import LIBRARY
+from lagrange_cli.native.llvm.declarations import LIBRARY, by_name, needed
 from lagrange_cli.native.llvm.text import ZERO, fused
 from lagrange_cli.native.numbers.double_double import TYPE as PAIR_TYPE
 from lagrange_cli.native.numbers.double_double import operations
@@ -26,8 +26,6 @@ LIBM = re.compile(rf"@(?:llvm\.({'|'.join(INTRINSICS)})\.f64|({'|'.join(LIBRARY)
 TURNING = re.compile(r"  (%[\w.]+) = call double @llvm\.(sin|cos)\.f64\(double ([%\w.]+)\)")
 ELEMENTARY = re.compile(r"^define [^@]*@(?:sin_cos|exp|log|pow)\.\d+\(.*?^}$", re.MULTILINE | re.DOTALL)
 """Functions of ``elementary``, which call the C library's beyond their range."""
-DEFINED = re.compile(r"^define [^@]*@([\w.]+)\(", re.MULTILINE)
-CALLED = re.compile(r"@([\w.]+)\(")
 
 
 def portable(text: str) -> str:
@@ -40,12 +38,7 @@ def self_contained(text: str) -> str:
     known = library()
     text = ELEMENTARY.sub(lambda found: LIBM.sub(_beyond, found[0]), text)
     text = LIBM.sub(_own, "\n".join(together(text.split("\n"))))
-    parts, found, pending = [text], set(DEFINED.findall(text)), [text]
-    while pending:
-        for name in sorted(set(CALLED.findall(pending.pop())) & known.keys() - found):
-            found.add(name)
-            parts.append(known[name])
-            pending.append(known[name])
+    parts = [text, *needed(text, known)]
     if any("@two_over_pi" in part for part in parts):
         parts.insert(0, table())
     return "\n".join(parts)
@@ -81,4 +74,4 @@ def library() -> Mapping[str, str]:
     for name in ("sin_cos", "exp", "log", "pow"):  # beyond their range these would call the C library
         made.append(LIBM.sub(_beyond, elementary.definition(name, 1)))
     made += [*operations(), *functions()]
-    return {DEFINED.findall(text)[0]: LIBM.sub(_own, text) for text in made}
+    return by_name(LIBM.sub(_own, text) for text in made)

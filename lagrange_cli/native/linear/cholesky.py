@@ -117,7 +117,7 @@ def factor_definite() -> str:
             pivot, i = f.lane(row, r), j + r
             outside = i >= n
             regular.set(regular.get() & ((pivot > f.load(reciprocal, i) * floor) | outside))
-            inverse = f.select(outside, none, f.constant(1.0) / pivot)
+            inverse = f.select(outside, none, 1.0 / pivot)
             f.store(inverse, reciprocal, i)
             taken = row * f.splat(-inverse, LANES)
             f.store_row(taken, factors, i * LANES, aligned=True)

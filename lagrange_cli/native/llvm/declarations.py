@@ -1,9 +1,9 @@
-"""The declarations that a program's text needs to be compiled: functions that it calls, and their
-attributes."""
+"""What a program's text needs to be compiled: the functions that it calls, declared or with their texts."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 
 INTRINSICS = "sin", "cos", "exp", "log", "pow", "sqrt", "fabs", "floor"
 """Functions of the expression language, and parts of them, that LLVM has as its own."""
@@ -16,6 +16,8 @@ ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-
 
 TYPE = r"(?:<\d+ x \w+>|\w+)"
 CALL = re.compile(rf"call (?:nnan )?({TYPE}) @(llvm\.[\w.]+|{'|'.join(LIBRARY)})\((.*)\)$", re.MULTILINE)
+DEFINED = re.compile(r"^define [^@]*@([\w.]+)\(", re.MULTILINE)
+CALLED = re.compile(r"@([\w.]+)\(")
 ARGUMENT = re.compile(rf"({TYPE}) (?:<[^>]*>|[^,]*)")
 
 
@@ -28,3 +30,19 @@ def complete(text: str) -> str:
         for name, (result, given) in called.items()
     ]
     return "\n".join([*heads, text, ATTRIBUTES])
+
+
+def by_name(texts: Iterable[str]) -> dict[str, str]:
+    """The texts of functions by their names."""
+    return {DEFINED.findall(text)[0]: text for text in texts}
+
+
+def needed(text: str, known: Mapping[str, str]) -> list[str]:
+    """The texts of those ``known`` functions that ``text`` calls and lacks, and of those that these call."""
+    parts, found, pending = list[str](), set(DEFINED.findall(text)), [text]
+    while pending:
+        for name in sorted(set(CALLED.findall(pending.pop())) & known.keys() - found):
+            found.add(name)
+            parts.append(known[name])
+            pending.append(known[name])
+    return parts

@@ -72,13 +72,14 @@ class Body:
         """|a|."""
         return self.function("fabs", a)
 
-    def larger(self, a: Real, b: Real) -> Real:
+    def larger(self, a: Real, b: Real | float) -> Real:
         """The larger one; b where either is not a number."""
         return self.select(a > b, a, b)
 
-    def smaller(self, a: Real, b: Real) -> Real:
+    def smaller(self, a: Real, b: Real | float) -> Real:
         """The smaller one; b where either is not a number."""
-        return self.select(b > a, a, b)
+        other = a.like(b)
+        return self.select(other > a, a, other)
 
     def all(self, condition: Bit) -> Bit:
         """Whether it holds in all lanes."""
@@ -103,10 +104,11 @@ class Body:
             return Real(self, self.define(f"call nnan double @{function}({given})"), 1)
         return Real(self, self.define(f"call double @{function}(double {start.name}, {given})"), 1)
 
-    def select(self, condition: Bit, yes: V, no: V) -> V:
-        """One or the other: lane by lane, or all lanes by one condition."""
-        ways = f"{yes.kind} {yes.name}, {no.kind} {no.name}"
-        return yes.made(f"select {condition.kind} {condition.name}, {ways}")
+    def select(self, condition: Bit, yes: V | float, no: V | float) -> V:
+        """One or the other, of which one may be a constant: lane by lane, or all lanes by one condition."""
+        one: V = next(x for x in (yes, no) if isinstance(x, Value))
+        ways = ", ".join(f"{one.kind} {operand_of(x, type(one), one.lanes)}" for x in (yes, no))
+        return one.made(f"select {condition.kind} {condition.name}, {ways}")
 
     def splat(self, one: V, lanes: int) -> V:
         """A value in every lane."""
@@ -187,6 +189,10 @@ class Value:
         """A new value of its type."""
         return type(self)(self.body, self.body.define(text), self.lanes)
 
+    def like(self: V, other: V | float) -> V:
+        """Another value, or a constant as one like this."""
+        return type(self)(self.body, operand_of(other, type(self), self.lanes), self.lanes)
+
     def operation(self: V, instruction: str, other: V | float) -> V:
         """An instruction with two operands: ``udiv``, ``lshr``, .."""
         second = operand_of(other, type(self), self.lanes)
@@ -215,6 +221,12 @@ class Real(Value):
     type = "double"
     __add__, __sub__, __mul__, __truediv__ = map(_operator, ("fadd", "fsub", "fmul", "fdiv"))
     __lt__, __le__, __gt__, __ge__ = map(_relation, ("olt", "ole", "ogt", "oge"))
+
+    def __rsub__(self, other: float) -> Real:
+        return self.like(other) - self
+
+    def __rtruediv__(self, other: float) -> Real:
+        return self.like(other) / self
 
     def __neg__(self) -> Real:
         if self.name.startswith("0x"):

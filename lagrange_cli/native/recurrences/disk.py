@@ -20,6 +20,8 @@ from lagrange_cli.native.recurrences.evaluation import emit_power, whole_power
 
 FUNCTIONS = 2.0**-49
 """The relative rounding error of functions."""
+PARTNERS = {"sin": "cos", "cos": "sin", "sinh": "cosh", "cosh": "sinh"}
+"""Functions with addition theorems, in which these are the other ones."""
 
 
 class Disks(DiskArithmetic):
@@ -36,6 +38,8 @@ class Disks(DiskArithmetic):
         centre = self.centres.function(name, *(one.centre for one in given))
         if all(one.radius is None for one in given):
             return Disk(centre, self.spread_of(centre) * FUNCTIONS)
+        if name in PARTNERS:
+            return self._by_addition(name, centre, *given)
         made: Disk = getattr(self, f"_{name}")(centre, *given)
         return made
 
@@ -76,19 +80,10 @@ class Disks(DiskArithmetic):
     def _other(self, name: str, u: Disk) -> Operand:
         return self.centres.function(name, u.centre)
 
-    def _sin(self, centre: Value, u: Disk) -> Disk:
-        return self.rounded(centre, self._turning(u, self._other("cos", u), centre))
-
-    def _cos(self, centre: Value, u: Disk) -> Disk:
-        return self.rounded(centre, self._turning(u, self._other("sin", u), centre))
-
-    def _sinh(self, centre: Value, u: Disk) -> Disk:
-        radius = self._turning(u, self._other("cosh", u), centre)
-        return self.rounded(centre, radius, lambda: self.sinh_least(u))
-
-    def _cosh(self, centre: Value, u: Disk) -> Disk:
-        radius = self._turning(u, self._other("sinh", u), centre)
-        return self.rounded(centre, radius, lambda: self.sinh_least(u))
+    def _by_addition(self, name: str, centre: Value, u: Disk) -> Disk:
+        """A sine or cosine, or a hyperbolic one."""
+        radius = self._turning(u, self._other(PARTNERS[name], u), centre)
+        return self.rounded(centre, radius, (lambda: self.sinh_least(u)) if name.endswith("h") else None)
 
     def _quotient(self, u: Disk, below: str, aside: str) -> Real:
         """sinh r / (|b| (|b| - its radius)), as of tan and tanh, which divide by ``below``."""

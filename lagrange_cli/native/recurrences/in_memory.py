@@ -137,7 +137,7 @@ def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str
         known = {x: kind.load("%state", i, rows.width) for i, x in enumerate(symbols)}
         known[residual.model.time] = time
         expansion.cyclic = cyclic_values(kind, residual, program, rows.width, {**known}, constants)[0]
-    memory = Memory(expansion, kind, rows, f.constant(1.0) / Real(f, "%scale"))
+    memory = Memory(expansion, kind, rows, 1.0 / Real(f, "%scale"))
     last = rows.order - 2
     rolled = min(max(1, 2 - min(one.level for one in program.series)), last + 1)
     for k in range(-2, rolled):

@@ -45,7 +45,7 @@ class Bounds:
 
     def nothing(self, f: Function, h: Real) -> Real:
         """An error of accelerations that moves what rests by nothing much within ``h``."""
-        return f.constant(self.nothing_much) / (h * f.larger(h, f.constant(1.0)))
+        return self.nothing_much / (h * f.larger(h, 1.0))
 
     def coarser(self, tolerance: float) -> Bounds:
         """The bounds for a tolerance, if it is coarser than full precision."""
@@ -86,9 +86,9 @@ class Allowance:
 
 def allowance(f: Function, bounds: Bounds, t: Real, usual: Real, h: Real) -> Allowance:
     """The allowance of a step of ``h`` that ends at about ``t``, where steps are ``usual`` long."""
-    inverse = f.constant(1.0) / usual
+    inverse = 1.0 / usual
     slow = inverse * bounds.rounding
-    fast = f.constant(bounds.resolution) / h
+    fast = bounds.resolution / h
     return Allowance(t * bounds.ulp * inverse + bounds.almost, slow + fast, inverse * slow)
 
 

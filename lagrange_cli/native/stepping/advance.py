@@ -116,13 +116,13 @@ def advance(steps: Steps) -> str:
         t, low = clock(Clock.TIME), clock(Clock.TIME_LOW)
         now, regular = steps.expand(f, Now(t, low, clock(Clock.STEP), one), leaving_at_once)
         with f.when(~pending.get().equals(NOTHING)):
-            floor = f.constant(bounds.nothing_much) / (length.get() * length.get())
+            floor = bounds.nothing_much / (length.get() * length.get())
             failures, unexplained = clock(Clock.NARROW_FAILURES), clock(Clock.UNEXPLAINED)
             lenient = failures >= EVIDENCE
             if steps.constrained:  # what the state was moved by near a singular configuration counts there
                 before = f.load(trial, layout.at(Clock.PROJECTIONS))
                 lenient = lenient | (clock(Clock.PROJECTIONS) > before)
-            slack = f.select(lenient, f.constant(NOISY), one)
+            slack = f.select(lenient, NOISY, one)
             good = steps.agree(f, now, uneven.get(), slack, unexplained > 0.0, floor) & regular
             blind, less = pending.get().equals(BLIND), taken.get() - 1
             # There is a critical point within the step that the series does not show. Go back and take at
@@ -279,13 +279,13 @@ def advance(steps: Steps) -> str:
         remember(Clock.USUAL_STEP, usual.get())
         remember(Clock.LAST_PASS, last.get())
         remember(Clock.PASSES, times.get())
-        remember(Clock.LEAVING, f.select(seen, leaving.get(), f.constant(2.0)))
+        remember(Clock.LEAVING, f.select(seen, leaving.get(), 2.0))
         remember(Clock.UNEXPLAINED, lax.get())
         remember(Clock.STEP, reach)
         rest = f.select(goal.get().equals(0.0), zero, goal.get() - step)
         remember(Clock.GAP, f.select(seen, rest, zero))
         usually = allowance(f, bounds, passed, usual.get(), step)
-        passing = f.constant(bounds.almost) / step
+        passing = bounds.almost / step
         allowed = Allowance(
             f.select(seen, usually.change, zero), f.select(seen, usually.speed, passing), usually.place
         )

@@ -58,7 +58,7 @@ class PairDivision(Division):
 
         with f.forever() as rounds:
             used = unit.get()
-            scaled = super().asked(left * (f.constant(1.0) / used), place)
+            scaled = super().asked(left * (1.0 / used), place)
             with f.when(~(scaled > 0.0) & (used > NARROWEST)):
                 again(used * NARROWER)
                 rounds.go_on()
@@ -181,7 +181,7 @@ class DoubleDoubleSteps(Steps):
         f.call(None, "sample", *self.places(f), *h, trial, f.count(1), f.count(self._width))
         time = pair(f, "add", *self.time(f), length, f.constant(0.0))
         good = f.variable(f.call(Bit, "jet", f.pointer("%constants"), *time, unit, trial, there))
-        inverse, farthest = f.constant(1.0) / unit, f.variable(f.constant(0.0))
+        inverse, farthest = 1.0 / unit, f.variable(f.constant(0.0))
         with lengths.velocities(f) as row:
             farthest.set(f.larger(farthest.get(), f.magnitude(row.at(trial, -lengths.degrees))))
         # as `move` allows it: forces on what hardly moves are rounding of what is far away
@@ -192,7 +192,7 @@ class DoubleDoubleSteps(Steps):
             v, q = (f.magnitude(row.at(trial, shift)) for shift in (0, -lengths.degrees))
             size = v / length + f.magnitude(found) + f.magnitude(begin)
             allowed = f.fused(size, f.constant(ROUGHLY), q * ROUGH / length / length)
-            allowed = allowed + rounding + f.constant(GONE) / length
+            allowed = allowed + rounding + GONE / length
             good.set(good.get() & (f.magnitude(rate - found) <= allowed))
         f.give(good.get())
         return f
@@ -240,7 +240,7 @@ class DoubleDoubleSteps(Steps):
 
         with f.forever() as rounds:
             used = unit.get()
-            scaled, met = chosen_step(f, now.previous * (f.constant(1.0) / used), self.places(f))
+            scaled, met = chosen_step(f, now.previous * (1.0 / used), self.places(f))
             with f.when(~(met < ENDLESS)):
                 with f.when(~(used > NARROWEST)):
                     fail()
@@ -249,7 +249,7 @@ class DoubleDoubleSteps(Steps):
             longest = f.constant(LONGEST)
             if self.guards:  # their series need not be as slow as the motion's
                 left = (Real(f, "%stop") - now.t) - now.low
-                longest = f.smaller(longest, left * (f.constant(1.0) / used))
+                longest = f.smaller(longest, left * (1.0 / used))
                 with f.when(~(self.guards.largest(f) < ENDLESS) & (used > NARROWEST)):
                     again(used * NARROWER)
                     rounds.go_on()
@@ -258,7 +258,7 @@ class DoubleDoubleSteps(Steps):
             with f.when((scaled > WIDE) & (length < LONGEST) & fresh.get()):
                 again((length.bits() & EXPONENT).number())
                 rounds.go_on()
-            h.set(f.smaller(length, f.constant(LONGEST)))
+            h.set(f.smaller(length, LONGEST))
             rounds.leave()
         return replace(now, unit=unit.get()), h.get(), Bit(f, "true")
 
@@ -294,14 +294,14 @@ class DoubleDoubleSteps(Steps):
 
     def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
         rest, low = difference((Real(f, "%stop"), f.constant(0.0)), (now.t, now.low))
-        h, low = f.select(final, rest, h), f.select(final, low, f.constant(0.0))
+        h, low = f.select(final, rest, h), f.select(final, low, 0.0)
         step, (state, work) = self.scaled(f, now.unit, h, low), self.places(f)
         if self.noise:
             self.noise.count(f)
         f.call(None, "update", state, work, *step)
         for value, number in zip(pair(f, "add", now.t, now.low, h, low), (Clock.TIME, Clock.TIME_LOW)):
             f.store(value, state, self.state.at(number))
-        given = *step, f.constant(1.0) / now.unit, allowed.change, allowed.speed
+        given = *step, 1.0 / now.unit, allowed.change, allowed.speed
         if self.quadratures:
             f.call(Real, "expect_integrals", state, work, f.pointer("%trial"), *given)
         return f.call(Real, "expect", state, work, f.pointer("%trial"), *given)

@@ -256,7 +256,7 @@ class Follower:
             usual = f.larger(step, self.get(f, "usual") * LAG)
             allowed = allowance(f, bounds, passed, usual, step)
             if self.noise:
-                self.noise.count(f, f.select(moving, f.constant(1.0), zero))
+                self.noise.count(f, f.select(moving, 1.0, zero))
             width = self.pack.width
             farthest = moved(f, self.lengths, step, allowed, expected, width, moving=moving, noise=self.noise)
             later, rest = two_sum(t, low + step)

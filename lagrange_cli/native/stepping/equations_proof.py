@@ -75,7 +75,7 @@ class EquationsProof(Proof):
         f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n + multipliers}, align {8 * LANES}")
         first_rate, rates = self.margins.integrals if self.margins.integrals[1] else (n, n)
         f.line(f"  %scales = alloca double, i64 {rates + multipliers}, align 8")
-        h, inverse = Real(f, "%h"), f.constant(1.0) / Real(f, "%unit")
+        h, inverse = Real(f, "%h"), 1.0 / Real(f, "%unit")
         scaled = h * inverse
         r = radii(f, scaled)
 

@@ -213,7 +213,7 @@ class Steps(ABC):
 
     def scaled(self, f: Function, unit: Real, *times: Real) -> list[Real]:
         """Times in the unit of the series."""
-        inverse = f.constant(1.0) / unit
+        inverse = 1.0 / unit
         return [one * inverse for one in times]
 
     def time(self, f: Function) -> Pair:
@@ -225,7 +225,7 @@ class Steps(ABC):
         """Whether the accelerations are those expected (``acceptance.accepted``)."""
         rates, allowed, low = self.expected(f)
         given = rates, allowed, uneven, slack, unexplained, floor
-        more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
+        more = (low, 1.0 / now.unit) if self.parts > 1 else ()
         return f.call(Bit, "accepted", f.pointer("%work"), *given, *more)
 
     # integrals
@@ -252,7 +252,7 @@ class Steps(ABC):
         nothing, zero = self.quadratures.nothing(f, h), f.constant(0.0)
         self.quadratures.allow(f, allowed)
         given = rates, allowed, nothing, f.constant(1.0), Bit(f, "false"), zero
-        more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
+        more = (low, 1.0 / now.unit) if self.parts > 1 else ()
         return ~f.call(Bit, "integrals_accepted", f.pointer("%work"), *given, *more, f.pointer("%state"))
 
     def resume(self, f: Function, before: Now) -> None:

@@ -64,7 +64,7 @@ class Noise:
         with f.when(measured):
             self._measure(f, suspicious)
         left = f.load("%state", self.place)
-        f.store(f.select(which, f.constant(LASTS), left), "%state", self.place)
+        f.store(f.select(which, LASTS, left), "%state", self.place)
         f.give(measured)
         return f
 
@@ -101,7 +101,7 @@ class Noise:
             row.put(row.at("%state", self.last), saved)
         t, low, unit = f.reals("t", "low", "unit")
         self.expand(f, (t, low), unit)
-        inverse = lengths.wide(f, f.constant(1.0) / unit)
+        inverse = lengths.wide(f, 1.0 / unit)
         with lengths.velocities(f) as row:
             row.put(row.series()[1] * inverse, base)
         with f.loop(0, WAYS, tested=False) as way:

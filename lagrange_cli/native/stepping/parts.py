@@ -128,7 +128,7 @@ class Parts:
 
     def in_time(self, rate: Real) -> Real:
         """A rate, of a term of its series."""
-        return rate * (self.f.constant(1.0) / self.units.part.get()) if self.sums.beyond else rate
+        return rate * (1.0 / self.units.part.get()) if self.sums.beyond else rate
 
     def rescale(self, unit: Real) -> None:
         """Another unit of time for the series from now on."""
@@ -174,7 +174,7 @@ class Parts:
         """Whether the series at the end of a part agree with what was expected."""
         f, zero = self.f, self.f.constant(0.0)
         given = self.array(RATES), self.array(ALLOWED), zero, f.constant(1.0), Bit(f, "false"), zero
-        low = (self.array(LOW_RATES), f.constant(1.0) / self.units.part.get()) if self.sums.beyond else ()
+        low = (self.array(LOW_RATES), 1.0 / self.units.part.get()) if self.sums.beyond else ()
         return f.call(Bit, "integrals_accepted", self.at.there, *given, *low, self.array(ENDED))
 
     def accept(self, good: Bit) -> None:

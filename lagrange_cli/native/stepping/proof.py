@@ -69,7 +69,7 @@ class Margins:
 
     def negligible(self, f: Function, h: Real) -> Real:
         """What moves what rests by nothing, as an acceleration."""
-        return f.constant(self.nothing) / (h * f.function("maxnum", h, 1.0))
+        return self.nothing / (h * f.function("maxnum", h, 1.0))
 
 
 class Proof(ABC):

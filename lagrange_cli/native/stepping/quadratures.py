@@ -76,7 +76,7 @@ class Quadratures:
         """``@integral_length(state, work, over)``: the step that the integrals' series ask for, at most
         ``over``; 0 where too few coefficients are finite."""
         f = Function("define internal double @integral_length(ptr %state, ptr %work, double %over) #0")
-        over, one = f.smaller(Real(f, "%over"), f.constant(LARGEST_GUESS)), f.constant(1.0)
+        over, one = f.smaller(Real(f, "%over"), LARGEST_GUESS), f.constant(1.0)
         places = f.pointer("%state"), f.pointer("%work")
         h, met = f.variable(over), f.variable(one)
         with f.section() as settled, f.loop(0, ROUNDS, tested=False):
@@ -88,7 +88,7 @@ class Quadratures:
                 settled.leave()
         finite = met.get() < ENDLESS
         if self._beyond:
-            f.give(f.select(finite, h.get(), f.constant(0.0)))
+            f.give(f.select(finite, h.get(), 0.0))
             return f
         with f.when(~finite):
             fewer = f.call(Real, "integral_shortened_step", *places, h.get())

@@ -141,7 +141,7 @@ class StepSize:
             exponents = [exponent(f, *one) for one in zip(greatest, *given)]
             largest = reduce(f.larger, greatest)
         step = exp2_roughly(-reduce(f.larger, exponents)) * self.safety
-        step = f.select(largest.equals(0.0), f.constant(ENDLESS), step)
+        step = f.select(largest.equals(0.0), ENDLESS, step)
         result = f.variable(step)
         if self.fades:
             fading = (greatest[0] > 0.0) & greatest[-1].equals(0.0)
@@ -215,19 +215,19 @@ class StepSize:
             last.set(f.select(there, f.splat(m.to_real(), lengths.motions), last.get()))
             faintest.set(f.select(there, size, faintest.get()))
         counts = (faintest.get() < FAINT) & (last.get() < float(2 * top // 3))
-        f.give(f.select(counts, self.fewer(f, last.get()), f.constant(1.0)))
+        f.give(f.select(counts, self.fewer(f, last.get()), 1.0))
         return f
 
     def fewer(self, f: Function, top: Real) -> Real:
         """The factor for a step that ends with this order of the velocities instead of the last one."""
-        base, exponent = LAST_TERM * self.tolerance, f.constant(1.0) / top - 1.0 / self.lengths.top
+        base, exponent = LAST_TERM * self.tolerance, 1.0 / top - 1.0 / self.lengths.top
         if self.lengths.motions == 1:
             return f.function("pow", f.constant(base), exponent)
         return exp2_roughly(exponent * math.log2(base))
 
     def root(self, f: Function, x: Real, m: Real) -> Real:
         """x^(1/m); roughly, where it is computed for many motions."""
-        inverse = f.constant(1.0) / f.splat(m, self.lengths.motions)
+        inverse = 1.0 / f.splat(m, self.lengths.motions)
         if self.lengths.motions == 1:
             return f.function("pow", x, inverse)
         return f.select(x < ENDLESS, exp2_roughly(log2_roughly(x) * inverse), x)

@@ -116,11 +116,11 @@ class PairSums:
         return row.at(base), row.at(base, low)
 
     def change(self, f: Function, row: Row, work: Pointer, h: Pair, unit: Real) -> Pair:
-        inverse = f.constant(1.0) / unit
+        inverse = 1.0 / unit
         return self.called(f, "polynomial", row, work, (h[0] * inverse, h[1] * inverse))
 
     def slope(self, f: Function, row: Row, work: Pointer, h: Pair, unit: Real) -> Pair:
-        inverse = f.constant(1.0) / unit
+        inverse = 1.0 / unit
         high, low = self.called(f, "slope", row, work, (h[0] * inverse, h[1] * inverse))
         return high * inverse, low * inverse
 
