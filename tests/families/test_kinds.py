@@ -106,7 +106,8 @@ def test_the_lowest_mode_of_a_chain_is_a_cosine(count: int) -> None:
     step = MP.pi / (count + 1)
     frequency = 2 * MP.sin(step / 2)
     expected = [
-        [MP.sin(step * (i + 1)) * MP.cos(frequency * MP.mpf(float(t))) for i in range(count)] for t in found["t"]
+        [MP.sin(step * (i + 1)) * MP.cos(frequency * MP.mpf(float(t))) for i in range(count)]
+        for t in found["t"]
     ]
     assert np.max(np.abs(exactly(found, "q/u") - np.array(expected))) < 1e-30
 
