@@ -76,8 +76,6 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
-    if compilation.precision != DOUBLE and system.bonds is not None:
-        return None
     return None if needs is Needs.STEPS and mixed(system) else system
 
 

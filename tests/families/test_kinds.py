@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import h5py
 import mpmath
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.expression.exact import ExactGraphAlgebra
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
@@ -23,11 +25,13 @@ from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_DOUBLE_
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
+from lagrange_cli.native.families import jets
 from lagrange_cli.native.interface import CONSTANTS
 from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values
-from tests.families import test_chains, test_systems
+from tests.families import test_chains, test_constraints, test_systems
 from tests.support.command import lagrange
 from tests.support.motion import run
 
@@ -35,6 +39,7 @@ MP = mpmath.mp.clone()
 MP.dps = 50
 BOUND = 2.0**-92
 OUTPUTS = frozenset(["q", "v", "p", "h", "observables"])
+OF_CONSTRAINTS = frozenset(["q", "v", "h", "positions", "constraints", "multipliers", "reactions"])
 RING = """
 sizes: {{N: {count}}}
 parameters: {{m: 0.1, k: 0.7, "g[i in range(N)]": "0.3 + 0.1*i"}}
@@ -61,7 +66,7 @@ def whole(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def fewest(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
-    for name in ("FEWEST", "FEWEST_JOINTED"):
+    for name in ("FEWEST", "FEWEST_JOINTED", "FEWEST_BOUND"):
         monkeypatch.setattr(systems, name, count)
     monkeypatch.setattr(systems, "_LATEST", [])
 
@@ -69,9 +74,13 @@ def fewest(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
 def followed(text: str) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
     """A short motion in double-double, and what it was followed by."""
     spec = read_spec(text, "system.yaml")
-    compilation = Compilation("taylor", FULL_DOUBLE_DOUBLE, OUTPUTS, precision=DOUBLE_DOUBLE)
+    values, outputs = resolve_long_values(spec, {}), OUTPUTS
+    if spec.constraints:
+        spec, values, _ = consistent_values(spec, values, 0.0, (), exact=True)
+        outputs = OF_CONSTRAINTS
+    compilation = Compilation("taylor", FULL_DOUBLE_DOUBLE, outputs, precision=DOUBLE_DOUBLE)
     ready = prepare_system(spec, partial(derive_system, exact=True), None, compilation)
-    return ready, run(ready, resolve_long_values(spec, {}), 0.0, 0.5, 6).data
+    return ready, run(ready, values, 0.0, 0.5, 6).data
 
 
 def exactly(data: Mapping[str, NDArray[np.float64]], path: str) -> NDArray[np.object_]:
@@ -82,11 +91,15 @@ def exactly(data: Mapping[str, NDArray[np.float64]], path: str) -> NDArray[np.ob
 
 @pytest.mark.exhaustive(keep=1, most=12)
 @pytest.mark.parametrize("case", range(40))
-@pytest.mark.parametrize("kind", [test_systems, test_chains], ids=["lattices", "chains"])
+@pytest.mark.parametrize(
+    "kind", [test_systems, test_chains, test_constraints], ids=["lattices", "chains", "constraints"]
+)
 def test_families_move_as_their_members_do_in_double_double(
     kind: object, case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = kind.drawn(random.Random(f"{pytestconfig.option.seed} {case}"))  # type: ignore[attr-defined]
+    chance = random.Random(f"{pytestconfig.option.seed} {case}")
+    few = (chance.choice([1, 2, 3, 8]),) if kind is test_chains else ()  # others take long to write out
+    text = kind.drawn(chance, *few)  # type: ignore[attr-defined]
     together, found = followed(text)
     fewest(monkeypatch, 10**9)
     apart, expected = followed(text)
@@ -105,8 +118,10 @@ def test_the_lowest_mode_of_a_chain_is_a_cosine(count: int) -> None:
     assert "@polynomial" in ready.machine.program.text  # type: ignore[attr-defined]
     step = MP.pi / (count + 1)
     frequency = 2 * MP.sin(step / 2)
-    times = [MP.mpf(float(t)) for t in found["t"]]
-    expected = [[MP.sin(step * (i + 1)) * MP.cos(frequency * t) for i in range(count)] for t in times]
+    expected = [
+        [MP.sin(step * (i + 1)) * MP.cos(frequency * MP.mpf(float(t))) for i in range(count)]
+        for t in found["t"]
+    ]
     assert np.max(np.abs(exactly(found, "q/u") - np.array(expected))) < 1e-30
 
 
@@ -162,3 +177,17 @@ def test_the_estimated_error_of_a_family_covers_the_true_one(count: int, tmp_pat
         assert np.max(error) > 2.0**-52 * largest
         covered = error <= 4 * estimate + np.spacing(largest)
         assert np.mean(covered) > 0.99 and np.max(estimate) < 1e-9
+
+
+@pytest.mark.parametrize("options", [{"precision": DOUBLE_DOUBLE}, {"factor": 8}])
+def test_another_method_is_not_named_where_there_is_none(
+    options: Mapping[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec = read_spec(CHAIN.format(count=9), "system.yaml")
+    system = systems.family_system(spec, ExactGraphAlgebra)
+    assert system is not None
+    monkeypatch.setattr(jets, "MOST_NUMBERS", 100)
+    for change in ({}, options):
+        with pytest.raises(TooManyNumbers) as found:
+            write_families(system, Compilation("taylor", 2.0**-52, frozenset("qv"), **change))
+        assert ("--method ias15" in found.value.hint) == (not change)

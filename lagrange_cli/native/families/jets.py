@@ -271,8 +271,8 @@ class SeriesJet:
     def start(self) -> None:
         """Coefficients 0."""
         for shift, array in enumerate((self.system.q, self.system.v)):
-            state = self.vectors.state(shift * self.degrees, self.width)
-            self.copy(state, self.at(array, 0), self.degrees)
+            state = self.f.place("%state", shift * self.degrees, "double")
+            self.copy(self.vectors.in_state(state, self.width), self.at(array, 0), self.degrees)
         if not self.local:
             self.follow(0, self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
 

@@ -7,7 +7,7 @@ single double-double numbers are (``recurrences.in_memory``).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from lagrange_cli.native.interface import CONSTANTS, LANES
@@ -99,8 +99,12 @@ class PairVectors:
         beyond = base.beyond if isinstance(base, PairPointer) else self.behind[str(base)]
         return PairPointer(self.f.place(base, index, "double"), beyond)
 
-    def state(self, index: int, width: int) -> PairPointer:
-        return PairPointer(self.f.place("%state", index, "double"), width)
+    def in_state(self, place: Pointer, width: int) -> PairPointer:
+        return PairPointer(place, width)
+
+    def add_to_state(self, row: Integer, first: int, width: int, change: Callable[[], Pair]) -> None:
+        state, at = self.in_state(self.f.pointer("%state"), width), row + first
+        self.store(self.load(state, at) + change(), state, at)
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
         assert isinstance(base, PairPointer)
@@ -121,9 +125,9 @@ class PairVectors:
         for part, at in zip(value.parts, (0, place.beyond)):
             self.f.store_row(part, place, at)
 
-    def gather(self, base: Pointer, places: Operand) -> Pair:
-        low = self.parts_at(base, 1)
-        return Pair(*(Real(self.f, gathered_from(self.f, one.name, places), LANES) for one in (base, low)))
+    def gather(self, base: Pointer | str, places: Operand) -> Pair:
+        both = (self.parts_at(self.place(base, 0), part) for part in range(self.parts))
+        return Pair(*(Real(self.f, gathered_from(self.f, one.name, places), LANES) for one in both))
 
     # numbers
 
@@ -149,8 +153,8 @@ class PairVectors:
         self.inverse = self.f.constant(1.0) / Real(self.f, "%scale", 1)
         return Pair(Real(self.f, "%t", 1), Real(self.f, "%tl", 1))
 
-    def at(self, time: Real) -> Pair:
-        return Pair(time)
+    def at(self, time: Real, low: Real | None = None) -> Pair:
+        return Pair(time, low)
 
     def variable(self, value: Pair) -> PairVariable:
         return PairVariable(self.f, value)

@@ -168,8 +168,6 @@ class _Writer(Preparation):
             return ConstrainedJet(self.motion, self.tabled, *given, self.kind).write()
         if self.order == RATES:
             return self.accelerations()
-        if self.kind.parts > 1:
-            return SeriesJet(*given, self.kind).write()
         jet, brief = (
             SeriesJet(*given, self.kind).write(),
             SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write(),
@@ -183,16 +181,18 @@ class _Writer(Preparation):
         f, layout = Function("define void @project(ptr %constants, ptr %state) #0"), self.layout
         vectors = self.kind(f)
         base = self.scratch(vectors)
+        q, v = f.pointer("%state"), f.place("%state", self.degrees, "double")
         arrays: dict[Array, Pointer] = {
-            self.system.q: f.pointer("%state"), self.system.v: f.place("%state", self.degrees, "double")
-        }  # fmt: skip
+            array: vectors.in_state(place, layout.width)
+            for array, place in ((self.system.q, q), (self.system.v, v))
+        }
         for array in self.moves.arrays:
-            arrays[array] = f.place(base, self.size, "double")
+            arrays[array] = vectors.place(base, self.size)
             self.size += room(array.count)
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         written = Projection(
-            self.moves, self.evaluation(vectors, arrays, time), layout, self.tabled,
-            f.place(base, self.size, "double"), f.splat(low, LANES).name,
+            self.moves, self.evaluation(vectors, arrays, vectors.at(time, low)), layout, self.tabled,
+            vectors.place(base, self.size), f.splat(low, LANES).name,
         )  # fmt: skip
         self.size += room(self.tabled.size)
         return written.text()

@@ -10,19 +10,17 @@ import numpy as np
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import Array, Source, Term
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.constrained import solve
+from lagrange_cli.native.families.constrained import MemberTabled, solve
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.restraint import Restraint
-from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import two_sum
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.numbers.kind import NumberKind, V
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
-from lagrange_cli.native.recurrences.batches.saddle import Tabled
 from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.compensated import Compensated, Sum
 from lagrange_cli.native.recurrences.evaluation import emit_values
@@ -111,9 +109,44 @@ class Residuals(Writer):
         return self.loop.terms[: len(self.loop.terms) - len(self.bound.rows)]
 
     def of_eight(
-        self, known: dict[Node, str | None], bases: Sequence[Integer], j: Integer, inside: Bit
-    ) -> list[str | None]:
-        f, evaluation, emitter = self.f, self.evaluation, self.evaluation.emitter
+        self, known: dict[Node, Operands], bases: Sequence[Integer], j: Integer, inside: Bit
+    ) -> list[Operands]:
+        f, vectors, evaluation, kind = self.f, self.vectors, self.evaluation, self.evaluation.emitter
+        system, constants = self.writing.moves.system, Everywhere(evaluation.tables.constants.slots)
+        nodes = [term.node for term, _ in self.terms]
+        doubles = vectors.parts == 1
+        found = (self.carefully if doubles else self.plainly)(nodes[:2], known, bases, j)
+        slopes = nodes[2:]
+        emit_values(kind, slopes, known, constants)
+        slots = self.writing.moves.slots
+        offs = []
+        for value, array in zip(found, (system.q, system.v)):
+            off = kind.add(*value) if doubles and value is not None else value
+            total: Any = None
+            for slope, rows in zip(slopes, self.bound.rows):
+                amount = known[slots.symbol(self.bound.domain, array, rows)]
+                total = kind.add(total, kind.magnitude(kind.mul(known[slope], amount)))
+            size = vectors.high(vectors.number(kind.mul(kind.number(LOOSE * kind.unit), total)))
+            small = f.magnitude(vectors.high(vectors.number(off))) <= size
+            self.fine.set(self.fine.get() & f.all(small | ~inside))
+            offs.append(off)
+        return [*offs, *(known[one] for one in slopes)]
+
+    def plainly(
+        self, nodes: list[Node], known: dict[Node, Operands], bases: Sequence[Integer], j: Integer
+    ) -> list[Operands]:
+        """What should be 0, in the numbers of the state."""
+        values = {**known}
+        emit_values(
+            self.evaluation.emitter, nodes, values, Everywhere(self.evaluation.tables.constants.slots)
+        )
+        return [values[node] for node in nodes]
+
+    def carefully(
+        self, nodes: list[Node], known: dict[Node, Operands], bases: Sequence[Integer], j: Integer
+    ) -> list[Operands]:
+        """The same from doubles and their low parts, as sums of two."""
+        evaluation, emitter = self.evaluation, self.evaluation.emitter
         careful, system = Compensated(emitter), self.writing.moves.system
         whole: dict[Node, Sum | None] = {
             symbol: (value, None) for symbol, value in known.items() if symbol.kind is Kind.SYMBOL
@@ -125,24 +158,8 @@ class Residuals(Writer):
             if slot.array in (system.q, system.v):
                 whole[symbol] = known[symbol], rest[symbol]
         whole[system.time] = known[system.time], self.writing.low_time
-        nodes = [term.node for term, _ in self.terms]
-        emit_values(careful, nodes[:2], whole, Exact(evaluation.tables.constants.slots))
-        slopes = nodes[2:]
-        emit_values(emitter, slopes, known, Everywhere(evaluation.tables.constants.slots))
-        found = []
-        slots = self.writing.moves.slots
-        for node, array in zip(nodes[:2], (system.q, system.v)):
-            value = whole[node]
-            off = emitter.add(*value) if value is not None else None
-            total: Any = None
-            for slope, rows in zip(slopes, self.bound.rows):
-                amount = known[slots.symbol(self.bound.domain, array, rows)]
-                total = emitter.add(total, emitter.magnitude(emitter.mul(known[slope], amount)))
-            size = Real(f, emitter.written(emitter.mul(emitter.number(LOOSE * emitter.unit), total)), LANES)
-            small = f.magnitude(Real(f, emitter.written(off), LANES)) <= size
-            self.fine.set(self.fine.get() & f.all(small | ~inside))
-            found.append(off)
-        return [*found, *(known[one] for one in slopes)]
+        emit_values(careful, nodes, whole, Exact(evaluation.tables.constants.slots))
+        return [whole[node] for node in nodes]
 
 
 @dataclass(frozen=True)
@@ -173,13 +190,13 @@ class Projection:
         evaluation.clear(added([moves.off, moves.off_speeds, *slopes], moves.loops))
         for number, _ in enumerate(moves.bounds):
             Residuals(self, number, fine).write()
-        saddle = Tabled(f, evaluation.emitter, self.tabled, self.scratch.name, 0)
+        saddle = MemberTabled(evaluation.vectors, self.tabled, self.scratch, 0)
         with f.when(~fine.get()):
             self._move(saddle)
         f.give()
         return f.text()
 
-    def _move(self, saddle: Tabled) -> None:
+    def _move(self, saddle: MemberTabled) -> None:
         moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f
         at, where, multipliers = places_of(self.layout), evaluation.where, evaluation.where(moves.multipliers)
         evaluation.write([moves.square])
@@ -191,7 +208,7 @@ class Projection:
                     evaluation.write([moves.kicks])
                     evaluation.write([moves.free])
                 evaluation.write([right])
-                f.store(f.constant(0.0), where(right), moves.count)
+                evaluation.vectors.store(evaluation.vectors.constant(0.0), where(right), moves.count)
                 solve(saddle, moves, where(right), multipliers)
                 evaluation.write([total])
             for total, row in ((moves.moved, at.q), (moves.speeds, at.v)):
@@ -201,10 +218,6 @@ class Projection:
 
     def _add(self, changes: Pointer, first: int) -> None:
         """The ``changes`` to the rows of the state from ``first`` on."""
-        f, width = self.evaluation.f, self.layout.width
-        with f.loop(0, self.moves.size, tested=False) as row:
-            high, low = f.load("%state", row + first), f.load("%state", row + (first + width))
-            total, error = two_sum(high, f.load(changes, row))
-            total, error = two_sum(total, error + low)
-            f.store(total, "%state", row + first)
-            f.store(error, "%state", row + (first + width))
+        vectors = self.evaluation.vectors
+        with vectors.f.loop(0, self.moves.size, tested=False) as row:
+            vectors.add_to_state(row, first, self.layout.width, lambda: vectors.load(changes, row))

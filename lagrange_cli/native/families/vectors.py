@@ -5,7 +5,7 @@ The kinds are doubles (here) and double-double numbers (``pairs``).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Protocol, TypeAlias
 
 from lagrange_cli.native.families.spans import divided
@@ -15,6 +15,7 @@ from lagrange_cli.native.llvm.text import ZERO, Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.beside import BesideLanes
 from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered
 from lagrange_cli.native.recurrences.vector_dots import Coefficients, dots
@@ -43,8 +44,12 @@ class Vectors(Protocol):
     def place(self, base: Pointer | str, index: Integer | int) -> Pointer:
         """The address of a number."""
 
-    def state(self, index: int, width: int) -> Pointer:
-        """The address of a number of the state, whose low parts are ``width`` behind."""
+    def in_state(self, place: Pointer, width: int) -> Pointer:
+        """A place in the state, whose low parts are ``width`` behind."""
+
+    def add_to_state(self, row: Integer, first: int, width: int, change: Callable[[], Numbers]) -> None:
+        """Add a number to the ``row``-th row of the state behind the ``first`` one; low parts are ``width``
+        behind."""
 
     def load(self, base: Pointer | str, index: Integer | int = 0) -> Numbers:
         """A single number."""
@@ -58,7 +63,7 @@ class Vectors(Protocol):
     def store_row(self, value: Numbers, base: Pointer | str, index: Integer | int) -> None:
         """The same, stored."""
 
-    def gather(self, base: Pointer, places: Operand) -> Numbers:
+    def gather(self, base: Pointer | str, places: Operand) -> Numbers:
         """Eight numbers at eight places."""
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
@@ -85,8 +90,8 @@ class Vectors(Protocol):
     def now(self) -> Numbers:
         """The ``times`` as a number."""
 
-    def at(self, time: Real) -> Numbers:
-        """A time that is a double."""
+    def at(self, time: Real, low: Real | None = None) -> Numbers:
+        """A time, whose low part may be known."""
 
     def variable(self, value: Numbers) -> Any:
         """A variable with its first value."""
@@ -159,11 +164,20 @@ class DoubleVectors:
     def place(self, base: Pointer | str, index: Integer | int) -> Pointer:
         return self.f.place(base, index, "double")
 
-    def state(self, index: int, width: int) -> Pointer:
-        return self.place("%state", index)
+    def in_state(self, place: Pointer, width: int) -> Pointer:
+        return place
 
-    def gather(self, base: Pointer, places: Operand) -> Real:
-        return Real(self.f, gathered(self.kind, base.name, places), LANES)
+    def add_to_state(self, row: Integer, first: int, width: int, change: Callable[[], Real]) -> None:
+        f = self.f
+        high, low = f.load("%state", row + first), f.load("%state", row + (first + width))
+        total, error = two_sum(high, change())
+        total, error = two_sum(total, error + low)
+        f.store(total, "%state", row + first)
+        f.store(error, "%state", row + (first + width))
+
+    def gather(self, base: Pointer | str, places: Operand) -> Real:
+        name = base if isinstance(base, str) else base.name
+        return Real(self.f, gathered(self.kind, name, places), LANES)
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
         return base
@@ -180,7 +194,7 @@ class DoubleVectors:
     def now(self) -> Real:
         return Real(self.f, "%t", 1)
 
-    def at(self, time: Real) -> Real:
+    def at(self, time: Real, low: Real | None = None) -> Real:
         return time
 
     def total(self, vector: Real, start: Real) -> Real:

@@ -7,6 +7,7 @@ nonzero entries is in tables; so the code is the same for any number of constrai
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
@@ -32,7 +33,7 @@ class Tabled:
     """
 
     def __init__(
-        self, f: Function, emitter: LaneEmitter, tabled: SaddleTables, base: str, first: int
+        self, f: Function, emitter: LaneEmitter, tabled: SaddleTables, base: Pointer | str, first: int
     ) -> None:
         self.f, self.emitter, self.base, self.first = f, emitter, base, first
         self.tabled, self.tables = tabled, tabled.tables
@@ -42,23 +43,55 @@ class Tabled:
         """What is behind the arrays."""
         return self.first + self.tabled.size
 
+    # what depends on the kind of numbers
+
+    def pointer(self, base: Pointer | str, at: Integer | int) -> Pointer:
+        """The address of a number."""
+        return self.f.place(base, at, "double")
+
+    def row(self, place: Pointer) -> Any:
+        """Eight numbers side by side."""
+        return self.f.load_row(place, 0, LANES)
+
+    def put_row(self, value: Any, place: Pointer) -> None:
+        """The same, stored."""
+        self.f.store_row(value, place, 0)
+
+    def gather_from(self, base: Pointer, places: Operand) -> Operand:
+        """Eight numbers at these places."""
+        return gathered(self.emitter, base.name, places)
+
+    def number(self, value: Operand | None) -> Any:
+        """A value in memory's terms."""
+        return Real(self.f, self.emitter.written(value), LANES)
+
+    def operand(self, value: Any) -> Operand:
+        """The other way."""
+        name: Operand = value.name
+        return name
+
+    def variable(self, value: Operand) -> Any:
+        """A variable with its first value."""
+        return self.f.variable(self.number(value))
+
+    # arrays
+
     def place(self, name: str, at: Integer | int = 0) -> Pointer:
         """A place in one of the arrays."""
-        start = self.first + self.tabled.places[name]
-        return self.f.place(self.f.place(self.base, start, "double"), at, "double")
+        return self.pointer(self.pointer(self.base, self.first + self.tabled.places[name]), at)
 
     def load(self, name: str, at: Integer | int) -> Operand:
         """Eight of its numbers."""
-        return self.f.load_row(self.place(name, at), 0, LANES).name
+        return self.operand(self.row(self.place(name, at)))
 
     def store(self, value: Operand | None, name: str, at: Integer | int) -> None:
         """The same, stored."""
-        made = Real(self.f, self.emitter.written(value), LANES)
-        self.f.store_row(made, self.place(name, at), 0)
+        made = self.number(value)
+        self.put_row(made, self.place(name, at))
 
     def gather(self, name: str, places: Operand) -> Operand:
         """Its numbers at these places."""
-        return gathered(self.emitter, self.place(name).name, places)
+        return self.gather_from(self.place(name), places)
 
     def subtract(
         self, rows: Rows, start: Callable[[Integer], Operand], factor: Callable[[Integer], Operand],
@@ -72,13 +105,13 @@ class Tabled:
         start_at, stop = span or (f.count(0), f.count(rows.blocks))
         with f.loop(start_at, stop) as b:
             first, last, target = (place_at(f, b + table) for table in (rows.starts, rows.ends, rows.targets))
-            total = f.variable(Real(f, start(target * LANES), LANES))
+            total = self.variable(start(target * LANES))
             with f.loop(first, last) as t:
                 places = places_at(f, t * LANES + rows.second)
-                value = self.emitter.fms(factor(t), self.gather(other, places), total.get().name)
+                value = self.emitter.fms(factor(t), self.gather(other, places), self.operand(total.get()))
                 assert value is not None
-                total.set(Real(f, value, LANES))
-            put(total.get().name, target * LANES)
+                total.set(self.number(value))
+            put(self.operand(total.get()), target * LANES)
 
     def factor(self, base: Pointer, entries: Mapping[str, Sequence[int]], regular: Variable[Bit]) -> None:
         """L and D from the ``entries``, at these places from ``base`` on, and whether they are regular."""
@@ -86,7 +119,7 @@ class Tabled:
             if places:
                 table = self.tables.of_places(places)
                 with self.f.loop(0, count(places), tested=False) as b:
-                    row = gathered(self.emitter, base.name, places_at(self.f, b * LANES + table))
+                    row = self.gather_from(base, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
         self._floors(0, self.tabled.begin)
         parts = self.tabled.parts
@@ -155,7 +188,7 @@ class Tabled:
         emitter = self.emitter
         table = self.tables.of_places([zero if i is None else right[i] for i in self.tabled.listed])
         with self.f.loop(0, len(self.tabled.listed) // LANES, tested=False) as b:
-            row = gathered(emitter, base.name, places_at(self.f, b * LANES + table))
+            row = self.gather_from(base, places_at(self.f, b * LANES + table))
             self.store(row, "unknowns", b * LANES)
 
         def put(value: Operand, at: Integer) -> None:
