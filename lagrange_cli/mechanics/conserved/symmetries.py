@@ -53,10 +53,19 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     model, note = space or (model, "")
     found = Found(model, known)
     found.place = note
-    for stage in (displaced, about_the_centre, combinations, parts, hidden, tops, polynomials, without_gauge):
+    stages = displaced, about_the_centre, idle, combinations, parts, hidden, tops, polynomials, without_gauge
+    for stage in stages:
         found.note = note if stage in (displaced, about_the_centre, hidden, polynomials) else ""
         work.attempt(WORTH if stage is not polynomials else WORTH_OF_POLYNOMIALS, partial(stage, found))
     return tuple(found.symmetries)
+
+
+def idle(found: Found) -> None:
+    """Momenta and h on which forces of constraint might act, but do not."""
+    if found.model.constraints:
+        from lagrange_cli.mechanics.conserved.idle import undisturbed  # and numbers modulo a prime
+
+        undisturbed(found)
 
 
 def in_space(model: Model[Node]) -> tuple[Model[Node], str] | None:
