@@ -124,7 +124,14 @@ def settle(expression: sympy.Expr) -> sympy.Expr:
     if expression.is_Function:
         arguments = tuple(settled(argument) for argument in expression.args)
         return expression if arguments == expression.args else expression.func(*arguments)
-    shorter = from_terms(contract(to_terms(expression)))
+    terms = contract(to_terms(expression))
+    if any(base.is_Add and exponent < 0 for monomial in terms for base, exponent in monomial):
+        from lagrange_cli.symbolic.common_denominators import over_one_denominator  # which is made of this
+
+        found = over_one_denominator(terms)
+        if found is not None:
+            terms = {combine(monomial, found[1]): number for monomial, number in found[0].items()}
+    shorter = from_terms(terms)
     return shorter if size_of(shorter) < size_of(expression) else expression
 
 

@@ -68,6 +68,23 @@ def idle(found: Found) -> None:
         undisturbed(found)
 
 
+def total_energy(model: Model[Node]) -> tuple[Symmetry, ...]:
+    """T + U, where it is not h, and is conserved nevertheless: with constraints that are at rest in space,
+    in coordinates that move."""
+    from lagrange_cli.mechanics.conserved.ansatz import has_smooth_forces
+    from lagrange_cli.mechanics.conserved.residue_states import States
+
+    noether, kinetic = Noether(model), Energetics(model).kinetic
+    if kinetic is None or not has_smooth_forces(model, noether) or any(one.changes for one in model.events):
+        return ()
+    node, states = kinetic + model.potential, States(model, noether)
+    if not graph_of(model).work.attempt(WORTH, lambda: states.conserves(node)):
+        return ()
+    return (
+        Symmetry(Conserved("T + U", "T + U", "its rate of change is 0 where the constraints hold"), node),
+    )
+
+
 def in_space(model: Model[Node]) -> tuple[Model[Node], str] | None:
     """A system of few coordinates as one particle in a plane or in space, if it moves like one, and where
     that is."""

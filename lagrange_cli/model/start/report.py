@@ -74,8 +74,11 @@ class Refusal:
         speeds: bool = False,
     ) -> SpecError:
         """No state nearby satisfies all constraints."""
-        what = "velocities" if speeds else "values"
-        hint = f"the constraints contradict each other: no {what} near these satisfy all of them"
+        hint = "the constraints contradict each other: no velocities near these satisfy all of them"
+        if not speeds:
+            hint = (
+                "no values near these satisfy all constraints: they contradict each other, or begin elsewhere"
+            )
         return self.residuals(values, rows, scale, hint, speeds=speeds)
 
     def restricting(self, name: str, *, later: bool) -> SpecError:
