@@ -77,7 +77,7 @@ class Refusal:
         hint = "the constraints contradict each other: no velocities near these satisfy all of them"
         if not speeds:
             hint = (
-                "no values near these satisfy all constraints: they contradict each other, or begin elsewhere"
+                "no values near these satisfy all constraints: begin elsewhere, or they contradict each other"
             )
         return self.residuals(values, rows, scale, hint, speeds=speeds)
 
