@@ -80,8 +80,15 @@ class Operands(Sums):
         if self.sees("["):
             self.indices()
             span = Span(token.span.start, self.stop)
-            self.error(span, "index after the component", f"write {name}[i].{parts[0]}")
-        elif len(parts) > 1:
+            hint = f"write {name}[i].{parts[0]}"
+            if parts == [POINT]:
+                hint = f"write {name}.{POINT}(a, b, c): coordinates along the body's axes"
+                while self.sees("."):  # its component
+                    self.advance()
+                    self.name_of(self.advance())
+            self.error(span, "index after the component", hint)
+            return Number("0", span) if parts == [POINT] else Name(f"{name}.{parts[0]}", span, indices)
+        if len(parts) > 1:
             self.error(span, f"'{name}.{parts[0]}' has no components", f"write {name}.{parts[0]}")
         return Name(f"{name}.{parts[0]}", span, indices)
 

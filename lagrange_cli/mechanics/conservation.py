@@ -65,7 +65,7 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
             conserved.append(kept_momentum(name, constrained=constrained))
     steady = is_zero(energetics.lagrangian_rate(model.time)) and not branches_on(graph, given, model.time)
     if steady and is_zero(energetics.power):
-        conserved.append(_energy(model, energetics))
+        conserved.append(energy_kept(model, energetics))
     if any(event.changes for event in model.events):
         momenta = {f"p_{name}": p for name, p in zip(model.coordinates, energetics.momenta)}
         known = {**momenta, "h": energetics.energy_function}
@@ -110,23 +110,25 @@ def union(symbols: Iterable[Node]) -> int:
     return reduce(or_, (symbol.symbols for symbol in symbols), 0)
 
 
-def kept_momentum(name: str, *, constrained: bool) -> Conserved:
-    """The momentum of a cyclic coordinate on which no force acts."""
-    because = f"{name} is cyclic (L does not depend on it), and {without_force(constrained)}"
+def kept_momentum(name: str, *, constrained: bool, idle: bool = False) -> Conserved:
+    """The momentum of a cyclic coordinate on which no force acts; forces of constraint are ``idle`` where
+    they might act, but are 0."""
+    because = f"{name} is cyclic (L does not depend on it), and {without_force(constrained, idle)}"
     return Conserved(f"p_{name}", f"dL/d{velocity_name(name)}", because)
 
 
-def kept_energy(*, applied: bool, constrained: bool, fixed: str) -> Conserved:
+def kept_energy(*, applied: bool, constrained: bool, fixed: str, idle: bool = False) -> Conserved:
     """h, where L does not depend on t and forces do no work. It is T + U where ``fixed`` says what does not
-    depend on t."""
-    because = "L does not depend on t explicitly" + without_work(applied, constrained)
+    depend on t. Forces of constraint are ``idle`` where they might do work."""
+    because = "L does not depend on t explicitly" + without_work(applied, constrained, idle)
     if not fixed:
         return Conserved("h", "sum_k q_dot_k p_k - L", because)
     plainly = f"h is the energy T + U, since the {fixed} do not depend on t, nor U on velocities"
     return Conserved("h", "T + U", f"{because}; {plainly}")
 
 
-def _energy(model: Model[Node], energetics: Energetics) -> Conserved:
+def energy_kept(model: Model[Node], energetics: Energetics, *, idle: bool = False) -> Conserved:
+    """The same of a model; forces of constraint are ``idle`` where they might do work."""
     applied, fixed = not all(map(is_zero, set(energetics.applied))), ""
     if model.lagrangian is None:
         graph = graph_of(model)
@@ -134,4 +136,4 @@ def _energy(model: Model[Node], energetics: Energetics) -> Conserved:
         plain = all(independent(graph, [model.potential], v) for v in model.v)
         if plain and independent(graph, positions, model.time):
             fixed = "positions and orientations" if any(p.body for p in model.particles) else "positions"
-    return kept_energy(applied=applied, constrained=bool(model.constraints), fixed=fixed)
+    return kept_energy(applied=applied, constrained=bool(model.constraints), fixed=fixed, idle=idle)

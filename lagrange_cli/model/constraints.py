@@ -52,15 +52,20 @@ def _built(
     return Constraint(name, expression, scope.algebra.symbol(multiplier_name(name)), holonomic)
 
 
-def without_force(constrained: bool) -> str:
-    """Why a momentum is kept, as far as forces go; ``constrained`` where the system has constraints."""
+def without_force(constrained: bool, idle: bool = False) -> str:
+    """Why a momentum is kept, as far as forces go; ``constrained`` where the system has constraints, whose
+    forces are ``idle`` where they might act on it."""
+    if idle:
+        return "the forces of constraint along it cancel, or are 0"
     if constrained:
         return "neither a generalized force nor a force of constraint acts on it"
     return "no generalized force acts on it"
 
 
-def without_work(applied: bool, constrained: bool) -> str:
+def without_work(applied: bool, constrained: bool, idle: bool = False) -> str:
     """The same of h, as the end of a sentence; ``applied`` where there are generalized forces."""
+    if idle:
+        return ", and the forces of constraint, which might do work, do none along any motion"
     if applied and constrained:
         return ", and neither the generalized forces nor the forces of constraint do work"
     if applied or constrained:

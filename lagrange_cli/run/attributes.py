@@ -150,10 +150,15 @@ def missed(outcome: Outcome | EnsembleOutcome, settings: Settings) -> list[str]:
     return [UNDETECTED[one].format(settings.method) for one in outcome.undetected]
 
 
+def drifting_name(name: str) -> str:
+    """What a drift is of, by the name of the coordinate whose momentum it is, or of another dataset."""
+    return name.rpartition("/")[2] if "/" in name else f"p_{name}"
+
+
 def not_finite(outcome: Outcome | EnsembleOutcome) -> str | None:
     """The warning for conserved quantities that have no finite value somewhere."""
     names = ["h"] if outcome.h_drift is not None and math.isinf(outcome.h_drift) else []
-    names += [f"p_{name}" for name, drift in outcome.p_drift.items() if math.isinf(drift)]
+    names += [drifting_name(name) for name, drift in outcome.p_drift.items() if math.isinf(drift)]
     if not names:
         return None
     are = "is" if len(names) == 1 else "are"

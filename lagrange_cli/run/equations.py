@@ -135,14 +135,16 @@ def further_conserved(model: Model[Node], equations: Equations) -> list[Conserve
     """Conserved quantities besides h and momenta of cyclic coordinates; ``model`` is that of the
     equations."""
     from lagrange_cli.mechanics.conservation import conservation
-    from lagrange_cli.mechanics.conserved.symmetries import symmetries
+    from lagrange_cli.mechanics.conserved.symmetries import symmetries, total_energy
     from lagrange_cli.symbolic.equations import Conserved
     from lagrange_cli.symbolic.from_graph import from_graph
     from lagrange_cli.symbolic.grouping import neat
     from lagrange_cli.symbolic.order import Role
 
-    found = []
-    for one in symmetries(model, conservation(model)[1]):
+    found, every = [], [*symmetries(model, conservation(model)[1])]
+    if model.constraints and any(each.quantity == "T + U" for each in equations.changing):
+        every += total_energy(model)
+    for one in every:
         each, expression = one.conserved, from_graph(one.node)
         if expression is not None:
             expression = neat(expression, equations.order, Role.COORDINATE)

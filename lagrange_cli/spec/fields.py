@@ -13,6 +13,7 @@ from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import read
 from lagrange_cli.expression.syntax import ExpressionError, Key, Number, Span, Tree, Vector, names
+from lagrange_cli.expression.vocabulary import POINT
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
@@ -230,6 +231,10 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
         hint = f"write {united[1]}: {{..., unit: {united[2]}}}"
         if what == "coordinate" and united[2] == "t":
             hint = f"write {united[1]}: coordinates have no '(t)'"
+    point = re.match(rf"([^\W\d]\w*)\.{POINT}\b", key.text)
+    if point and what in ("force", "torque"):
+        of = f"{point[1]}: cross({point[1]}.{POINT}(a, b, c) - {point[1]}, (Fx, Fy, Fz))"
+        hint = f"write the force on {point[1]}, which acts at its centre of mass, and 'torques: {{{of}}}'"
     if forgotten:
         problems.broken.add(forgotten[1])
         hint = f"write {forgotten[1]}: {forgotten[2]}"

@@ -75,14 +75,21 @@ class Unknown:
     def _called(self, *kinds: Kind) -> list[str]:
         return [name for name, meaning in self.table.items() if meaning.what in kinds]
 
+    def _has(self, particle: str, axis: int) -> bool:
+        """Whether the position of a particle has that component, as far as it is known."""
+        value = self.table[particle].value
+        return not isinstance(value, tuple) or axis < len(value)
+
     def _of_particle(self, name: str) -> str:
         """A hint for ``y``, ``vy`` and ``v`` where these can only be those of a particle."""
         particles = self._called(Kind.PARTICLE, Kind.BODY)
         if not particles or Kind.PARTICLE not in self.allowed:
             return ""
         one = particles[0]
-        if name in COMPONENTS + VELOCITY_COMPONENTS:
-            return f"write {one}.{name} for the {name} of {one}"
+        axis = next((axis for axis in COMPONENTS if name in (axis, f"v{axis}")), "")
+        if axis:
+            having = [each for each in particles if self._has(each, COMPONENTS.index(axis))]
+            return f"write {having[0]}.{name} for the {name} of {having[0]}" if having else ""
         if name in VELOCITIES:
             return VELOCITY.format(one)
         for one in particles:

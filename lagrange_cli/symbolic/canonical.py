@@ -20,6 +20,7 @@ from fractions import Fraction
 import sympy
 
 from lagrange_cli.expression.symbolic_switches import Switch
+from lagrange_cli.symbolic.division import divided
 from lagrange_cli.symbolic.monomials import (
     LARGEST,
     ONE,
@@ -124,8 +125,19 @@ def settle(expression: sympy.Expr) -> sympy.Expr:
     if expression.is_Function:
         arguments = tuple(settled(argument) for argument in expression.args)
         return expression if arguments == expression.args else expression.func(*arguments)
-    shorter = from_terms(contract(to_terms(expression)))
+    shorter = from_terms(without_denominators(contract(to_terms(expression))))
     return shorter if size_of(shorter) < size_of(expression) else expression
+
+
+def without_denominators(terms: Terms) -> Terms:
+    """A sum with a common denominator, divided by it where that leaves nothing: (a^2 + 2 a b + b^2)/(a + b)^2
+    is 1."""
+    for base, exponent in sorted(common_factor(terms)[0], key=str) if len(terms) > 1 else ():
+        if base.is_Add and exponent < 0 and exponent.denominator == 1:
+            quotient, times = divided(divide(terms, frozenset({(base, exponent)})), to_terms(base))
+            left = frozenset({(base, exponent + times)}) if exponent + times else ONE
+            terms = {combine(monomial, left): number for monomial, number in quotient.items()}
+    return terms
 
 
 def multiply(left: Terms, right: Terms) -> Terms:

@@ -10,21 +10,9 @@ from fractions import Fraction
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, multiply, to_terms
-from lagrange_cli.symbolic.monomials import (
-    Monomial,
-    Terms,
-    add_into,
-    combine,
-    degree,
-)
-from lagrange_cli.symbolic.rings import ring_of
+from lagrange_cli.symbolic.division import divided
+from lagrange_cli.symbolic.monomials import Monomial, Terms, add_into, combine
 from lagrange_cli.symbolic.squares import COSINES, in_squares_of
-from lagrange_cli.symbolic.work import charge
-
-LARGEST, HIGHEST = 60, 16
-"""Terms and degree of the largest numerators that are looked at."""
-STEPS_TO_DIVIDE = 100
-"""The largest work for a division, for each term and degree."""
 
 
 def over_one_denominator(terms: Terms) -> tuple[Terms, Monomial] | None:
@@ -62,20 +50,3 @@ def over_one_denominator(terms: Terms) -> tuple[Terms, Monomial] | None:
     if len(numerator) > 2 * len(terms):
         return None
     return numerator, frozenset(item for item in common.items() if item[1])
-
-
-def divided(terms: Terms, divisor: Terms) -> tuple[Terms, int]:
-    """The sum divided by another one as often as that divides it, and how often."""
-    size, highest = len(terms) + len(divisor), max(degree(terms), degree(divisor))
-    ring = ring_of(terms, divisor)
-    if ring is None or not terms or size > LARGEST or highest > HIGHEST:
-        return terms, 0
-    charge(STEPS_TO_DIVIDE * size * (1 + highest))
-    left, by = ring.polynomial(terms), ring.polynomial(divisor)
-    times = 0
-    while times < highest:
-        quotient, remainder = divmod(left, by)
-        if remainder:
-            break
-        left, times = quotient, times + 1
-    return (ring.terms(left), times) if times else (terms, 0)

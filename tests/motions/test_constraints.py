@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from fractions import Fraction
 
 import h5py
@@ -364,3 +365,30 @@ def test_ledgers_stay_right_where_all_forces_cancel():
     assert not motion.outcome.unknown
     for name in ("h", "p/x", "p/y"):
         assert np.abs(motion[f"diagnostics/ledger/{name}"]).max() < 1e-12
+
+
+SET = IN_TWO + PARTICLE + ROD + "events: {now: {when: t - 0.3, action: {set: {VALUES}}}}\n"
+
+
+@pytest.mark.parametrize("values", ["x: 2*l", "x: l/2, y: 0"])
+def test_coordinates_that_an_action_sets_do_not_jump_elsewhere(values):
+    """No point of the circle has x = 2 l, nor is (l/2, 0) one: the motion ends before the action."""
+    motion = follow(SET.replace("VALUES", values), 1.0, 11, outputs=("q",))
+    assert motion.outcome.ending is Ending.OFF_CONSTRAINTS
+    assert motion.outcome.t == pytest.approx(0.3, abs=1e-15)
+
+
+def test_the_other_coordinates_follow_those_that_an_action_sets():
+    text = SET.replace("VALUES", "x: l/2").replace("g: 9.81", "g: 0")
+    motion = follow(text, 0.6, 11, outputs=("q", "v"))
+    end = [motion[path][-1] for path in ("q/x", "q/y", "v/x", "v/y")]
+    assert end == pytest.approx([0.5, -math.sqrt(0.75), 0.0, 0.0], abs=1e-15)
+
+
+def test_velocities_that_an_action_sets_are_changed_by_impulses_of_the_constraint():
+    """Only the part of the velocity along the circle is left, at (0.6, -0.8): 5.05 of (5, 1.75)."""
+    text = SET.replace("VALUES", "x_dot: 5, y_dot: 7/4").replace("g: 9.81", "g: 0")
+    motion = follow(text, 0.6, 11, outputs=("q",))
+    angle = math.atan2(-0.8, 0.6) + 0.3 * (0.8 * 5 + 0.6 * 1.75)
+    assert motion["q/x"][-1] == pytest.approx(math.cos(angle), abs=1e-14)
+    assert motion["q/y"][-1] == pytest.approx(math.sin(angle), abs=1e-14)

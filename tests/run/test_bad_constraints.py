@@ -38,7 +38,7 @@ BAD = [
     ("nonholonomic: {c: sqrt(x_dot)}", "sqrt(x_dot)", "'c' is not linear in the velocities", "linear"),
     ("constraints: {c: y - acos(cos(t))}", "acos(cos(t))", "asin and acos have no slope at 1", "another way"),
     ("constraints: {c: y}\nnonholonomic: {c: y_dot}", "c", "'c' is the name of another constraint", "rename"),
-    ("constraints: {c: z}", "z", "unknown name 'z' in constraint 'c'", "bob.z"),
+    ("constraints: {c: z}", "z", "unknown name 'z' in constraint 'c'", "parameters"),
     ("constraints: {c: bob}", "bob", "expected a scalar in constraint 'c'", "bob.x"),
     ("constraints: [x]", "[", "must be a mapping with a name for each constraint", "rod"),
     ("constraints: {c: 1/y}", "1/y", "division by zero", "divisor"),

@@ -171,3 +171,12 @@ def test_where_the_search_begins_need_not_be_in_the_domain():
     text += "transformations: {up: {coordinates: [c], replace: {x: acos(c)}}}\n"
     old = read_spec(text, "a.yaml")
     assert start_in(old, in_coordinates(old, "up"), {})[1].q == pytest.approx([np.cos(0.9)], rel=1e-12)
+
+
+def test_the_energy_of_constraints_at_rest_is_conserved_in_coordinates_that_move():
+    """Seen from a lift that shakes, h is not conserved, but T + U in space is."""
+    shaken = "  shaken: {coordinates: {Y: {initial: -1}}, replace: {y: Y + sin(3*t)/10}}\nsolve:"
+    spec = read_spec(PENDULUM.replace("solve:", shaken), "pendulum.yaml")
+    equations = derive(spec, coordinates="shaken").equations
+    assert [each.quantity for each in equations.conserved] == ["T + U"]
+    assert {each.quantity for each in equations.changing} == {"p_x", "h"}

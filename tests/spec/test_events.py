@@ -229,3 +229,14 @@ events: {low[i in range(N)]: "2*rod[(i + 1) % N].at(q[i], 0, i).x - i"}
 """
     spec = read_spec(text, "file.yaml")
     assert spelled(spec.events["low[1]"].when, spec.sizes) == "2*rod[0].at(q[1], 0, 1).x - 1"
+
+
+def test_an_event_does_not_set_the_angular_velocity_of_a_body():
+    text = """
+coordinates: {a: {initial: 1}}
+bodies: {top: {mass: 1, solid: {sphere: 1}, position: [0, 0, 0], orientation: {euler: [a, 0, 0]}}}
+events: {e: {when: a - 2, action: {set: {top.w3: 0}}}}
+"""
+    (problem,) = problems(text)
+    assert underlined(problem) == "top.w3"
+    assert "follows from the coordinates and cannot be set" in problem.message

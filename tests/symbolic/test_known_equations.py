@@ -329,6 +329,22 @@ def test_a_distance_in_polar_coordinates_is_contracted():
     assert {each.quantity for each in equations.conserved} == {"p_phi", "h"}
 
 
+def test_two_bodies_in_coordinates_of_their_centre_of_mass():
+    """L. D. Landau and E. M. Lifshitz, Mechanics, section 13: T has the reduced mass, U the distance."""
+    equations = derived(
+        """
+        parameters: {m1: 1, m2: 2, G: 1}
+        coordinates: [R, r, phi]
+        masses: {a: m1, b: m2}
+        embedding:
+          a: [R - m2/(m1 + m2)*r*cos(phi), -m2/(m1 + m2)*r*sin(phi)]
+          b: [R + m1/(m1 + m2)*r*cos(phi), m1/(m1 + m2)*r*sin(phi)]
+        potential: -G*m1*m2/norm(a - b)
+        """
+    )
+    assert render(equations.U, Text(), equations.order) == "-m1*m2*G/sqrt(r**2)"
+
+
 def test_a_given_lagrangian_stays_as_it_was_written():
     equations = derived(
         """

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.cli.console import EXIT_STATUS, REPLACED, complain, count_of, emit, emit_json
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
-from lagrange_cli.run.attributes import doubt, events_told, final_state
+from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state
 from lagrange_cli.run.request import HDF5
 
 if TYPE_CHECKING:
@@ -247,7 +247,7 @@ def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) ->
     """The drifts in the summary; of many momenta only the largest. ``p_drift`` is by coordinate, or by the
     dataset of another conserved quantity."""
     drifts = {} if h_drift is None else {"h": h_drift}
-    momenta = {one.rpartition("/")[2] if "/" in one else f"p_{one}": drift for one, drift in p_drift}
+    momenta = {drifting_name(one): drift for one, drift in p_drift}
     if len(momenta) <= MOST_DRIFTS:
         drifts |= momenta
     else:

@@ -235,7 +235,13 @@ class Happenings:
     def _without_mass(self) -> str:
         """The first mass that actions have made 0 or negative, or nothing."""
         masses = zip(self._program.masses, self._sides.masses()) if self._program.masses else ()
-        return next((f"the mass of {name!r} {mass:.6g}" for name, mass in masses if not mass > 0.0), "")
+        for name, mass in masses:
+            if not mass > 0.0:
+                body, _, axes = name.partition(" ")
+                if axes:  # a part of its inertia
+                    return f"the moments of inertia of {body!r} those of no body"
+                return f"the mass of {name!r} {mass:.6g}"
+        return ""
 
     def _recurs(self, event: int, now: float) -> Finished | None:
         """Whether infinitely many actions happen at one time."""

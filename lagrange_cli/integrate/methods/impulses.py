@@ -2,7 +2,8 @@
 
 The values that the action has set stay; the others change as little as possible in the metric of the masses.
 For velocities these are the impulses of the forces of constraint (E. T. Whittaker, Analytical Dynamics, 4th
-ed. 1937, ch. IX): M dv = A^T lambda in all directions that the action has left free.
+ed. 1937, ch. IX): M dv = A^T lambda in all directions that the action has left free. Where the constraints
+do not allow all velocities that were set, impulses change these, too; coordinates do not jump elsewhere.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ MOST = 60
 """The largest number of steps of Newton's method that move a state to the constraints."""
 NEAR = 2.0**-40
 """Deviations up to this fraction of the state are left to ``@project``."""
+SLIGHTLY = 1e-6
+"""Coordinates that were set are moved by this fraction of the state at most, as initial values are."""
 
 
 class Impulses:
@@ -50,7 +53,13 @@ class Impulses:
             for row in own:
                 if high[row] != state[row]:
                     self._put(int(rows[row]), float(high[row]))
-        return self._polished()
+        return self._polished() and self._stay(state[:degrees], rows, changed)
+
+    def _stay(self, coordinates: Array, rows: NDArray[np.intp], changed: Collection[int]) -> bool:
+        """Whether the ``coordinates`` that were set are still where the action has put them."""
+        scale = SLIGHTLY * float(np.max(np.abs(coordinates), initial=0.0))
+        own = [row for row in changed if row < len(coordinates)]
+        return all(abs(self._memory[rows[row]] - coordinates[row]) <= scale for row in own)
 
     def _put(self, row: int, value: float) -> None:
         layout = self._layout

@@ -10,10 +10,11 @@ import math
 from collections.abc import Iterable, Sequence
 
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.mechanics.conserved.found import Found
+from lagrange_cli.mechanics.conserved.found import Found, Trial
 from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.conserved.reasons import current_text, is_constant, reason
 from lagrange_cli.mechanics.relations import rational
+from lagrange_cli.mechanics.variables import variables
 
 MOST_LINEAR, MOST_COMBINED = 6, 40
 """The largest numbers of coordinates for which linear changes, and combinations, are tried."""
@@ -36,12 +37,26 @@ def combinations(found: Found) -> None:
         others = found.noether.together([one for one in parts if id(one[1]) not in trials])
         if not named:
             change = others = in_lowest_terms(found, change)
+            named, others = translated(found, change)
         node = found.noether.current(change)
         if not is_trivial(found, change, node) and found.noether.keeps(change):
             name, because = momentum_of(found, change), reason(found.noether, change, named, others)
             because += found.place if named else ""
+            if is_energy_first(found, change):  # h - omega L_z is named, not its opposite
+                named = [(-factor, one) for factor, one in named]
+                minus = -found.graph.one
+                change, others = (found.noether.together([(minus, one)]) for one in (change, others))
             new = found.add(name or f"C_{number + 1}", current_text(model, others, named), because, change)
             number += new and not name
+
+
+def translated(found: Found, change: Change) -> tuple[list[tuple[Node, Trial]], Change]:
+    """A change of several coordinates that is a displacement of all particles, by the name of that; and what
+    is left of it."""
+    for one in found.trials if len(change.directions) > 1 and change.time is None else ():
+        if one.change.gain is None and {**one.change.directions} == {**change.directions}:
+            return [(found.graph.one, one)], Change(gain=change.gain)
+    return [], change
 
 
 def elementary(found: Found) -> Iterable[Change]:
@@ -117,6 +132,8 @@ def scaled(found: Found, parts: Sequence[tuple[Node, Change]]) -> list[tuple[Nod
 def in_lowest_terms(found: Found, change: Change) -> Change:
     """Divided by the common factor of the numbers in front of its rates, where these are simple fractions."""
     rates = [*change.directions.values(), *([] if change.time is None else [change.time])]
+    if len(rates) == 1 and rates[0].kind is Kind.NUMBER:  # a momentum itself, or h
+        return found.noether.together([(found.graph.one / rates[0], change)])
     numbers = [rational(abs(number)) for rate in rates for number in numbers_of(rate)]
     simple = [one for one in numbers if one]
     if not simple or len(simple) < len(numbers):
@@ -136,16 +153,13 @@ def numbers_of(node: Node) -> Iterable[float]:
 
 
 def is_trivial(found: Found, change: Change, node: Node) -> bool:
-    """Whether a current is trivial: a coordinate grows linearly, or the momentum of a constant force
-    does; and where it is no momentum, what follows from other currents."""
+    """Whether a current is trivial: a coordinate grows linearly; and where it is no momentum, what follows
+    from other currents."""
     model = found.model
     time, places = model.time.symbols, 0
     for q in model.q:
         places |= q.symbols
     if not change.directions and change.time is None:
-        return True
-    gain = change.gain
-    if gain is not None and gain.symbols & time and not gain.symbols & places:
         return True
     rates = [*change.directions.values(), *([] if change.time is None else [change.time])]
     turning = (
@@ -155,9 +169,17 @@ def is_trivial(found: Found, change: Change, node: Node) -> bool:
         free = [k for k in change.directions if f"p_{model.coordinates[k]}" in found.names]
         if change.time is None or free or not change.directions:
             return True
-    if all(is_circular(found, xi) for xi in change.directions.values()) and change.time is None:
+    boost = turning and change.directions
+    if boost or (all(is_circular(found, xi) for xi in change.directions.values()) and change.time is None):
         return False  # the components of a vector are all given
     return not is_constant(model, change) and not found.is_independent(node)
+
+
+def is_energy_first(found: Found, change: Change) -> bool:
+    """Whether a current contains h with a factor that is constant, and negative where it is a number."""
+    time = change.time
+    moving = variables(found.model)
+    return time is not None and not time.symbols & moving and found.graph.split_coefficient(time)[0] > 0
 
 
 def is_circular(found: Found, node: Node) -> bool:

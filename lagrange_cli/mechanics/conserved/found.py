@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.conservation import Conserved, broken
+from lagrange_cli.mechanics.conservation import Conserved, broken, union
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
 from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.relations import Relations, dependent
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of, variables
+from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
@@ -95,18 +96,37 @@ class Found:
     def is_independent(self, node: Node) -> bool:
         """Whether it is no function of those that are known, and of what constraints keep, by gradients at
         a state."""
-        model, graph, constraints = self.model, self.graph, self.noether.constraints
-        symbols, moving = [*model.q, *model.v], variables(model)
-        given = [*self.kept, *(one.node for one in self.symmetries)]
-        for one, slopes, drift, speed in zip(
-            model.constraints, constraints.slopes, constraints.drifts, constraints.speeds
-        ):
-            if one.holonomic:
-                given += [one.expression, speed]
-            elif not any(a.symbols & moving for a in (*slopes.values(), drift)):
-                given.append(graph.sum([(a * model.q[k], 1.0) for k, a in slopes.items()]))
+        model, graph = self.model, self.graph
+        symbols = [*model.q, *model.v]
+        given = [*self.kept, *(one.node for one in self.symmetries), *self._plain]
         columns = [[graph.diff(one, s) for s in symbols] for one in (*given, node)]
         return not self.relations.may_combine(columns[:-1], columns[-1])
+
+    @cached_property
+    def _plain(self) -> list[Node]:
+        """What need not be reported: constraints, functions of place that constraints on velocities keep, and
+        that coordinates with conserved momenta change uniformly."""
+        if not self.model.constraints:
+            return self._uniform()
+        from lagrange_cli.mechanics.constrained.potentials import integrals
+
+        holonomic = [one.expression for one in self.model.constraints if one.holonomic]
+        return [*holonomic, *self.noether.constraints.speeds, *(node for _, node in integrals(self.model))]
+
+    def _uniform(self) -> list[Node]:
+        """t p_k - sum_l M_kl q_l where p_k and all M_kl are constant."""
+        graph, model, found = self.graph, self.model, list[Node]()
+        if any(event.changes for event in model.events):
+            return []
+        pairs = zip(model.coordinates, self.noether.energetics.momenta)
+        moving = union((model.time, *model.q, *model.v))
+        for k, (name, p) in enumerate(pairs):
+            row = [graph.diff(p, v) for v in model.v] if f"p_{name}" in self.names else []
+            if row and not any(m.symbols & moving for m in row):
+                change = Change({k: model.time}, gain=graph.sum([(m * q, 1.0) for m, q in zip(row, model.q)]))
+                if self.noether.keeps(change):
+                    found.append(self.noether.current(change))
+        return found
 
     def free_name(self, name: str) -> str:
         """The name, or the next one that nothing else has."""

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from itertools import chain, islice
+from itertools import chain
 
 from lagrange_cli.expression.modular import Equations
 from lagrange_cli.expression.node import Node
-from lagrange_cli.expression.residues import LARGE, SMALL
+from lagrange_cli.expression.residues import SMALL
 from lagrange_cli.expression.text import joined
 from lagrange_cli.mechanics.conserved.ansatz import (
     Material,
@@ -50,8 +50,6 @@ ODD = (1, 2)
 """The degrees that are tried if forces change with the sign of velocities."""
 ON_A_SURFACE = (2, 2)
 """The same for particles on surfaces, in three dimensions."""
-PROOFS = 3
-"""States at which the rate of change must vanish."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +83,7 @@ class PolynomialIntegrals:
                 return
             for one in self._solutions(given, ansatz):
                 now = self.rank([*self.known, one.node])
-                if now is not None and now > rank and self.is_conserved(one.node):
+                if now is not None and now > rank and self.states.conserves(one.node):
                     rank = now
                     self.known.append(one.node)
                     yield one
@@ -106,7 +104,7 @@ class PolynomialIntegrals:
             model.time * p - graph.sum([(m * q, 1.0) for m, q in zip(row, model.q)])
             for p, row in zip(self.noether.energetics.momenta, self.states.matrix)
         ]
-        return [one for one in moves if self.is_conserved(one)]
+        return [one for one in moves if self.states.conserves(one)]
 
     def _tried(self, *, integrable: bool) -> Iterator[tuple[Variables, list[Term]]]:
         """Sums of terms, short ones first. Where as much is known as there are degrees of freedom, only flat
@@ -170,16 +168,6 @@ class PolynomialIntegrals:
             yield Integral(node, joined(texts), max(sum(term.speeds) for term in some))
 
     # ------------------------------------------------------------------ proofs
-
-    def is_conserved(self, node: Node) -> bool:
-        """Whether its rate vanishes at random states."""
-        rest, slopes = self.states.rate(node)
-        found = [
-            (state.values[rest] + sum(state.values[s] * a for s, a in zip(slopes, state.accelerations)))
-            % LARGE
-            for state in islice(self.states.random(LARGE, [rest, *slopes]), PROOFS)
-        ]
-        return len(found) == PROOFS and not any(found)
 
     def rank(self, nodes: Sequence[Node]) -> int | None:
         """How many of them are independent on the states that constraints allow; None if there are none."""

@@ -60,12 +60,14 @@ def unchanged(noether: Noether, change: Change) -> str:
 
 
 def current_text(model: Model[Node], change: Change, named: Named = ()) -> str:
-    """A current in terms of momenta, coordinates and h; those of ``named`` displacements by their names."""
+    """A current in terms of momenta, coordinates and h; those of ``named`` displacements by their names. h is
+    first if its factor is constant."""
     moving = variables(model)
     terms = [term(factor, one.name, moving) for factor, one in named]
     terms += [term(xi, f"p_{model.coordinates[k]}", moving) for k, xi in sorted(change.directions.items())]
     if change.time is not None and not change.time.is_zero:
-        terms.append(term(-change.time, "h", moving))
+        steady = not change.time.symbols & moving
+        terms.insert(0 if steady else len(terms), term(-change.time, "h", moving))
     if change.gain is not None and not change.gain.is_zero:
         terms.append(text_of(-change.gain, moving=moving))
     text = joined(terms)

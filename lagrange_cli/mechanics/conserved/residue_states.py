@@ -5,12 +5,12 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import chain
+from itertools import chain, islice
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import solved
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.expression.residues import NoValue, Residues
+from lagrange_cli.expression.residues import LARGE, NoValue, Residues
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
@@ -19,7 +19,8 @@ from lagrange_cli.records import dataclass
 
 TRIES = 40
 """Random states that are tried for each one with values: half of all numbers have a square root."""
-
+PROOFS = 3
+"""States at which the rate of change of what is conserved must vanish."""
 BITS = 100
 """A value takes one step of work for each such number of bits of the prime."""
 
@@ -96,6 +97,18 @@ class States:
     def rate(self, node: Node) -> tuple[Node, list[Node]]:
         """df/dt of a function of the state: a part without accelerations, and the factors of these."""
         return self.noether.rate(node), [self.graph.diff(node, v) for v in self.model.v]
+
+    def conserves(self, node: Node) -> bool:
+        """Whether a function of the state is constant along every motion: its rate vanishes at random states,
+        modulo a large prime."""
+        rest, slopes = self.rate(node)
+        count = 0
+        for state in islice(self.random(LARGE, [rest, *slopes]), PROOFS):
+            rate = state.values[rest] + sum(state.values[s] * a for s, a in zip(slopes, state.accelerations))
+            if rate % LARGE:
+                return False
+            count += 1
+        return count == PROOFS
 
     def random(
         self, prime: int, nodes: Iterable[Node], parameters: Mapping[str, int] | None = None

@@ -53,10 +53,36 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     model, note = space or (model, "")
     found = Found(model, known)
     found.place = note
-    for stage in (displaced, about_the_centre, combinations, parts, hidden, tops, polynomials, without_gauge):
+    stages = displaced, about_the_centre, idle, combinations, parts, hidden, tops, polynomials, without_gauge
+    for stage in stages:
         found.note = note if stage in (displaced, about_the_centre, hidden, polynomials) else ""
         work.attempt(WORTH if stage is not polynomials else WORTH_OF_POLYNOMIALS, partial(stage, found))
     return tuple(found.symmetries)
+
+
+def idle(found: Found) -> None:
+    """Momenta and h on which forces of constraint might act, but do not."""
+    if found.model.constraints:
+        from lagrange_cli.mechanics.conserved.idle import undisturbed  # and numbers modulo a prime
+
+        undisturbed(found)
+
+
+def total_energy(model: Model[Node]) -> tuple[Symmetry, ...]:
+    """T + U, where it is not h, and is conserved nevertheless: with constraints that are at rest in space,
+    in coordinates that move."""
+    from lagrange_cli.mechanics.conserved.ansatz import has_smooth_forces
+    from lagrange_cli.mechanics.conserved.residue_states import States
+
+    noether, kinetic = Noether(model), Energetics(model).kinetic
+    if kinetic is None or not has_smooth_forces(model, noether) or any(one.changes for one in model.events):
+        return ()
+    node, states = kinetic + model.potential, States(model, noether)
+    if not graph_of(model).work.attempt(WORTH, lambda: states.conserves(node)):
+        return ()
+    return (
+        Symmetry(Conserved("T + U", "T + U", "its rate of change is 0 where the constraints hold"), node),
+    )
 
 
 def in_space(model: Model[Node]) -> tuple[Model[Node], str] | None:

@@ -79,8 +79,11 @@ class Refusal:
         speeds: bool = False,
     ) -> SpecError:
         """No state nearby satisfies all constraints."""
-        what = "velocities" if speeds else "values"
-        hint = f"the constraints contradict each other: no {what} near these satisfy all of them"
+        hint = "the constraints contradict each other: no velocities near these satisfy all of them"
+        if not speeds:
+            hint = (
+                "no values near these satisfy all constraints: begin elsewhere, or they contradict each other"
+            )
         return self.residuals(values, rows, scale, hint, speeds=speeds)
 
     def restricting(self, name: str, *, later: bool) -> SpecError:
@@ -92,11 +95,13 @@ class Refusal:
                 message,
                 "leave it out, or make it consistent with them at all times",
             )
-        message = (
-            f"the gradient of constraint '{name}' depends on those of the others wherever all are satisfied "
-            "(a single constraint: it is 0), although the constraint restricts the motion"
-        )
         hint = "write an expression that changes its sign where it becomes 0, f in place of f**2"
+        depends = f"the gradient of constraint '{name}' is 0 wherever it is satisfied"
+        if len(self.spec.all_constraints) > 1:
+            depends = f"the gradient of constraint '{name}' is 0, or depends on those of the others, "
+            depends += "wherever all are satisfied"
+            hint += "; where it only touches what the others allow, fix the coordinates that are left"
+        message = f"{depends}, although the constraint restricts the motion"
         return self.source.error(self.written(name).place, message, hint)
 
     def constant(self, name: str, at: float | None = None) -> SpecError:

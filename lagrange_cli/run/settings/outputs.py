@@ -28,7 +28,8 @@ def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[s
     asked = set(names)
     for name in sorted(asked - known - {ALL, "t"}):
         if name in PARTICLE_OUTPUTS:
-            raise UsageError(f"a system given by its 'lagrangian' has no output {name!r}")
+            without = f"a system given by its 'lagrangian' has no output {name!r}"
+            raise UsageError(f"{without}: give it 'masses', 'positions' and 'potential'")
         words = [word for word in name.replace("&", " ").replace(";", " ").split() if word != "and"]
         meant = f"write {','.join(words)}" if len(words) > 1 and known.issuperset(words) else ""
         if other := next((one for one, row in OUTPUTS.items() if name in row.also.split()), ""):

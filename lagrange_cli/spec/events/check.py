@@ -24,6 +24,7 @@ SETTABLE = frozenset({Kind.COORDINATE, Kind.VELOCITY, Kind.PARAMETER})
 _HINTS = {
     Kind.TIME: "coordinates, velocities and parameters can be set, but not the time",
     Kind.PARTICLE: "set the coordinates and velocities that it depends on",
+    Kind.BODY: "set the coordinates and velocities that it depends on",
     Kind.DEFINITION: "set the coordinates, velocities and parameters that it depends on",
     Kind.SIZE: "coordinates, velocities and parameters can be set, but not sizes",
 }
@@ -127,7 +128,7 @@ class _Checker:
             raise ExpressionError(name.span, *self._unknown(base))
         if meaning.what not in SETTABLE:
             message = f"the {meaning.what.value} '{base}' cannot be set"
-            if component and meaning.what is Kind.PARTICLE:
+            if component and meaning.what in (Kind.PARTICLE, Kind.BODY):
                 message = f"'{name.identifier}' follows from the coordinates and cannot be set"
             raise ExpressionError(name.span, message, _HINTS[meaning.what])
         if component and meaning.value is not None:
