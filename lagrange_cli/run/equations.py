@@ -28,6 +28,8 @@ MOTION, SPAN, PATIENCE = 8, 10.0, 2.0
 """States along the motion that are compared; its end if the file gives none; the seconds that it may take."""
 STEPS_A_PAIR = 150
 """Steps of work that each entry of the mass matrix takes at least."""
+STEPS_A_MEETING = 1500
+"""Steps that each two coordinates take at least which move the same component of a particle."""
 EMPTY: Mapping[str, str] = {}
 FORMS = ("lagrange", "explicit", "hamilton", "matrix", "reactions", "vakonomic")
 
@@ -83,6 +85,7 @@ def derive(
     check_printed(spec)
     with located(spec):
         work.foresee(STEPS_A_PAIR * len(spec.coordinates) ** 2)
+        work.foresee(STEPS_A_MEETING * meetings(spec))
     spec = spec if spec.replaced else independent(spec, overrides)
     with stage("derive"), located(spec), counting(work):
         _refuse(spec)
@@ -94,6 +97,17 @@ def derive(
         freedom = spec.degrees_of_freedom
         told = replace(equations, conserved=conserved, changing=changing, degrees_of_freedom=freedom)
         return Derived(spec, told, work)
+
+
+def meetings(spec: Spec) -> int:
+    """The pairs of coordinates that move the same component of a particle, counted for each component: the
+    terms that entries of the mass matrix are made of."""
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
+    from lagrange_cli.model.scope import Scope
+
+    scope = Scope(spec, GraphAlgebra())
+    components = (one for position in spec.embedding.values() for one in scope.vector(position))
+    return sum(sum(one in scope.rates for one in scope.algebra.symbols(each)) ** 2 for each in components)
 
 
 def _refuse(spec: Spec) -> None:

@@ -74,7 +74,7 @@ def derive_printed(
         if found is None:
             raise UsageError(f"no equations with indices: {why_members(spec, form, coordinates)}")
         return found
-    indexed = indexed is None and form in INDEXED and not coordinates
+    indexed = indexed is None and may_have(spec, form) and not coordinates
     found = _of_form(derive_families(spec, stage), form) if indexed else None
     if found is None:
         try:
@@ -85,6 +85,16 @@ def derive_printed(
             if found is None:
                 raise
     return found
+
+
+def may_have(spec: Spec, form: str) -> bool:
+    """Whether a form may be printed with indices, as far as that is known before anything is derived."""
+    from lagrange_cli.families.system import any_family_system
+
+    if form not in INDEXED or (spec.constraints and form != FORMS[0]):
+        return False
+    found = any_family_system(spec) if form in DIAGONAL and spec.families.get("coordinates") else None
+    return found is None or found.joints is None
 
 
 def in_form(derived: Printed, form: str) -> Printed:

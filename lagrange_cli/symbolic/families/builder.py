@@ -50,7 +50,7 @@ from lagrange_cli.symbolic.indexed.members import (
     opened,
     renamed,
 )
-from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, whole_of
+from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, reduced, whole_of
 
 LETTERS = "ijklmnabcdefgh"
 MOST_PIECES = 30
@@ -118,7 +118,7 @@ class WrittenBuilder(Builder):
             return self.algebra.pi()
         if tree.identifier == TIME:
             return self.algebra.symbol(TIME)
-        wholes = tuple(whole_of(one, frame.names) for one in tree.indices)
+        wholes = tuple(self.settled(whole_of(one, frame.names)) for one in tree.indices)
         name, _, component = tree.identifier.partition(".")
         if name in self.bases:
             if component or len(wholes) != len(self.bases[name].shape):
@@ -135,6 +135,12 @@ class WrittenBuilder(Builder):
         if component in VELOCITY_COMPONENTS:
             return self.rate(parts[VELOCITY_COMPONENTS.index(component)])
         return parts[COMPONENTS.index(component)]
+
+    def settled(self, index: Whole) -> Whole:
+        """An index without remainders, where it is made of sizes alone: N - 1 for -1 % N."""
+        if not index.names <= self.spec.sizes.keys():
+            return index
+        return reduced(index, {name: (size, size) for name, size in self.spec.sizes.items()})
 
     def _whole(self, tree: Tree, indices: Any) -> Value:
         return expression_of(whole_of(tree, indices.names))

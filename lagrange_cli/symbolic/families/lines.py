@@ -25,7 +25,7 @@ from lagrange_cli.symbolic.indexed.conditions import (
     relation,
 )
 from lagrange_cli.symbolic.indexed.members import Loops, Summed, even, member, renamed, summed_of
-from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, number
+from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, number, reduced
 from lagrange_cli.symbolic.order import Order
 
 TARGET = "@@{}"
@@ -113,8 +113,10 @@ class Lines:
         if not whole:
             known = dict(zip(targets, indices))
             conditions = [one if one in true else negation(one) for one in masks]
-            listed = [changed(one, lambda index: index.with_names(known)) for one in conditions]
             spans = spans_within(loops, self.sizes)
+            listed = [
+                changed(one, lambda index: reduced(index.with_names(known), spans)) for one in conditions
+            ]
             kept = tuple(one for one in dict.fromkeys(listed) if decided(one, spans) is not True)
             last = loops[-1]
             loops[-1] = Loop(last.index, last.start, last.stop, last.step, kept)

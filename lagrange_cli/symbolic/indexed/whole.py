@@ -178,7 +178,7 @@ def span_of(atom: Operation, spans: Spans) -> Span:
 
 
 def reduced(whole: Whole, spans: Spans) -> Whole:
-    """Without remainders of what is within bounds already."""
+    """Without remainders of what is within the same multiples of the divisor everywhere: -1 % N is N - 1."""
     made = number(whole.constant)
     for atom, factor in whole.terms:
         if isinstance(atom, str):
@@ -187,11 +187,21 @@ def reduced(whole: Whole, spans: Spans) -> Whole:
         part = operation(atom.operator, reduced(atom.left, spans), reduced(atom.right, spans))
         if atom.operator == "%" and len(part.terms) == 1 and isinstance(part.terms[0][0], Operation):
             inner = part.terms[0][0]
-            low, high = inner.left.span(spans)
-            if low >= 0 and high < inner.right.span(spans)[0]:
-                part = inner.left
+            multiple = quotient_of(inner, spans)
+            if multiple is not None:
+                part = inner.left - inner.right * multiple
         made += part * factor
     return made
+
+
+def quotient_of(atom: Operation, spans: Spans) -> int | None:
+    """How often the divisor of a remainder is in its dividend, where that is the same number everywhere."""
+    (low, high), (least, most) = atom.left.span(spans), atom.right.span(spans)
+    if least <= 0:
+        return None
+    found = low // least
+    inside = max(found * least, found * most) <= low and high < min((found + 1) * least, (found + 1) * most)
+    return found if inside else None
 
 
 def whole_of(tree: Tree, names: Mapping[str, Whole]) -> Whole:

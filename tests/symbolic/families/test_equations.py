@@ -25,6 +25,7 @@ from lagrange_cli.run.family_equations import (
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from lagrange_cli.symbolic.families.verify import verify
+from lagrange_cli.symbolic.indexed.whole import named, number, operation, reduced
 from lagrange_cli.symbolic.source import as_python
 from tests.families.test_systems import drawn
 from tests.support.motion import SYSTEMS
@@ -148,6 +149,31 @@ def test_the_ends_of_a_chain_are_apart() -> None:
         "u_ddot[0]", "u_ddot[i]", "u_ddot[N - 1]",
     ]  # fmt: skip
     assert "[for i in range(1, N - 1)]" in "\n".join(lines)
+
+
+def test_a_ring_that_is_held_at_a_bead_names_its_neighbours() -> None:
+    """-1 % N is N - 1 wherever N is, and what a condition would exclude is said by the range."""
+    text = (
+        "{sizes: {N: 400}, parameters: {k: 1}, coordinates: {'u[i in range(N)]': {initial: 0}}, "
+        "masses: {'b[i in range(N)]': 2}, embedding: {'b[i in range(N)]': 'u[i]'}, "
+        "potential: sum(k*(u[(i + 1) % N] - u[i])**2 for i in range(N)) + u[0]**2*u[-1 % N]}"
+    )
+    found = families_as_written(printed(text), "text", "lagrange", {})
+    assert "u[0]**2*u[N - 1]" in found and "for i in range(1, N - 1)]" in found
+    assert "%" not in found.replace("u[(i + 1) % N]", "")
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(-9, 9), st.integers(-4, 4), st.integers(1, 6), st.integers(0, 4), st.integers(0, 3))
+def test_remainders_that_are_left_out_are_the_same_numbers(
+    a: int, b: int, n: int, length: int, more: int
+) -> None:
+    spans = {"i": (0, length), "N": (n, n + more)}
+    shown = operation("%", named("i") * b + number(a), named("N"))
+    for i in range(length + 1):
+        for size in range(n, n + more + 1):
+            values = {"i": i, "N": size}
+            assert reduced(shown, spans).value(values) == (a + b * i) % size
 
 
 def test_latex_has_signs_of_sums() -> None:
