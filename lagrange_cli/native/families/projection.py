@@ -21,6 +21,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.numbers.kind import NumberKind, V
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
+from lagrange_cli.native.recurrences.batches.gathering import place_at
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
 from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.compensated import Compensated, Sum
@@ -39,7 +40,7 @@ class Moves(Restraint):
         self.off, self.off_speeds = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
         """What should be 0: f, and df/dt."""
         numbers = range(len(self.bounds))
-        self.right = self.of_bounds({b: -self.own(b, self.off) for b in numbers})
+        self.right = self.of_bounds(dict.fromkeys(numbers, graph.zero), less=self.off)
         self.moved = self.on_coordinates(None, self.multipliers)
         kicks, later = [], {}
         for b, one in enumerate(self.bounds):
@@ -59,9 +60,11 @@ class Moves(Restraint):
         push = self.of_all(self.kicks) * self.of_all(lasting.inverses)
         self.free = self.total(self.size, [Term(self.everyone, push, every)])
         self.right_speeds = self.of_bounds(
-            {b: -self.own(b, self.off_speeds) - later[b] - self.along(b, self.free) for b in numbers}
+            {b: -later[b] - self.along(b, self.free) for b in numbers}, less=self.off_speeds
         )
         self.speeds = self.on_coordinates(self.of_all(self.free), self.multipliers)
+        self.sizes = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
+        """Of constraints with several terms: by how much rounding may change what should be 0."""
         self.loops = [self._loop(b) for b in numbers]
 
     def _loop(self, number: int) -> Loop:
@@ -70,6 +73,8 @@ class Moves(Restraint):
         every = np.arange(one.domain.count)
         given = [(one.node, one.numbers, self.off), (one.speed, one.numbers, self.off_speeds)]
         given += [(node, every, array) for node, array in zip(one.slopes, self.slopes[number])]
+        if not one.whole:
+            given += [(self.graph.one, one.numbers, array) for array in self.sizes]
         terms: list[tuple[Term, Array]] = []
         for node, targets, array in given:
             (term,) = self.total(one.domain.count, [Term(one.domain, node, targets)]).terms
@@ -83,7 +88,16 @@ class Moves(Restraint):
     def arrays(self) -> Sequence[Array]:
         """All that are computed."""
         slopes = [one for some in self.slopes for one in some]
-        found = [self.off, self.off_speeds, *slopes, self.square, self.right, self.multipliers, self.moved]
+        found = [
+            self.off,
+            self.off_speeds,
+            *(self.sizes if len(self.bonds.summed) else ()),
+            *slopes,
+            self.square,
+            self.right,
+            self.multipliers,
+            self.moved,
+        ]
         return [*found, self.kicks, self.free, self.right_speeds, self.speeds]
 
 
@@ -124,11 +138,11 @@ class Residuals(Writer):
             if slot.array in (system.q, system.v):
                 whole[symbol] = known[symbol], rest[symbol]
         whole[system.time] = known[system.time], self.writing.low_time
-        nodes = [term.node for term, _ in self.terms]
+        nodes = [term.node for term, _ in self.terms][: 2 + len(self.bound.rows)]
         emit_values(careful, nodes[:2], whole, Exact(evaluation.tables.constants.slots))
         slopes = nodes[2:]
         emit_values(emitter, slopes, known, Everywhere(evaluation.tables.constants.slots))
-        found = []
+        found, sizes = list[Any](), list[Any]()
         slots = self.writing.moves.slots
         for node, array in zip(nodes[:2], (system.q, system.v)):
             value = whole[node]
@@ -137,11 +151,14 @@ class Residuals(Writer):
             for slope, rows in zip(slopes, self.bound.rows):
                 amount = known[slots.symbol(self.bound.domain, array, rows)]
                 total = emitter.add(total, emitter.magnitude(emitter.mul(known[slope], amount)))
-            size = Real(f, emitter.written(emitter.mul(emitter.number(LOOSE * emitter.unit), total)), LANES)
-            small = f.magnitude(Real(f, emitter.written(off), LANES)) <= size
-            self.fine.set(self.fine.get() & f.all(small | ~inside))
+            size = emitter.mul(emitter.number(LOOSE * emitter.unit), total)
             found.append(off)
-        return [*found, *(known[one] for one in slopes)]
+            sizes.append(size)
+            if self.bound.whole:
+                most = Real(f, emitter.written(size), LANES)
+                small = f.magnitude(Real(f, emitter.written(off), LANES)) <= most
+                self.fine.set(self.fine.get() & f.all(small | ~inside))
+        return [*found, *(known[one] for one in slopes), *(() if self.bound.whole else sizes)]
 
 
 @dataclass(frozen=True)
@@ -169,14 +186,28 @@ class Projection:
         f = evaluation.f
         fine = f.variable(Bit(f, "true", 1))
         slopes = [one for some in moves.slopes for one in some]
-        evaluation.clear(added([moves.off, moves.off_speeds, *slopes], moves.loops))
+        summed = moves.bonds.summed.tolist()
+        totals = [moves.off, moves.off_speeds, *slopes, *(moves.sizes if summed else ())]
+        evaluation.clear(added(totals, moves.loops))
         for number, _ in enumerate(moves.bounds):
             Residuals(self, number, fine).write()
+        if summed:
+            self._judge(summed, fine)
         saddle = Tabled(f, evaluation.emitter, self.tabled, self.scratch.name, 0)
         with f.when(~fine.get()):
             self._move(saddle)
         f.give()
         return f.text()
+
+    def _judge(self, summed: Sequence[int], fine: Variable[Bit]) -> None:
+        """Whether constraints with several terms are 0, but for rounding."""
+        moves, f, where = self.moves, self.evaluation.f, self.evaluation.where
+        places = self.evaluation.tables.of_places(summed)
+        with f.loop(0, len(summed), tested=False) as i:
+            number = place_at(f, i + places)
+            for off, size in zip((moves.off, moves.off_speeds), moves.sizes):
+                small = f.magnitude(f.load(where(off), number)) <= f.load(where(size), number)
+                fine.set(fine.get() & small)
 
     def _move(self, saddle: Tabled) -> None:
         moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f
