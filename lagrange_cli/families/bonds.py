@@ -1,7 +1,8 @@
 """Constraints of families: expressions that stay 0, each once for all members that are written alike.
 
 Multipliers are found from A M^-1 A^T, where A has the slopes of the constraints and M is diagonal: it couples
-constraints that have a coordinate in common.
+constraints that have a coordinate in common. A constraint that contains a sum over members has a term for
+each of these. It is coupled to many others, and eliminated last, as the border of the matrix.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Domain, Source, Term, Total
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.families.arrays import NONE, Chain, Domain, Source, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.model.sparse import Elimination, eliminated
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec, grouped
@@ -30,7 +32,8 @@ written out."""
 class Bound:
     """Constraints that are alike, the members of a ``domain``: ``node`` = 0, of these ``numbers``. ``rows``
     are the coordinates that each contains, and ``coordinates`` their symbols; ``slopes`` has the derivatives
-    by these, and ``speed`` is the rate of ``node``."""
+    by these, and ``speed`` is the rate of ``node``. Where they are not ``whole``, they are terms of
+    constraints: all of those with the same number add up to 0."""
 
     domain: Domain
     node: Node
@@ -39,6 +42,7 @@ class Bound:
     coordinates: tuple[Node, ...]
     slopes: tuple[Node, ...]
     speed: Node
+    whole: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +71,17 @@ class Bonds:
     def count(self) -> int:
         """The number of constraints."""
         return len(self.names)
+
+    @property
+    def terms(self) -> int:
+        """How many terms they have together, where one that is no sum is a term."""
+        return sum(one.domain.count for one in self.bounds)
+
+    @cached_property
+    def summed(self) -> Places:
+        """The numbers of constraints that have several terms."""
+        found = [one.numbers for one in self.bounds if not one.whole]
+        return np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
 
     @cached_property
     def values(self) -> Total:
@@ -134,7 +149,7 @@ def bonds(builder: FamilyBuilder, spec: Spec) -> Bonds | None:
     """The constraints without those that are left out; None where there are none. Raises ``Unsuited`` where
     they are of another kind."""
     found, names = list[Bound](), list[str]()
-    graph, slots, left = builder.graph, builder.slots, {*spec.left_out}
+    left = {*spec.left_out}
     for family in grouped(spec.constraints, spec.families.get("constraints", {})):
         group = group_of(family, spec.constraints)
         kept = [i for i, name in enumerate(family.members) if name not in left]
@@ -144,13 +159,44 @@ def bonds(builder: FamilyBuilder, spec: Spec) -> Bonds | None:
         for domain, value, which in builder.pieces(group, own) if len(own) else ():
             if isinstance(value, tuple):
                 raise Unsuited
-            inside = [(s, slot) for s, slot in slots.inside(value) if slot.array is builder.q]
-            known = builder.q, builder.given, builder.whole
-            if not inside or any(slot.array not in known for _, slot in slots.inside(value)):
-                raise Unsuited
-            symbols, rows = zip(*((s, slot.table) for s, slot in inside))
-            slopes = tuple(graph.diff(value, one) for one in symbols)
-            found.append(
-                Bound(domain, value, numbers[which], rows, symbols, slopes, builder.rate(value, domain))
-            )
+            found += bounds_of(builder, domain, value, numbers[which])
+    bound = [np.zeros(0, dtype=np.int64), *(one.numbers for one in found if one.rows)]
+    if len(np.unique(np.concatenate(bound))) < len(names):
+        raise Unsuited  # no coordinate is in one of them
     return Bonds(tuple(found), names, Total(Source.TOTAL, len(names))) if names else None
+
+
+def bounds_of(builder: FamilyBuilder, domain: Domain, value: Node, numbers: Places) -> Iterator[Bound]:
+    """Constraints that are alike, and those terms of them that are sums."""
+    graph, slots = builder.graph, builder.slots
+    sums = [(s, slot) for s, slot in slots.inside(value) if isinstance(slot.array, Total)]
+    for s, slot in sums:
+        factor, total = graph.diff(value, s), slot.array
+        if factor.kind is not Kind.NUMBER or isinstance(total, Chain) or not isinstance(total, Total):
+            raise Unsuited
+        number = np.full(total.count, NONE)
+        number[slot.table] = numbers
+        if len(np.unique(slot.table)) < len(slot.table):
+            raise Unsuited
+        for term in total.terms:
+            mine = number[term.targets]
+            if np.any(mine == NONE):
+                raise Unsuited
+            yield bound_of(builder, term.domain, factor * term.node, mine, whole=False)
+    (rest,) = substituted(graph, [value], {s: graph.zero for s, _ in sums})
+    if not rest.is_zero:
+        yield bound_of(builder, domain, rest, numbers, whole=not sums)
+
+
+def bound_of(builder: FamilyBuilder, domain: Domain, node: Node, numbers: Places, *, whole: bool) -> Bound:
+    """Constraints, or terms of them, without sums."""
+    graph, slots = builder.graph, builder.slots
+    inside = [(s, slot) for s, slot in slots.inside(node) if slot.array is builder.q]
+    known = builder.q, builder.given, builder.whole
+    if any(slot.array not in known for _, slot in slots.inside(node)):
+        raise Unsuited
+    if not inside and (whole or node.symbols & builder.time.symbols):
+        raise Unsuited
+    symbols, rows = tuple(s for s, _ in inside), tuple(slot.table for _, slot in inside)
+    slopes = tuple(graph.diff(node, one) for one in symbols)
+    return Bound(domain, node, numbers, rows, symbols, slopes, builder.rate(node, domain), whole)

@@ -106,14 +106,13 @@ class State:
     def allows(self, direction: Values) -> bool:
         """Whether constraints stay as they are in a direction."""
         bonds = self.system.bonds
+        total, size = np.zeros((2, bonds.count if bonds else 0))
         for bound in bonds.bounds if bonds else ():
-            terms = [
-                self.values.node(slope) * direction[rows] for slope, rows in zip(bound.slopes, bound.rows)
-            ]
-            total, size = np.sum(terms, axis=0), np.sum(np.abs(terms), axis=0)
-            if np.any(np.abs(total) > ROUNDED * size):
-                return False
-        return True
+            for slope, rows in zip(bound.slopes, bound.rows):
+                changes = self.values.node(slope) * direction[rows]
+                np.add.at(total, bound.numbers, changes)
+                np.add.at(size, bound.numbers, np.abs(changes))
+        return not np.any(np.abs(total) > ROUNDED * size)
 
 
 @dataclass(frozen=True)

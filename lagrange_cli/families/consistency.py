@@ -157,7 +157,7 @@ class State:
         """A number for each constraint."""
         made = np.zeros(self.system.bonds.count)
         for one, node in zip(self.system.bonds.bounds, nodes):
-            made[one.numbers] = self.numbers.node(node)
+            np.add.at(made, one.numbers, self.numbers.node(node))
         return made
 
     @cached_property
@@ -186,7 +186,7 @@ class State:
         made = np.zeros(self.system.bonds.count)
         for one, slopes in zip(self.system.bonds.bounds, self.slopes):
             for places, values in zip(one.rows, slopes):
-                made[one.numbers] += (values * scale[places]) ** 2
+                np.add.at(made, one.numbers, (values * scale[places]) ** 2)
         return made
 
     def faint(self, scale: Values) -> NDArray[np.bool_]:
@@ -195,8 +195,8 @@ class State:
         for one, slopes in zip(self.system.bonds.bounds, self.slopes):
             for places, values in zip(one.rows, slopes):
                 size = np.abs(values * scale[places])
-                least[one.numbers] = np.minimum(least[one.numbers], size)
-                most[one.numbers] = np.maximum(most[one.numbers], size)
+                np.minimum.at(least, one.numbers, size)
+                np.maximum.at(most, one.numbers, size)
         return least <= FAINT * most
 
     def rates(self, v: Values) -> Values:
@@ -204,7 +204,7 @@ class State:
         made = np.zeros(self.system.bonds.count)
         for one, slopes in zip(self.system.bonds.bounds, self.slopes):
             for places, values in zip(one.rows, slopes):
-                made[one.numbers] += values * v[places]
+                np.add.at(made, one.numbers, values * v[places])
         return made
 
     def refuse(self) -> None:
@@ -249,7 +249,13 @@ def satisfied(equations: WholeEquations, given: Given) -> Start | None:
 
 def twice(bonds: Bonds) -> bool:
     """Whether a constraint has a coordinate at two places."""
-    return any(np.any(one == other) for bound in bonds.bounds for one, other in combinations(bound.rows, 2))
+    if any(np.any(one == other) for bound in bonds.bounds for one, other in combinations(bound.rows, 2)):
+        return True
+    terms = [(one.numbers, rows) for one in bonds.bounds if not one.whole for rows in one.rows]
+    if not terms:
+        return False
+    met = np.concatenate([np.stack(one, axis=1) for one in terms])
+    return len(np.unique(met, axis=0)) < len(met)
 
 
 def clearly_independent(here: State, scale: Values, steep: Values) -> bool:

@@ -39,7 +39,7 @@ FEWEST = 1000
 FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
 FEWEST_BOUND = 75
-"""Constraints below which they are, too."""
+"""Constraints, or terms of sums in them, below which they are, too."""
 UNKNOWN = "nonholonomic", "bodies", "events", "replaced"
 """Parts of a system that are derived member by member."""
 
@@ -53,7 +53,7 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     found = any_family_system(spec, algebra)
     if found is None or (found.joints and found.joints.count):
         return found
-    few = found.terms < FEWEST if found.bonds is None else found.bonds.count < FEWEST_BOUND
+    few = found.terms < FEWEST if found.bonds is None else found.bonds.terms < FEWEST_BOUND
     return None if few else found
 
 

@@ -61,6 +61,22 @@ SHAPES: Mapping[str, tuple[Mapping[str, str], str]] = {
         "rail[i in range(N)]: y[i] - x[i]*(1 + i/N)/2",
     ),
     "wires": ({"x": "0.3 + 0.1*i", "y": "sin(0.3 + 0.1*i)"}, "wire[i in range(N)]: y[i] - sin(x[i])"),
+    "a mean": ({"x": "0.1*i", "y": "cos(2*pi*i/N)"}, "level: sum(y[i] for i in range(N))"),
+    "a ring about a point": (
+        {"x": "l/(2*sin(pi/N))*cos(2*pi*i/N)", "y": "l/(2*sin(pi/N))*sin(2*pi*i/N)"},
+        "rod[i in range(N)]: "
+        + ROD.format(j="(i + 1) % N")
+        + "\n  along: sum(x[i] for i in range(N)) + y[1] - l/(2*sin(pi/N))*sin(2*pi/N)",
+    ),
+    "a sphere": (
+        {"x": "cos(i)", "y": "sin(i)"},
+        "whole: sum(x[i]**2 + y[i]**2 for i in range(N)) - N",
+    ),
+    "sums of halves": (
+        {"x": "0.1*i", "y": "0.3*sin(i)"},
+        "half[h in range(2)]: "
+        "sum((x[i] - 0.1*i)*(i + 1)/l for i in range(N) if i % 2 == h) + y[h]*h - h*0.3*sin(h)",
+    ),
     "a driven support": (
         {"x": "l*0.6*(i + 1)", "y": "-l*0.8*(i + 1)"},
         "rod[0]: (x[0] - sin(3*t)/9)**2 + y[0]**2 - l**2\n  rod[i in range(1, N)]: " + ROD.format(j="i - 1"),
@@ -173,7 +189,7 @@ def test_families_with_constraints_move_as_their_members_do(
 
 def constraint(text: str) -> str:
     """The name of the constraints."""
-    return text.partition("constraints:\n  ")[2].partition("[")[0]
+    return text.partition("constraints:\n  ")[2].partition(":")[0].partition("[")[0]
 
 
 def ring(count: int) -> str:

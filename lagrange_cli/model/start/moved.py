@@ -18,9 +18,10 @@ from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface
 from lagrange_cli.model.start.search import SLIGHTLY, Search, away
 from lagrange_cli.records import replace
 
+FEW = 10
 ASIDE, SIDES = 0.5, 4
 """How far aside of a state other searches begin, as a part of the way to the point that was found, and in how
-many directions and their opposites."""
+many directions and their opposites; in one, of more coordinates than a ``FEW``."""
 
 
 def moved(
@@ -38,6 +39,8 @@ def moved(
     if off(x) <= 2 * search.unit:
         return x
     scale, refusal = surface.scale, search.refusal
+    if len(x) > DENSE and not search.given.forced:
+        surface = replace(surface, descents=FEW)  # what is not slightly off is refused
     near = tried(surface.nearest, x)
     if near is not None and off(near) > NEAR:
         near = None
@@ -46,7 +49,7 @@ def moved(
         if max(parts) <= SLIGHTLY:
             return near
     found = [] if near is None else [near]
-    if not speeds:  # these are linear
+    if not speeds and (len(x) <= DENSE or search.given.forced):  # speeds are linear
         found = [one for one in equally_near(search, surface, x, near) if off(one) <= NEAR]
     if not found:
         raise refusal.contradiction(*surface.at(x), scale, speeds=speeds)
@@ -55,7 +58,7 @@ def moved(
     if search.given.forced:
         raise refusal.equally_near([dict(enumerate(map(float, one))) for one in found])
     names = [*map(velocity_name, search.coordinates)] if speeds else search.coordinates
-    moves = [told(names, x, one, scale) for one in found]
+    moves = [told(names, x, one, scale) for one in found] if surface.descents > FEW else []
     raise refusal.far_off(*surface.at(x), scale, moves, speeds=speeds)
 
 
@@ -71,7 +74,7 @@ def equally_near(
     scale, typical = surface.scale, search.typical(surface.scale)
     part = ASIDE * (1.0 if near is None else far(x, near, scale)) / math.sqrt(len(x))
     found = [] if near is None else [near]
-    for number in range(SIDES if len(x) <= DENSE else 1):
+    for number in range(SIDES if len(x) <= FEW else 1):
         for side in (part, -part):
             begin = away(x, scale, number, side)
             with suppress(ArithmeticError):

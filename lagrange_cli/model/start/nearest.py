@@ -26,7 +26,8 @@ LONG_ROUND = 2.0**-106
 """The same of two doubles."""
 CONTRACTING = 0.5
 """Steps that become shorter by this factor converge."""
-DESCENTS = 400
+DESCENTS, LONGEST = 400, 100.0
+"""Steps along the surface, and the longest one, as a part of the slope."""
 NEAR = 1e-9
 """Newton's method has converged if its steps are no longer than this, and do not become shorter."""
 
@@ -34,7 +35,8 @@ NEAR = 1e-9
 @dataclass(frozen=True)
 class Surface:
     """Where the functions ``at`` are 0 that have the numbers ``kept``, for changes of the ``unknown``
-    coordinates; ``scale`` is that of each coordinate, and ``unit`` what rounding makes of 1."""
+    coordinates; ``scale`` is that of each coordinate, and ``unit`` what rounding makes of 1. The nearest
+    point is found by so many ``descents`` at most."""
 
     at: Callable[[Sequence[Any]], Values]
     kept: Sequence[int]
@@ -42,6 +44,7 @@ class Surface:
     masses: Masses
     scale: Sequence[float]
     unit: float
+    descents: int = DESCENTS
 
     def reach(self, x: Sequence[Any]) -> list[Any] | None:
         """A point of it, by Newton's method from ``x``; None where there is none."""
@@ -88,10 +91,11 @@ class Surface:
         return self.descend(start, x)
 
     def descend(self, start: Sequence[Any], x: Sequence[Any]) -> list[Any]:
-        """The same along the surface, by steps that reduce the distance."""
+        """The same along the surface, by steps that reduce the distance. Their lengths follow from how the
+        slope has changed (J. Barzilai and J. M. Borwein, IMA J. Numer. Anal. 8, 141, 1988)."""
         found, part = list(x), 1.0
         slide, length = self.slide(start, found)
-        for _ in range(DESCENTS):
+        for _ in range(self.descents):
             if length <= NEAR**1.5 or part < NEAR:
                 break
             trial = self.reach(self.moved(found, slide, part))
@@ -100,7 +104,12 @@ class Surface:
                 continue
             other, rest = self.slide(start, trial)
             if rest < length or self.gap(start, trial) < self.gap(start, found) * (1 - NEAR):
-                found, slide, length, part = trial, other, rest, min(2.0, 1.2 * part)
+                change = {k: slide[k] - other.get(k, 0.0) for k in slide}
+                bent = sum(
+                    float(one) * change[k] for k, one in self.pull(trial, found).items() if k in change
+                )
+                part = min(LONGEST, self.gap(trial, found) / bent) if bent > 0 else min(LONGEST, 2 * part)
+                found, slide, length = trial, other, rest
             else:
                 part /= 2
         return found

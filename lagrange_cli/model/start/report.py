@@ -58,13 +58,16 @@ class Refusal:
         *,
         speeds: bool = False,
     ) -> SpecError:
-        """Given values are too far from any consistent state. ``moves`` has those of the nearest ones."""
+        """Given values are too far from any consistent state. ``moves`` has those of the nearest ones, as far
+        as they are known."""
 
         def shown(one: Sequence[tuple[str, float]]) -> str:
             listed = ", ".join(f"{name} = {value:.6g}" for name, value in one[:MOST_SHOWN])
             return listed + (", ..." if len(one) > MOST_SHOWN else "")
 
-        hint = f"solve --project-initial takes the nearest consistent state ({shown(moves[0])})"
+        hint = "solve --project-initial takes the nearest consistent state"
+        if len(moves) == 1:
+            hint += f" ({shown(moves[0])})"
         if len(moves) > 1:
             hint = f"several consistent states are equally near: change to {' or '.join(map(shown, moves))}"
         hint += "; or leave a value out, so that it is found"

@@ -21,6 +21,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.numbers.kind import NumberKind, V
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.columns import Everywhere
+from lagrange_cli.native.recurrences.batches.gathering import place_at
 from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.compensated import Compensated, Sum
 from lagrange_cli.native.recurrences.evaluation import emit_values
@@ -38,7 +39,7 @@ class Moves(Restraint):
         self.off, self.off_speeds = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
         """What should be 0: f, and df/dt."""
         numbers = range(len(self.bounds))
-        self.right = self.of_bounds({b: -self.own(b, self.off) for b in numbers})
+        self.right = self.of_bounds(dict.fromkeys(numbers, graph.zero), less=self.off)
         self.moved = self.on_coordinates(None, self.multipliers)
         kicks, later = [], {}
         for b, one in enumerate(self.bounds):
@@ -58,9 +59,11 @@ class Moves(Restraint):
         push = self.of_all(self.kicks) * self.of_all(lasting.inverses)
         self.free = self.total(self.size, [Term(self.everyone, push, every)])
         self.right_speeds = self.of_bounds(
-            {b: -self.own(b, self.off_speeds) - later[b] - self.along(b, self.free) for b in numbers}
+            {b: -later[b] - self.along(b, self.free) for b in numbers}, less=self.off_speeds
         )
         self.speeds = self.on_coordinates(self.of_all(self.free), self.multipliers)
+        self.sizes = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
+        """Of constraints with several terms: by how much rounding may change what should be 0."""
         self.loops = [self._loop(b) for b in numbers]
 
     def _loop(self, number: int) -> Loop:
@@ -69,6 +72,8 @@ class Moves(Restraint):
         every = np.arange(one.domain.count)
         given = [(one.node, one.numbers, self.off), (one.speed, one.numbers, self.off_speeds)]
         given += [(node, every, array) for node, array in zip(one.slopes, self.slopes[number])]
+        if not one.whole:
+            given += [(self.graph.one, one.numbers, array) for array in self.sizes]
         terms: list[tuple[Term, Array]] = []
         for node, targets, array in given:
             (term,) = self.total(one.domain.count, [Term(one.domain, node, targets)]).terms
@@ -82,7 +87,16 @@ class Moves(Restraint):
     def arrays(self) -> Sequence[Array]:
         """All that are computed."""
         slopes = [one for some in self.slopes for one in some]
-        found = [self.off, self.off_speeds, *slopes, self.square, self.right, self.multipliers, self.moved]
+        found = [
+            self.off,
+            self.off_speeds,
+            *(self.sizes if len(self.bonds.summed) else ()),
+            *slopes,
+            self.square,
+            self.right,
+            self.multipliers,
+            self.moved,
+        ]
         return [*found, self.kicks, self.free, self.right_speeds, self.speeds]
 
 
@@ -113,24 +127,27 @@ class Residuals(Writer):
     ) -> list[Operands]:
         f, vectors, evaluation, kind = self.f, self.vectors, self.evaluation, self.evaluation.emitter
         system, constants = self.writing.moves.system, Everywhere(evaluation.tables.constants.slots)
-        nodes = [term.node for term, _ in self.terms]
+        nodes = [term.node for term, _ in self.terms][: 2 + len(self.bound.rows)]
         doubles = vectors.parts == 1
         found = (self.carefully if doubles else self.plainly)(nodes[:2], known, bases, j)
         slopes = nodes[2:]
         emit_values(kind, slopes, known, constants)
         slots = self.writing.moves.slots
-        offs = []
+        offs, sizes = list[Operands](), list[Operands]()
         for value, array in zip(found, (system.q, system.v)):
             off = kind.add(*value) if doubles and value is not None else value
             total: Any = None
             for slope, rows in zip(slopes, self.bound.rows):
                 amount = known[slots.symbol(self.bound.domain, array, rows)]
                 total = kind.add(total, kind.magnitude(kind.mul(known[slope], amount)))
-            size = vectors.high(vectors.number(kind.mul(kind.number(LOOSE * kind.unit), total)))
-            small = f.magnitude(vectors.high(vectors.number(off))) <= size
-            self.fine.set(self.fine.get() & f.all(small | ~inside))
+            size = kind.mul(kind.number(LOOSE * kind.unit), total)
+            if self.bound.whole:
+                most = vectors.high(vectors.number(size))
+                small = f.magnitude(vectors.high(vectors.number(off))) <= most
+                self.fine.set(self.fine.get() & f.all(small | ~inside))
             offs.append(off)
-        return [*offs, *(known[one] for one in slopes)]
+            sizes.append(size)
+        return [*offs, *(known[one] for one in slopes), *(() if self.bound.whole else sizes)]
 
     def plainly(
         self, nodes: list[Node], known: dict[Node, Operands], bases: Sequence[Integer], j: Integer
@@ -187,14 +204,28 @@ class Projection:
         f = evaluation.f
         fine = f.variable(Bit(f, "true", 1))
         slopes = [one for some in moves.slopes for one in some]
-        evaluation.clear(added([moves.off, moves.off_speeds, *slopes], moves.loops))
+        summed = moves.bonds.summed.tolist()
+        totals = [moves.off, moves.off_speeds, *slopes, *(moves.sizes if summed else ())]
+        evaluation.clear(added(totals, moves.loops))
         for number, _ in enumerate(moves.bounds):
             Residuals(self, number, fine).write()
+        if summed:
+            self._judge(summed, fine)
         saddle = MemberTabled(evaluation.vectors, self.tabled, self.scratch, 0)
         with f.when(~fine.get()):
             self._move(saddle)
         f.give()
         return f.text()
+
+    def _judge(self, summed: Sequence[int], fine: Variable[Bit]) -> None:
+        """Whether constraints with several terms are 0, but for rounding."""
+        moves, f, where = self.moves, self.evaluation.f, self.evaluation.where
+        places, vectors = self.evaluation.tables.of_places(summed), self.evaluation.vectors
+        with f.loop(0, len(summed), tested=False) as i:
+            number = place_at(f, i + places)
+            for off, size in zip((moves.off, moves.off_speeds), moves.sizes):
+                value, most = (vectors.high(vectors.load(where(one), number)) for one in (off, size))
+                fine.set(fine.get() & (f.magnitude(value) <= most))
 
     def _move(self, saddle: MemberTabled) -> None:
         moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f

@@ -59,9 +59,16 @@ class Restraint:
     def total(self, count: int, terms: Sequence[Term]) -> Total:
         return self.lasting.arranged(Total(Source.TOTAL, count, tuple(terms)), kept=False)
 
-    def of_bounds(self, make: Mapping[int, Node]) -> Total:
-        """A total with a number for each constraint."""
-        terms = [Term(one.domain, make[b], one.numbers) for b, one in enumerate(self.bounds)]
+    def of_bounds(self, make: Mapping[int, Node], less: Array | None = None) -> Total:
+        """A total with a number for each constraint, ``less`` one of each besides."""
+        terms = []
+        for b, one in enumerate(self.bounds):
+            node = make[b] - self.own(b, less) if less is not None and one.whole else make[b]
+            terms.append(Term(one.domain, node, one.numbers))
+        summed = self.bonds.summed
+        if less is not None and len(summed):
+            domain = Domain(len(summed))
+            terms.append(Term(domain, -self.slots.symbol(domain, less, summed), summed))
         return self.total(self.count, terms)
 
     def on_coordinates(self, node: Node | None, multiplied: Array) -> Total:
@@ -143,10 +150,10 @@ class Motion(Restraint):
         self.free = self.total(self.size, [Term(self.everyone, pushed, np.arange(self.size))])
         """Accelerations without constraints."""
         self.right = self.of_bounds(
-            {b: -self.own(b, self.rest) - self.along(b, self.free) for b, _ in enumerate(self.bounds)}
+            {b: -self.along(b, self.free) for b, _ in enumerate(self.bounds)}, less=self.rest
         )
         self.rates = self.on_coordinates(self.of_all(self.free), self.multipliers)
-        self.locals = [self._local(b, one) for b, one in enumerate(self.bounds)]
+        self.locals = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows]
 
     @property
     def in_order(self) -> Sequence[Array]:
