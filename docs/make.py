@@ -2,8 +2,8 @@
 
 ``docs/cli.md`` and the manual pages in ``docs/man`` are made whole, from the commands' options. The tables of
 keys, of datasets and of methods in ``docs/system-file.md``, ``docs/output-file.md`` and ``docs/methods.md``
-are made from the tables of the package. In the other pages the blocks of ``sh`` and ``python`` are run in their order, as if they were
-pasted, and the ``text`` block after one is what it prints.
+are made from the tables of the package. In the other pages the blocks of ``sh`` and ``python`` are run in
+their order, as if they were pasted, and the ``text`` block after one is what it prints.
 ``--renew`` renews times and step counts as well, which are otherwise kept where nothing else has changed.
 """
 

@@ -74,9 +74,7 @@ def test_a_constraint_that_jumps_ends_the_motion_once_around():
 def test_a_method_that_steps_over_it_says_so():
     motion = follow(PLANE.format(x=-1, potential="0.1*atan2(y, x)"), 2.0, method="LSODA", tolerance=1e-9)
     assert "cuts" in motion.outcome.undetected
-    motion = follow(
-        PLANE.format(x=-1, potential="0.1*sin(atan2(y, x))"), 2.0, method="LSODA", tolerance=1e-9
-    )
+    motion = follow(PLANE.format(x=-1, potential="0.1*sin(atan2(y, x))"), 2.0, method="LSODA", tolerance=1e-9)
     assert "cuts" not in motion.outcome.undetected
 
 

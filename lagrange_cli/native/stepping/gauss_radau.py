@@ -43,8 +43,8 @@ ROUNDS, FEWEST = 12, 2
 LEAST = 0.8
 """A step is taken again that should have been shorter by this factor."""
 BESIDE = 2.0**-10
-"""Beside constraints a velocity is measured by this part of the largest one at least: the accelerations of what
-rests are rounding errors of its forces of constraint."""
+"""Beside constraints a velocity is measured by this part of the largest one at least: the accelerations of
+what rests are rounding errors of its forces of constraint."""
 AHEAD = 8.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
 

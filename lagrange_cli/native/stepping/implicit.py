@@ -23,7 +23,7 @@ from lagrange_cli.native.linear.banded import whole
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, Clock
+from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
