@@ -12,6 +12,7 @@ from scipy.special import ellipj, ellipk
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.native.stepping.watching import points_of, terms_of
 from tests.motions.test_events import BALL, OSCILLATOR
+from tests.motions.test_normal_forces import BLOCK
 from tests.support.motion import Motion, follow
 
 METHODS = pytest.mark.parametrize(
@@ -211,3 +212,12 @@ def test_what_rests_beside_constraints_does_not_make_steps_short() -> None:
     motion = stepped("four_bar", 4.0, "ias15", 2.0**-52, 5)
     assert motion.outcome.ending is Ending.COMPLETE
     assert motion.outcome.steps < 1000
+
+
+@METHODS
+def test_a_block_stops_on_an_incline_and_stays(method: str, tolerance: float) -> None:
+    """Friction by the force of a constraint: what step control knew before the block stopped says nothing."""
+    motion = stepped(BLOCK, 3.0, method, tolerance, 7)
+    rate = 9.81 * (math.sin(0.5) + 0.8 * math.cos(0.5))
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["q/x"][1:] == pytest.approx(3.0**2 / (2 * rate), abs=1e-9)
