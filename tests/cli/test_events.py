@@ -77,7 +77,10 @@ def test_a_motion_ends_before_an_event_that_leaves_no_mass(precision, tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--method", "LSODA"], "with events needs method taylor, ias15, DOP853 or Radau, not LSODA"),
+        (
+            ["--method", "LSODA"],
+            "a system with events needs method taylor, ias15, DOP853 or Radau, not LSODA",
+        ),
         (["--start", "30", "--stop", "0"], "cannot be undone in a motion that is integrated backward"),
     ],
 )

@@ -173,6 +173,24 @@ def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, nu
     assert (folder / "out.h5").read_bytes() == expected
 
 
+@pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
+def test_a_run_with_events_goes_on_to_the_same_bytes(folder, interrupted_after, method):
+    """Steps that were taken again to end at events, on a state that is moved back to constraints."""
+    (folder / "a.yaml").write_text(
+        "coordinates: {x: {initial: 1}, y: {initial: 0}}\nmasses: {b: 1}\npositions: {b: [x, y]}\n"
+        "potential: b.y\nconstraints: {rod: x**2 + y**2 - 1}\nevents:\n"
+        "  wall: {when: x + 0.5, direction: falling, action: {set: {x_dot: -x_dot, y_dot: -y_dot}}}\n"
+    )
+    run = ("a.yaml", "--method", method, "--tolerance", "1e-7", "--stop", "500", "--step", "0.002")
+    run = (*run, "-o", "out.h5", "--outputs", "q,v,h,ledger")
+    expected = whole(folder, *run)
+    interrupted_after(3)
+    assert solve(*run) == 130
+    interrupted_after(0)
+    assert solve(*run, "--resume") == 0
+    assert (folder / "out.h5").read_bytes() == expected
+
+
 @pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize("number", range(4))
 def test_a_run_survives_being_killed_at_random_moments(tmp_path, number):

@@ -448,7 +448,7 @@ def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, poten
         assert (f"{method} does not detect narrow forces" in run.stderr) is warned
 
 
-@pytest.mark.parametrize(("method", "warned"), [("DOP853", True), ("taylor", False)])
+@pytest.mark.parametrize(("method", "warned"), [("LSODA", True), ("DOP853", False), ("taylor", False)])
 def test_methods_that_do_not_find_the_zeros_of_switches_say_so(tmp_path, method, warned):
     text = "coordinates: {x: {initial: 1, velocity: 1}}\nlagrangian: x_dot**2/2 - abs(x)\n"
     (tmp_path / "a.yaml").write_text(text)

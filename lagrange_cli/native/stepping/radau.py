@@ -15,6 +15,7 @@ from math import comb
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.collocation import DIVERGED, ROUNDS, UNSOUND, CollocationSteps, weighed
 from lagrange_cli.native.stepping.implicit import CHOSEN, CURRENT, ERROR, HEAD, RENEW, THETA, TRIED
 from lagrange_cli.native.stepping.motion import Given
@@ -85,7 +86,8 @@ class RadauSteps(CollocationSteps):
         carried = self.state.carried_at + HEADER
         before, last = (f.load("%state", carried + number) for number in (ERROR, CHOSEN))
         square = f.larger(square, f.constant(1e-20))
-        measured = before > 0.0
+        begins = f.load("%state", self.state.at(Clock.STEP)).equals(0.0)
+        measured = (before > 0.0) & ~begins  # what was before other equations held says nothing
         safe = f.constant(SAFETY * (2 * ROUNDS + 1)) / (iterations + 2.0 * ROUNDS)
         usual = exp2_roughly(log2_roughly(square) * (-1.0 / 8))
         trend = exp2_roughly(

@@ -141,7 +141,7 @@ class RateSteps(DoubleSteps):
         if self.guards:
             assert given.guards
             self.guards = replace(self.guards, interpolated=True)
-            self.watching = Watching(self, places, watched_rows(given.guards), order - 2)
+            self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
         made = [accepted(self.lengths), *self.helpers(), self._tried(), self._carry()]

@@ -9,18 +9,17 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.state import GuardRows, Role
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.native.stepping.guards import GuardCode
+from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.roots import NONE
 from lagrange_cli.native.stepping.sums import CHAINS
-
-if TYPE_CHECKING:
-    from lagrange_cli.native.stepping.rate_steps import Places, RateSteps
 
 CLOSE, NEAR, TIMES = 2.0**-51, 2.0**-20, 12
 """The step ends at a root if this moves by no more than this part, or if it is near and moves no less than
@@ -37,7 +36,6 @@ def watched_rows(guards: GuardRows) -> tuple[int, ...]:
     rows = {*range(guards.first, guards.first + guards.arguments)}
     for one in guards.guards:
         rows |= {one.row} | ({one.multiplier} if one.multiplier else set())
-        assert one.role is not Role.REST or one.row
     return tuple(sorted(rows))
 
 
@@ -62,11 +60,37 @@ def terms_of(points: list[float]) -> list[list[float]]:
     return [[float(one) for one in row] for row in rows]
 
 
-class Watching:
-    """Writes the functions that look for roots of polynomials of a ``degree``."""
+class Trials(Protocol):
+    """What is asked of steps that can be taken again (``rate_steps``)."""
 
-    def __init__(self, steps: RateSteps, at: Places, rows: tuple[int, ...], degree: int) -> None:
-        self.steps, self.at, self.rows, self.degree = steps, at, rows, degree
+    state: StateLayout
+    lengths: Lengths
+    guards: GuardCode | None
+    order: int
+
+    def now(self, f: Function) -> Real:
+        """The time where the step begins."""
+
+    def put_state(self, f: Function, row: Integer, change: Real, rest: Real) -> None:
+        """Write some rows of the state at a node."""
+
+    def node(self, f: Function, t: Real) -> tuple[Pointer, Bit]:
+        """The rates there, and whether they are regular."""
+
+    def spend(self, f: Function, evaluations: Real) -> None:
+        """Count evaluations."""
+
+    def retried(self, f: Function, exact: Real) -> Real:
+        """The step once more, with that length; 0 if there is none."""
+
+
+class Watching:
+    """Writes the functions that look for roots of polynomials of a ``degree``. The rates where the step
+    begins are in ``%work`` from ``begin`` on, and there is room from ``values`` on."""
+
+    def __init__(self, steps: Trials, begin: int, values: int, rows: tuple[int, ...], degree: int) -> None:
+        self.steps, self.begin, self.values = steps, begin, values
+        self.rows, self.degree = rows, degree
         self.points = points_of(degree)
 
     def tables(self) -> list[str]:
@@ -94,12 +118,12 @@ class Watching:
         the method has for them."""
         places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
         f = Function(f"define internal void @watch({places}, double %h) #0")
-        steps, at, count, lanes = self.steps, self.at, len(self.rows), self.steps.lengths.lanes
+        steps, count, lanes = self.steps, len(self.rows), self.steps.lengths.lanes
         width, degrees = steps.state.width, steps.state.degrees
         h, now = Real(f, "%h"), steps.now(f)
         with f.loop(0, count, tested=False) as j:
             row = f.load_integer("@watched", j)
-            f.store(f.load("%work", row + (at.begin - degrees)), "%work", j + at.values)
+            f.store(f.load("%work", row + (self.begin - degrees)), "%work", j + self.values)
         with f.loop(1, self.degree + 1, tested=False) as n:
             time = h * f.load("@points", n)
             wide = f.splat(time, lanes)
@@ -110,11 +134,11 @@ class Watching:
             rates, _ = steps.node(f, now + time)
             with f.loop(0, count, tested=False) as j:
                 row = f.load_integer("@watched", j)
-                f.store(f.load(rates, row - degrees), "%work", n * count + j + at.values)
+                f.store(f.load(rates, row - degrees), "%work", n * count + j + self.values)
         steps.spend(f, f.constant(float(self.degree)))
         inverse = f.constant(1.0) / h
         with f.loop(0, count, tested=False) as j:
-            values = [f.load("%work", j + (at.values + n * count)) for n in range(self.degree + 1)]
+            values = [f.load("%work", j + (self.values + n * count)) for n in range(self.degree + 1)]
             first, rest = values[0], values[-1] - values[0]
             changes = [one - first for one in values[1:]]
             terms, power = [], inverse
