@@ -89,11 +89,13 @@ def derive_printed(
 
 def may_have(spec: Spec, form: str) -> bool:
     """Whether a form may be printed with indices, as far as that is known before anything is derived."""
-    from lagrange_cli.families.system import any_family_system
-
     if form not in INDEXED or (spec.constraints and form != FORMS[0]):
         return False
-    found = any_family_system(spec) if form in DIAGONAL and spec.families.get("coordinates") else None
+    if form not in DIAGONAL or not spec.families.get("coordinates"):
+        return True
+    from lagrange_cli.families.system import any_family_system
+
+    found = any_family_system(spec)
     return found is None or found.joints is None
 
 

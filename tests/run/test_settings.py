@@ -196,7 +196,7 @@ def test_times_are_numbers_or_expressions_in_parameters():
         ("soon", "--stop soon: unknown name 'soon'"),
         ("2*x", "'x' is not constant; times are numbers, or expressions in parameters"),
         ("x_dot", "'x_dot' is not constant"),
-        ("t", "unknown name 't'"),
+        ("t", "'t' is the time; times are numbers"),
         ("k", "'k' is a list of parameters; take one of them, as k\\[0\\]"),
         ("k[2]", "no member 'k\\[2\\]'"),
         ("1/(omega - 2)", "--stop"),
