@@ -167,3 +167,25 @@ def test_a_multiplier_that_is_not_determined_has_no_part_in_forces() -> None:
     spec, *_ = consistent_values(spec, resolve_values(spec), 0.0, {})
     with pytest.raises(SpecError, match="multiplier of constraint 'plane' is not determined"):
         derive_system(spec)
+
+
+def test_a_ladder_leaves_the_wall_at_two_thirds_of_its_height():
+    """sin(th) = 2/3 sin(th0): by the energy th_dot^2 = 3 g (sin(th0) - sin(th))/(2 l) for a rod of the length
+    2 l, whose centre has no acceleration along the floor there."""
+    text = """
+parameters: {m: 3, l: 1, g: 9.81, th0: 1.2}
+coordinates: {X: {initial: -l*cos(th0)}, Y: {initial: l*sin(th0)}, th: {initial: th0}}
+bodies:
+  ladder:
+    mass: m
+    solid: {rod: 2*l}
+    position: [X, Y, 0]
+    orientation: {euler: [th, pi/2, 0], sequence: zyx}
+potential: m*g*ladder.y
+constraints: {wall: "ladder.at(0, 0, l).x", floor: "ladder.at(0, 0, -l).y"}
+events: {leaves: {when: wall.multiplier, direction: rising, action: stop}}
+"""
+    motion = follow(text, 5.0, 11, outputs=("q",))
+    final = motion.outcome.final
+    assert np.sin(final.q["th"]) == pytest.approx(2 / 3 * np.sin(1.2), abs=1e-14)
+    assert final.v["th"] == pytest.approx(-np.sqrt(G * np.sin(1.2) / 2), abs=1e-13)

@@ -56,7 +56,7 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     stages = displaced, about_the_centre, idle, combinations, parts, hidden, tops, polynomials, without_gauge
     for stage in stages:
         found.note = note if stage in (displaced, about_the_centre, hidden, polynomials) else ""
-        work.attempt(WORTH if stage is not polynomials else WORTH_OF_POLYNOMIALS, partial(stage, found))
+        work.attempt(WORTH_OF_POLYNOMIALS if stage in (idle, polynomials) else WORTH, partial(stage, found))
     return tuple(found.symmetries)
 
 
