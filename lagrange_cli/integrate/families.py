@@ -26,7 +26,7 @@ from lagrange_cli.native.orders import order_for
 from lagrange_cli.native.program import Program
 from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.planner import Planner
-from lagrange_cli.outputs.recording import NARROW, Recording
+from lagrange_cli.outputs.recording import NARROW, EventGroup, Recording
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import names_of
 
@@ -44,7 +44,7 @@ Element = tuple[Total, int]
 
 def suits(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the system can be followed as one of families, and no force hides."""
-    if not known(spec, outputs):
+    if spec.events or not known(spec, outputs):
         return False
     system = family_system(spec)
     return system is not None and system.bonds is None and not narrow(system) and not mixed(system)
@@ -65,8 +65,12 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if compilation.factor is not None or not known(spec, compilation.outputs):
         return None
+    if spec.events and needs is not Needs.SERIES:
+        return None
     system = family_system(spec)
     if system is None or (needs is Needs.SERIES and narrow(system)):
+        return None
+    if system.events is not None and system.events.changed and "conserved" in compilation.outputs:
         return None
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
@@ -113,14 +117,33 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
     program = write_family_program(system, observed, tolerance, order, scheme=scheme)
+    constant = unbroken(system, conserved.union(planner.kept))
+    events = planner.families("events", [*system.spec.events])
+    at_events = {"q", "v"} if events else frozenset[str]()
+    states = planned(FamilyPlanner(planner.residual, planner.energetics, conserved), at_events).states
     recording = Recording(
         coordinates=tuple(names_of(system.spec.coordinates)),
         states=tuple(planner.states),
         made=tuple(planner.made),
-        conserved=tuple(name for name in observed if name in conserved.union(planner.kept)),
+        conserved=tuple(name for name in observed if name in constant),
         undetected=(NARROW,) * narrow(system),
+        events=tuple(EventGroup(one.name, one.shape, tuple(one.members)) for one in events),
+        at_events=tuple(states),
     )
     return program, recording
+
+
+def unbroken(system: FamilySystem, conserved: Collection[str]) -> Collection[str]:
+    """What is conserved at events, too."""
+    events = system.events
+    if events is None or not events.changed:
+        return conserved
+    first = system.q.count
+    kept = {"h"} if events.keeps_energy else set[str]()
+    for i, name in enumerate(names_of(system.spec.coordinates)):
+        if f"p_{name}" in conserved and i + first not in events.set:
+            kept.add(f"p_{name}")
+    return kept.intersection(conserved)
 
 
 def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:

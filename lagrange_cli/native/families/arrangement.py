@@ -26,7 +26,9 @@ from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.spec.content import names_of
 
-Observed = Mapping[str, tuple[Total, int]]
+Element = tuple[Total, int]
+"""A number: the total that contains it, and its place there."""
+Observed = Mapping[str, Element]
 """Quantities by name: where each of them is."""
 
 
@@ -41,7 +43,10 @@ class Arrangement:
         self.tables = Tables(Constants())
         self.lasting = Lasting(system)
         self.degrees = system.q.count
-        self.layout = StateLayout(self.degrees)
+        self.events = system.events if order > RATES and not scheme else None
+        self.integrands = None if self.events is None else self.events.arguments
+        """What is followed beside the motion: the arguments of events."""
+        self.layout = StateLayout(self.degrees, self.integrands.count if self.integrands else 0)
         for total in system.totals:
             self.lasting.arranged(total)
         self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
@@ -52,6 +57,12 @@ class Arrangement:
         self.forces = self.lasting.arranged(system.forces, kept=False)
         roots = dict.fromkeys(total for total, _ in observed.values())
         self.roots = [self.lasting.arranged(total) for total in roots]
+        self.acted: list[Element] = []
+        """What ``@act`` computes."""
+        if self.events is not None:
+            self.integrands = self.lasting.arranged(self.events.arguments, kept=False)
+            acted = [self.lasting.arranged(one) for one in (self.events.values, self.events.sizes)]
+            self.acted = [(one, i) for one in acted for i in range(one.count)]
         self.pulled = None
         if system.bonds is not None and system.bonds.multipliers in needed(self.roots, self.slots):
             self.pulled = AtAState(system, self.lasting)

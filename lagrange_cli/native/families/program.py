@@ -7,13 +7,16 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import partial
+from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.arrangement import Arrangement, Observed
+from lagrange_cli.native.families.arrangement import Arrangement, Element, Observed
 from lagrange_cli.native.families.articulated import ArticulatedJet
+from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
@@ -21,6 +24,7 @@ from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Projection
+from lagrange_cli.native.families.restraint import AtAState
 from lagrange_cli.native.families.runs import runs_of
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
@@ -37,7 +41,7 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.vector_stage import rests
-from lagrange_cli.native.state import Clock
+from lagrange_cli.native.state import Clock, Role
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
@@ -66,9 +70,11 @@ class _Writer(Arrangement):
             scheme = scheme_of(self.scheme)
             order = scheme.order
         interface = Interface(
-            order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
+            order=order, degrees=self.degrees, parameters=self.parameters,
+            integrals=tuple(f"guard {i}" for i in range(self.layout.quadratures)),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
-            guards=(), limits=(), events=(), changed=(), affected=(), masses=(),
+            guards=(), limits=(), events=self.numbered(), changed=self.events.changed if self.events else (),
+            affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.motion is None else self.motion.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
@@ -84,12 +90,13 @@ class _Writer(Arrangement):
             self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width, floor=floor
         )
         if self.order > RATES and self.balance is None and self.motion is None:
-            first, term = velocity_planes(self.degrees)
+            first, term = velocity_planes(self.layout.rows - self.degrees)
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
             work += weights_size(self.order)
         given = Given(
-            interface.inner, work, self.tolerance, (None, None, None), None, project=self.projection(),
-            timed=not self.system.steady, floors=floors,
+            interface.inner, work, self.tolerance, (None, None, None),
+            interface.rows_of_guards if interface.guarded else None,
+            project=self.projection(), timed=not self.system.steady, floors=floors,
         )  # fmt: skip
         if self.scheme:
             work, steps = on_rates(scheme, lengths, given, partial(of_families, self.system))
@@ -100,8 +107,11 @@ class _Writer(Arrangement):
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         parts.append(accelerate(lengths))
-        observe, counted = self.observe()
-        parts += [observe, self.prepare()]
+        observe, counted = self.values("observe", self.observed.values(), self.roots, self.pulled)
+        parts.append(observe)
+        if self.acted:
+            parts.append(self.values("act", self.acted, [*dict.fromkeys(one for one, _ in self.acted)])[0])
+        parts.append(self.prepare())
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.scalars}\n" + listed
         text += definitions(text)
@@ -110,6 +120,7 @@ class _Writer(Arrangement):
             **{
                 **interface.as_data(), "constants": self.scalars + self.size, "work": work,
                 "strips": self.strips, "board": self.scalars + self.board,
+                "series_at": (lengths.first, lengths.row, lengths.term) if self.events else (0, 0, 0),
             },
             text=text,
             series=SeriesProgram((), (), (), (), ()),
@@ -122,13 +133,33 @@ class _Writer(Arrangement):
         """``@jet``."""
         given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
         if self.balance is not None:
-            return ArticulatedJet(self.balance, *given).write()
+            return self.with_beside(ArticulatedJet(self.balance, *given), *given)
         if self.motion is not None:
-            return ConstrainedJet(self.motion, self.tabled, *given).write()
+            return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given), *given)
         if self.order == RATES:
             return self.accelerations()
-        jet, brief = SeriesJet(*given).write(), SeriesJet(*given[:-1], RATES, BRIEF).write()
+        jet, brief = self.with_beside(SeriesJet(*given), *given), SeriesJet(*given[:-1], RATES, BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
+
+    def with_beside(self, motion: SeriesJet, *given: Any) -> Jet:
+        """The jet of a motion, and of what is followed beside it."""
+        motion.beside = self.integrands is not None
+        jet = motion.write()
+        if self.integrands is None:
+            return jet
+        beside = BesideJet(self.integrands, motion, *given).write()
+        operations = jet.operations + beside.operations
+        return Jet(beside.text + jet.text, beside.work, operations)
+
+    def numbered(self) -> tuple[tuple[int, int, int], ...]:
+        """The events as ``Interface`` has them."""
+        if self.events is None:
+            return ()
+        found = []
+        for e, one in enumerate(self.events.listed):
+            acts = Role.CHANGE if e in self.events.simple else Role.ACTION
+            found.append((one.direction, int(acts if one.stops or one.changes else Role.RECORD), -1))
+        return tuple(found)
 
     def projection(self) -> str:
         """``@project``, if there are constraints; its arrays are the next ones."""
@@ -196,10 +227,13 @@ class _Writer(Arrangement):
         write_floors(f, self.system.spec, masses, inverses)
         return f.text()
 
-    def observe(self) -> tuple[str, int]:
-        """``@observe``: the observed quantities at each of ``%count`` samples; and its operations."""
+    def values(
+        self, name: str, listed: Iterable[Element], roots: Sequence[Total], pulled: AtAState | None = None
+    ) -> tuple[str, int]:
+        """A function of that name: quantities that are ``listed``, of totals at the ``roots``, at each of
+        ``%count`` samples; and its operations. Multipliers are found as they are ``pulled``."""
         head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
-        f = Function(f"define void @observe({head}, i64 %stride, i64 %count) #0")
+        f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
         stride, base = Integer(f, "%stride", 1), self.scratch(f)
         arrays: dict[Array, Pointer] = {}
 
@@ -209,15 +243,15 @@ class _Writer(Arrangement):
 
         put(self.system.q, self.degrees)
         put(self.system.v, self.degrees)
-        first = [] if self.pulled is None else [self.pulled.square, self.pulled.right]
+        first = [] if pulled is None else [pulled.square, pulled.right]
         before = needed(first, self.slots, self.lasting.fixed)
-        totals = [one for one in needed(self.roots, self.slots, self.lasting.fixed) if one not in before]
+        totals = [one for one in needed(roots, self.slots, self.lasting.fixed) if one not in before]
         for total in (*before, *totals):
             put(total, total.count)
         scratch = f.place(base, self.size, "double")
         at = {id(array): place for array, place in arrays.items()}
         changed = self.lasting.changed
-        runs = runs_of((changed[total], index) for total, index in self.observed.values())
+        runs = runs_of((changed[total], index) for total, index in listed)
         operations = 0
         with f.loop(0, Integer(f, "%count", 1)) as sample:
             for k, array in enumerate((self.system.q, self.system.v)):
@@ -225,10 +259,10 @@ class _Writer(Arrangement):
                     row = stride * (i + k * self.degrees if k else i) + sample
                     f.store(f.load("%states", row), at[id(array)], i)
             evaluation = self.evaluation(f, arrays, f.load("%times", sample))
-            if self.pulled is not None:
+            if pulled is not None:
                 evaluation.write(before)
-                multipliers = self.pulled.bonds.multipliers
-                solved_at_a_state(evaluation, self.pulled, self.tabled, scratch, multipliers)
+                multipliers = pulled.bonds.multipliers
+                solved_at_a_state(evaluation, pulled, self.tabled, scratch, multipliers)
                 self.size += room(self.tabled.size)
                 totals = [one for one in totals if one is not multipliers]
             evaluation.write(totals)
