@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from lagrange_cli.expression.node import reachable
-from lagrange_cli.families.arrays import Source, Term, Total
+from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.methods.equations import Equations
@@ -26,7 +27,7 @@ from lagrange_cli.native.orders import order_for
 from lagrange_cli.native.program import Program
 from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.planner import Planner
-from lagrange_cli.outputs.recording import NARROW, EventGroup, Recording
+from lagrange_cli.outputs.recording import NARROW, Dataset, EventGroup, Recording
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import names_of
 
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
 OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved"})
 """The outputs that can be computed with families; others go through the members."""
+INTEGRALS = frozenset({"ledger", "action"})
+"""Those that are integrated beside the motion, by Taylor series."""
 OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
 """Those that systems with constraints have besides."""
 Element = tuple[Total, int]
@@ -56,6 +59,12 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
     return (OUTPUTS | OF_CONSTRAINTS if constrained else OUTPUTS).issuperset(outputs)
 
 
+def integrable(spec: Spec, outputs: Collection[str]) -> bool:
+    """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
+    not known there.)"""
+    return INTEGRALS.isdisjoint(outputs) or not spec.constraints
+
+
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     """The system as one of families, where that serves a run; else None."""
     needs = METHODS[compilation.method].needs
@@ -63,12 +72,17 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if compilation.portable or compilation.backward or compilation.proven or compilation.section:
         return None
-    if compilation.factor is not None or not known(spec, compilation.outputs):
+    outputs = compilation.outputs
+    if needs is Needs.SERIES and integrable(spec, outputs):
+        outputs -= INTEGRALS
+    if compilation.factor is not None or not known(spec, outputs):
         return None
     if spec.events and needs is not Needs.SERIES:
         return None
     system = family_system(spec)
     if system is None or (needs is Needs.SERIES and narrow(system)):
+        return None
+    if outputs != compilation.outputs and moved_in_time(system):
         return None
     if system.events is not None and system.events.changed and "conserved" in compilation.outputs:
         return None
@@ -81,6 +95,11 @@ def mixed(system: FamilySystem) -> bool:
     """Whether a joint has several coordinates. One that rests, as the angle of a planar motion in space, has
     accelerations that are rounding errors then, and ``ias15`` would follow these."""
     return system.joints is not None and any(len(one.rows) > 1 for one in system.joints.joints)
+
+
+def moved_in_time(system: FamilySystem) -> bool:
+    """Whether positions depend on t besides coordinates."""
+    return system.joints is not None and any(one.symbols & system.time.symbols for one in system.joints.moved)
 
 
 def engine(system: FamilySystem) -> tuple[str, ...]:
@@ -112,11 +131,12 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     planner = FamilyPlanner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
     observed = cast("dict[str, Element]", planner.observed)
+    integrands = cast("dict[str, Element]", planner.integrands)
     needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
-    program = write_family_program(system, observed, tolerance, order, scheme=scheme)
+    program = write_family_program(system, observed, tolerance, order, scheme=scheme, integrands=integrands)
     constant = unbroken(system, conserved.union(planner.kept))
     events = planner.families("events", [*system.spec.events])
     at_events = {"q", "v"} if events else frozenset[str]()
@@ -166,6 +186,21 @@ def moving(system: FamilySystem) -> int:
     return found
 
 
+def of_time(system: FamilySystem) -> list[Term]:
+    """The terms of dU/dt, at fixed coordinates: each term of U with t, times what U has of its sum."""
+    slots, graph, root = system.slots, system.slots.graph, system.root
+    alone = np.zeros(1, dtype=np.int64)
+    found = [Term(root, graph.diff(system.potential, system.time), alone)]
+    for total in system.totals:
+        if not system.depends_on_time([total]):
+            continue
+        (factor,), _ = slopes(system.potential, root, system.totals, slots, total)
+        for term in total.terms if factor.terms else ():
+            node = slots.symbol(term.domain, factor, term.targets) * graph.diff(term.node, system.time)
+            found.append(Term(term.domain, node, np.zeros_like(term.targets)))
+    return [one for one in found if not one.node.is_zero]
+
+
 class FamilyPlanner(Planner):
     """Plans with families: quantities are places in totals."""
 
@@ -178,6 +213,20 @@ class FamilyPlanner(Planner):
         known = {one.quantity for one in self.residual.conserved}
         found = constants_of(system).conserved
         return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
+
+    def balanced(self) -> tuple[Any, str]:
+        """No term of L is a total time derivative of velocities."""
+        return self.energetics, ""
+
+    def torques(self, energetics: Any) -> Mapping[str, Any]:
+        """dL/dq_k + Q_k."""
+        return dict(zip(self.model.coordinates, energetics.torques))
+
+    def add_balance(self, dataset: Dataset, integrands: Iterable[Any]) -> None:
+        for source, (total, index) in zip(dataset.sources, integrands):
+            if source not in self.conserved and total.terms:
+                self.integrands[dataset.quadrature(source)] = cast("Any", (total, index))
+        self.made.append(dataset)
 
     def reactions(self) -> tuple[Mapping[str, tuple[Any, ...]], Mapping[str, str]]:
         system = self.residual.system  # type: ignore[attr-defined]
@@ -291,8 +340,8 @@ class Quantities:
     @property
     def energy_function(self) -> Element:
         """h = sum p_k q_dot_k - L, which is T + U where positions do not depend on t."""
-        system, joints = self.system, self.system.joints
-        if joints is None or not any(one.symbols & system.time.symbols for one in joints.moved):
+        system = self.system
+        if not moved_in_time(system):
             return self.whole(system.kinetic, system.potential)
         everyone, places = system.everyone, np.arange(system.q.count)
         p, v = (system.slots.symbol(everyone, one, places) for one in (system.momenta, system.v))
@@ -301,6 +350,28 @@ class Quantities:
             Term(system.root, system.potential - system.kinetic, np.zeros(1, dtype=np.int64)),
         )
         return Total(Source.TOTAL, 1, terms), 0
+
+    @property
+    def lagrangian(self) -> Element:
+        """L."""
+        return self.whole(self.system.kinetic, -self.system.potential)
+
+    def energy_rate(self, time: Any) -> Element:
+        """dh/dt: the power of the forces outside L, less dL/dt."""
+        system, places = self.system, np.arange(self.system.q.count)
+        power, v = (system.slots.symbol(system.everyone, one, places) for one in (system.applied, system.v))
+        terms = [Term(system.everyone, power * v, np.zeros_like(places))] if system.driven else []
+        return Total(Source.TOTAL, 1, (*terms, *of_time(system))), 0
+
+    @property
+    def torques(self) -> tuple[Element, ...]:
+        """dL/dq_k + Q_k."""
+        system, found = self.system, self.system.forces
+        if system.joints is not None:
+            lagrangian = system.kinetic - system.potential
+            (rates,), _ = slopes(lagrangian, system.root, system.totals, system.slots, system.q)
+            found = total_of(rates.count, [*rates.terms, *system.applied.terms], system.slots.graph)
+        return tuple((found, k) for k in range(system.q.count))
 
     @property
     def momenta(self) -> tuple[Element, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 import pytest
@@ -93,7 +94,7 @@ def keep_families(monkeypatch: pytest.MonkeyPatch, whole: bool) -> None:
 def ready(text: str) -> Prepared:
     """A system that has been compiled."""
     asked = Compilation("taylor", 2.0**-52, OUTPUTS)
-    return prepare_system(read_spec(text, "system.yaml"), derive_system, None, asked)
+    return prepare_system(read_spec(text, "system.yaml"), partial(derive_system, resting=True), None, asked)
 
 
 def followed(prepared: Prepared, text: str, stop: float = 1.5) -> Mapping[str, NDArray[np.float64]]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
 
-from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, room
@@ -36,7 +36,13 @@ class Arrangement:
     """What lasts during a motion, and where arrays of it are in ``%constants``."""
 
     def __init__(
-        self, system: FamilySystem, observed: Observed, tolerance: float, order: int, scheme: str
+        self,
+        system: FamilySystem,
+        observed: Observed,
+        tolerance: float,
+        order: int,
+        scheme: str,
+        integrands: Observed,
     ) -> None:
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
         self.observed, self.tolerance, self.order, self.scheme = observed, tolerance, order, scheme
@@ -44,9 +50,10 @@ class Arrangement:
         self.lasting = Lasting(system)
         self.degrees = system.q.count
         self.events = system.events if order > RATES and not scheme else None
-        self.integrands = None if self.events is None else self.events.arguments
-        """What is followed beside the motion: the arguments of events."""
-        self.layout = StateLayout(self.degrees, self.integrands.count if self.integrands else 0)
+        arguments = 0 if self.events is None else self.events.arguments.count
+        self.integrals = (*(f"guard {i}" for i in range(arguments)), *integrands)
+        """What is followed beside the motion: the arguments of events, and quadratures."""
+        self.layout = StateLayout(self.degrees, len(self.integrals))
         for total in system.totals:
             self.lasting.arranged(total)
         self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
@@ -60,9 +67,9 @@ class Arrangement:
         self.acted: list[Element] = []
         """What ``@act`` computes."""
         if self.events is not None:
-            self.integrands = self.lasting.arranged(self.events.arguments, kept=False)
             acted = [self.lasting.arranged(one) for one in (self.events.values, self.events.sizes)]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
+        self.integrands = self.beside([*integrands.values()]) if self.integrals else None
         self.pulled = None
         if system.bonds is not None and system.bonds.multipliers in needed(self.roots, self.slots):
             self.pulled = AtAState(system, self.lasting)
@@ -80,6 +87,21 @@ class Arrangement:
             self.place(array, count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
+
+    def beside(self, listed: Sequence[Element]) -> Total:
+        """One array of the arguments of events and of what is ``listed``."""
+        terms = [] if self.events is None else [*self.events.arguments.terms]
+        places: dict[Total, tuple[list[int], list[int]]] = {}
+        for place, (total, index) in enumerate(listed, len(self.integrals) - len(listed)):
+            sources, targets = places.setdefault(total, ([], []))
+            sources.append(index)
+            targets.append(place)
+        for total, both in places.items():
+            chosen, put = map(np.array, both)
+            domain = Domain(len(chosen))
+            terms.append(Term(domain, self.slots.symbol(domain, total, chosen), put))
+        whole = total_of(len(self.integrals), terms, self.graph)
+        return self.lasting.arranged(whole, kept=False)
 
     @cached_property
     def tabled(self) -> SaddleTables:

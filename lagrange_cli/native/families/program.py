@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from lagrange_cli.expression.node import Node
@@ -49,13 +50,21 @@ from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
+NOTHING: Observed = MappingProxyType({})
+
 
 def write_family_program(
-    system: FamilySystem, observed: Observed, tolerance: float, order: int, *, scheme: str = ""
+    system: FamilySystem,
+    observed: Observed,
+    tolerance: float,
+    order: int,
+    *,
+    scheme: str = "",
+    integrands: Observed = NOTHING,
 ) -> Program:
-    """The program of ``system`` with q's series to ``order``; one of ``RATES`` gives the accelerations alone,
-    with the steps of a ``scheme`` on these."""
-    return _Writer(system, observed, tolerance, order, scheme).program()
+    """The program of ``system`` with q's series to ``order``, and integrals of ``integrands``; one of
+    ``RATES`` gives the accelerations alone, with the steps of a ``scheme`` on these."""
+    return _Writer(system, observed, tolerance, order, scheme, integrands).program()
 
 
 class _Writer(Arrangement):
@@ -71,7 +80,7 @@ class _Writer(Arrangement):
             order = scheme.order
         interface = Interface(
             order=order, degrees=self.degrees, parameters=self.parameters,
-            integrals=tuple(f"guard {i}" for i in range(self.layout.quadratures)),
+            integrals=self.integrals,
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
             guards=(), limits=(), events=self.numbered(), changed=self.events.changed if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
@@ -120,7 +129,7 @@ class _Writer(Arrangement):
             **{
                 **interface.as_data(), "constants": self.scalars + self.size, "work": work,
                 "strips": self.strips, "board": self.scalars + self.board,
-                "series_at": (lengths.first, lengths.row, lengths.term) if self.events else (0, 0, 0),
+                "series_at": (lengths.first, lengths.row, lengths.term) if self.integrals else (0, 0, 0),
             },
             text=text,
             series=SeriesProgram((), (), (), (), ()),
