@@ -70,7 +70,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     needs = METHODS[compilation.method].needs
     if needs is Needs.JACOBIAN or compilation.precision != DOUBLE:
         return None
-    if compilation.portable or compilation.backward or compilation.proven or compilation.section:
+    if compilation.portable or compilation.proven or compilation.section:
         return None
     outputs = compilation.outputs
     if needs is Needs.SERIES and integrable(spec, outputs):
@@ -84,7 +84,10 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if outputs != compilation.outputs and moved_in_time(system):
         return None
-    if system.events is not None and system.events.changed and "conserved" in compilation.outputs:
+    if compilation.backward and (moved_in_time(system) or not system.steady_bonds):
+        return None
+    acting = system.events is not None and bool(system.events.changed)
+    if acting and (compilation.backward or "conserved" in compilation.outputs):
         return None
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
@@ -136,7 +139,13 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
-    program = write_family_program(system, observed, tolerance, order, scheme=scheme, integrands=integrands)
+    followed = system
+    if compilation.backward:
+        from lagrange_cli.families.backward import Reversal
+
+        reversal = Reversal(system)
+        followed, integrands = reversal.equations(), reversal.integrands(integrands)
+    program = write_family_program(followed, observed, tolerance, order, scheme=scheme, integrands=integrands)
     constant = unbroken(system, conserved.union(planner.kept))
     events = planner.families("events", [*system.spec.events])
     at_events = {"q", "v"} if events else frozenset[str]()

@@ -52,15 +52,16 @@ DRIVEN = CHAIN.replace("+ x[0]**2/2", "+ x[0]**2/2 + sum(x[i]*cos(t + i)*(1 + x[
 CASES["driven"] = DRIVEN, ""
 
 
-def ready(text: str) -> Prepared:
+def ready(text: str, *, backward: bool = False) -> Prepared:
     """A system that has been compiled."""
-    asked, derive = Compilation("taylor", 2.0**-52, OUTPUTS), partial(derive_system, resting=True)
+    asked = Compilation("taylor", 2.0**-52, OUTPUTS, backward=backward)
+    derive = partial(derive_system, resting=True)
     return prepare_system(read_spec(text, "system.yaml"), derive, None, asked)
 
 
-def followed(prepared: Prepared, text: str) -> Mapping[str, NDArray[np.float64]]:
+def followed(prepared: Prepared, text: str, stop: float = 1.0) -> Mapping[str, NDArray[np.float64]]:
     """The samples of a motion."""
-    return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, 1.0, 7).data
+    return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
 
 
 @pytest.mark.exhaustive(keep=9)
@@ -86,6 +87,38 @@ def test_ledgers_and_the_action_are_those_of_the_members(
             assert np.max(np.abs(found[path]), initial=0.0) <= 2.0**-41, path
     one, other = together.recording, apart.recording
     assert one.datasets == other.datasets
+
+
+BACKWARD = {
+    "damped": CASES["damped"],
+    "driven": CASES["driven"],
+    "damped rods": CASES["damped rods"],
+    "events": (
+        CHAIN,
+        'events: {{"hit[i in range(N)]": {{when: "x[i] + x_dot[i]*t/9", direction: rising}}}}',
+    ),
+}
+
+
+@pytest.mark.exhaustive(keep=4)
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("case", BACKWARD)
+def test_families_move_backward_as_their_members_do(
+    case: str, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    form, more = BACKWARD[case]
+    text = form.format(count=count, more=more.format())
+    keep_families(monkeypatch, whole=True)
+    asked = Compilation("taylor", 2.0**-52, OUTPUTS, backward=True)
+    assert family_run(read_spec(text, "system.yaml"), asked) is not None
+    found = followed(ready(text, backward=True), text, -1.0)
+    keep_families(monkeypatch, whole=False)
+    expected = followed(ready(text, backward=True), text, -1.0)
+    assert found.keys() == expected.keys()
+    for path, values in expected.items():
+        assert found[path].shape == values.shape, path
+        size = np.max(np.abs(values), initial=1.0)
+        assert np.max(np.abs(found[path] - values), initial=0.0) <= 2.0**-41 * size, path
 
 
 def test_a_dataset_of_integrals_takes_no_more_text(monkeypatch: pytest.MonkeyPatch) -> None:
