@@ -50,6 +50,10 @@ CASES = {
 }
 DRIVEN = CHAIN.replace("+ x[0]**2/2", "+ x[0]**2/2 + sum(x[i]*cos(t + i)*(1 + x[0]**2) for i in range(N))")
 CASES["driven"] = DRIVEN, ""
+CASES["an integral that needs shorter steps"] = (
+    CHAIN.replace("+ x[0]**2/2", "+ x[0]**2/2 + 1/(1.1 + cos(9*t))"),
+    "",
+)
 
 
 def ready(text: str, *, backward: bool = False) -> Prepared:
