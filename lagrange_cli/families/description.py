@@ -12,6 +12,7 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds
+from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import names_of
@@ -75,6 +76,7 @@ class FamilySystem:
     loads: Sequence[Total] = ()
     bonds: Bonds | None = None
     """The constraints, where M is diagonal."""
+    events: Events | None = None
 
     @cached_property
     def reactions(self) -> Mapping[str, Sequence[Total]] | None:

@@ -13,9 +13,9 @@ from lagrange_cli.expression.syntax import Binary, Name, Negative, Sum, Tree, Ve
 from lagrange_cli.families.arrays import Array, Domain
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import groups_by_name
-from lagrange_cli.spec.family import MemberNames
+from lagrange_cli.spec.family import Family, MemberNames
 from lagrange_cli.spec.members import indices_of, numbers_of
-from lagrange_cli.spec.spec import Expression, Family, Spec
+from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
 
@@ -68,6 +68,19 @@ def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
             indices[name][numbers] = values
     trees = {seen[id(part.item.tree)]: part.item.tree for _, part in parts}
     return Group(family, places_of(family), tuple(trees[i] for i in range(len(trees))), labels, indices)
+
+
+def listed(written: Sequence[Expression]) -> Group:
+    """Expressions, each with the values of its own indices, as the members of a group without a name."""
+    count = len(written)
+    seen: dict[int, int] = {}
+    labels = np.array([seen.setdefault(id(one.tree), len(seen)) for one in written], dtype=np.int64)
+    names = dict.fromkeys(name for one in written for name in one.indices)
+    indices = {
+        name: np.array([one.indices.get(name, 0) for one in written], dtype=np.int64) for name in names
+    }
+    trees = {id(one.tree): one.tree for one in written}
+    return Group(Family("", (), ("",), ()), np.arange(count), tuple(trees.values()), labels, indices)
 
 
 def parts_of(family: Family, written: Mapping[str, Expression]) -> Sequence[Part[Expression]]:

@@ -26,6 +26,7 @@ from lagrange_cli.families.bonds import bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import particles, separated
@@ -40,7 +41,7 @@ FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
 FEWEST_BOUND = 75
 """Constraints, or terms of sums in them, below which they are, too."""
-UNKNOWN = "nonholonomic", "bodies", "events", "replaced"
+UNKNOWN = "nonholonomic", "bodies", "replaced"
 """Parts of a system that are derived member by member."""
 
 _LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None]] = []
@@ -168,6 +169,9 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()
     }
     observables = dict(observed(builder, spec))
+    parts["events"] = events_of(
+        builder, spec, parts["masses"], free="joints" not in parts and parts["bonds"] is None
+    )
     if "joints" in parts:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(

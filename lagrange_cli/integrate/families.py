@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
@@ -11,8 +11,9 @@ import numpy as np
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import reachable
-from lagrange_cli.families.arrays import Source, Term, Total
+from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.methods.equations import Equations
@@ -32,7 +33,7 @@ from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program
 from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.planner import Planner
-from lagrange_cli.outputs.recording import NARROW, Recording
+from lagrange_cli.outputs.recording import NARROW, Dataset, EventGroup, Recording
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import names_of
 
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
 
 OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved"})
 """The outputs that can be computed with families; others go through the members."""
+INTEGRALS = frozenset({"ledger", "action"})
+"""Those that are integrated beside the motion, by Taylor series."""
 OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
 """Those that systems with constraints have besides."""
 Element = tuple[Total, int]
@@ -50,7 +53,7 @@ Element = tuple[Total, int]
 
 def suits(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the system can be followed as one of families, and no force hides."""
-    if not known(spec, outputs):
+    if spec.events or not known(spec, outputs):
         return False
     system = family_system(spec)
     return system is not None and system.bonds is None and not narrow(system) and not mixed(system)
@@ -62,17 +65,38 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
     return (OUTPUTS | OF_CONSTRAINTS if constrained else OUTPUTS).issuperset(outputs)
 
 
+def integrable(spec: Spec, outputs: Collection[str]) -> bool:
+    """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
+    not known there.)"""
+    return INTEGRALS.isdisjoint(outputs) or not spec.constraints
+
+
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     """The system as one of families, where that serves a run; else None."""
     needs = METHODS[compilation.method].needs
     if needs is Needs.JACOBIAN:
         return None
-    if compilation.backward or compilation.section:
+    if compilation.section:
         return None
-    if not known(spec, compilation.outputs):
+    outputs = compilation.outputs
+    if needs is Needs.SERIES and integrable(spec, outputs):
+        outputs -= INTEGRALS
+    if not known(spec, outputs):
+        return None
+    plain = compilation.precision == DOUBLE and compilation.factor is None
+    if not plain and (compilation.backward or spec.events or outputs != compilation.outputs):
+        return None
+    if spec.events and needs is not Needs.SERIES:
         return None
     system = family_system(spec, algebra_for(compilation))
     if system is None or (needs is Needs.SERIES and unproven(system, compilation)):
+        return None
+    if outputs != compilation.outputs and moved_in_time(system):
+        return None
+    if compilation.backward and (moved_in_time(system) or not system.steady_bonds):
+        return None
+    acting = system.events is not None and bool(system.events.changed)
+    if acting and (compilation.backward or "conserved" in compilation.outputs):
         return None
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
@@ -96,6 +120,11 @@ def mixed(system: FamilySystem) -> bool:
     """Whether a joint has several coordinates. One that rests, as the angle of a planar motion in space, has
     accelerations that are rounding errors then, and ``ias15`` would follow these."""
     return system.joints is not None and any(len(one.rows) > 1 for one in system.joints.joints)
+
+
+def moved_in_time(system: FamilySystem) -> bool:
+    """Whether positions depend on t besides coordinates."""
+    return system.joints is not None and any(one.symbols & system.time.symbols for one in system.joints.moved)
 
 
 def engine(system: FamilySystem) -> tuple[str, ...]:
@@ -133,6 +162,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     planner = FamilyPlanner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
     observed = cast("dict[str, Element]", planner.observed)
+    integrands = cast("dict[str, Element]", planner.integrands)
     needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
     kind: type[Vectors] = DoubleVectors if compilation.factor is None else beside_doubles(compilation.factor)
     if compilation.precision == DOUBLE_DOUBLE:
@@ -142,23 +172,48 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     scheme = compilation.method if needs is Needs.STEPS else ""
     hides = narrow(system)
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
+    followed = system
+    if compilation.backward:
+        from lagrange_cli.families.backward import Reversal
+
+        reversal = Reversal(system)
+        followed, integrands = reversal.equations(), reversal.integrands(integrands)
     try:
         program = write_family_program(
-            system, observed, tolerance, order,
-            scheme=scheme, kind=kind, factor=compilation.factor, proven=proven,
+            followed, observed, tolerance, order,
+            scheme=scheme, kind=kind, factor=compilation.factor, proven=proven, integrands=integrands,
         )  # fmt: skip
     except TooManyNumbers as error:
         if compilation.precision == DOUBLE and compilation.factor is None:
             raise
         raise TooManyNumbers(error.message, error.hint.replace(WITHOUT_SERIES, "")) from error
+    constant = unbroken(system, conserved.union(planner.kept))
+    events = planner.families("events", [*system.spec.events])
+    at_events = {"q", "v"} if events else frozenset[str]()
+    states = planned(FamilyPlanner(planner.residual, planner.energetics, conserved), at_events).states
     recording = Recording(
         coordinates=tuple(names_of(system.spec.coordinates)),
         states=tuple(planner.states),
         made=tuple(planner.made),
-        conserved=tuple(name for name in observed if name in conserved.union(planner.kept)),
+        conserved=tuple(name for name in observed if name in constant),
         undetected=(NARROW,) * (hides and not proven),
+        events=tuple(EventGroup(one.name, one.shape, tuple(one.members)) for one in events),
+        at_events=tuple(states),
     )
     return portable_if_asked(program, compilation), recording
+
+
+def unbroken(system: FamilySystem, conserved: Collection[str]) -> Collection[str]:
+    """What is conserved at events, too."""
+    events = system.events
+    if events is None or not events.changed:
+        return conserved
+    first = system.q.count
+    kept = {"h"} if events.keeps_energy else set[str]()
+    for i, name in enumerate(names_of(system.spec.coordinates)):
+        if f"p_{name}" in conserved and i + first not in events.set:
+            kept.add(f"p_{name}")
+    return kept.intersection(conserved)
 
 
 def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:
@@ -181,6 +236,21 @@ def moving(system: FamilySystem) -> int:
     return found
 
 
+def of_time(system: FamilySystem) -> list[Term]:
+    """The terms of dU/dt, at fixed coordinates: each term of U with t, times what U has of its sum."""
+    slots, graph, root = system.slots, system.slots.graph, system.root
+    alone = np.zeros(1, dtype=np.int64)
+    found = [Term(root, graph.diff(system.potential, system.time), alone)]
+    for total in system.totals:
+        if not system.depends_on_time([total]):
+            continue
+        (factor,), _ = slopes(system.potential, root, system.totals, slots, total)
+        for term in total.terms if factor.terms else ():
+            node = slots.symbol(term.domain, factor, term.targets) * graph.diff(term.node, system.time)
+            found.append(Term(term.domain, node, np.zeros_like(term.targets)))
+    return [one for one in found if not one.node.is_zero]
+
+
 class FamilyPlanner(Planner):
     """Plans with families: quantities are places in totals."""
 
@@ -193,6 +263,20 @@ class FamilyPlanner(Planner):
         known = {one.quantity for one in self.residual.conserved}
         found = constants_of(system).conserved
         return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
+
+    def balanced(self) -> tuple[Any, str]:
+        """No term of L is a total time derivative of velocities."""
+        return self.energetics, ""
+
+    def torques(self, energetics: Any) -> Mapping[str, Any]:
+        """dL/dq_k + Q_k."""
+        return dict(zip(self.model.coordinates, energetics.torques))
+
+    def add_balance(self, dataset: Dataset, integrands: Iterable[Any]) -> None:
+        for source, (total, index) in zip(dataset.sources, integrands):
+            if source not in self.conserved and total.terms:
+                self.integrands[dataset.quadrature(source)] = cast("Any", (total, index))
+        self.made.append(dataset)
 
     def reactions(self) -> tuple[Mapping[str, tuple[Any, ...]], Mapping[str, str]]:
         system = self.residual.system  # type: ignore[attr-defined]
@@ -306,8 +390,8 @@ class Quantities:
     @property
     def energy_function(self) -> Element:
         """h = sum p_k q_dot_k - L, which is T + U where positions do not depend on t."""
-        system, joints = self.system, self.system.joints
-        if joints is None or not any(one.symbols & system.time.symbols for one in joints.moved):
+        system = self.system
+        if not moved_in_time(system):
             return self.whole(system.kinetic, system.potential)
         everyone, places = system.everyone, np.arange(system.q.count)
         p, v = (system.slots.symbol(everyone, one, places) for one in (system.momenta, system.v))
@@ -316,6 +400,28 @@ class Quantities:
             Term(system.root, system.potential - system.kinetic, np.zeros(1, dtype=np.int64)),
         )
         return Total(Source.TOTAL, 1, terms), 0
+
+    @property
+    def lagrangian(self) -> Element:
+        """L."""
+        return self.whole(self.system.kinetic, -self.system.potential)
+
+    def energy_rate(self, time: Any) -> Element:
+        """dh/dt: the power of the forces outside L, less dL/dt."""
+        system, places = self.system, np.arange(self.system.q.count)
+        power, v = (system.slots.symbol(system.everyone, one, places) for one in (system.applied, system.v))
+        terms = [Term(system.everyone, power * v, np.zeros_like(places))] if system.driven else []
+        return Total(Source.TOTAL, 1, (*terms, *of_time(system))), 0
+
+    @property
+    def torques(self) -> tuple[Element, ...]:
+        """dL/dq_k + Q_k."""
+        system, found = self.system, self.system.forces
+        if system.joints is not None:
+            lagrangian = system.kinetic - system.potential
+            (rates,), _ = slopes(lagrangian, system.root, system.totals, system.slots, system.q)
+            found = total_of(rates.count, [*rates.terms, *system.applied.terms], system.slots.graph)
+        return tuple((found, k) for k in range(system.q.count))
 
     @property
     def momenta(self) -> tuple[Element, ...]:

@@ -134,6 +134,11 @@ class Energetics:
         terms = ((graph.diff(u, symbol), momentum) for _, u, momentum in here)
         return contract(graph, terms, self._moving) - graph.diff(model.potential, symbol)
 
+    def energy_rate(self, time: Node) -> Node:
+        """dh/dt = sum_k Q_k q_dot_k - dL/dt, by the equations of motion."""
+        rate: Node = self.power - self.lagrangian_rate(time)
+        return rate
+
     @property
     def torques(self) -> tuple[Node, ...]:
         """dL/dq_k + Q_k, which equals dp_k/dt."""

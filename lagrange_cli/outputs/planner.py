@@ -10,10 +10,12 @@ from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.switches import switches
+from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.outputs.recording import Dataset, Making
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.spec import Family, grouped
 
 
@@ -66,6 +68,36 @@ class Planner:
 
         found = Reactions(self.model)
         return found.on_particles, found.unknown
+
+    def balanced(self) -> tuple[Energetics, str]:
+        """The energies whose balances are drawn up, and how what is observed of them is marked.
+
+        Terms of a given L that are a total time derivative dF/dt are left out: what they add to p is dF/dq,
+        and what they add to its rate is the rate of that, so they balance identically, except for rounding
+        that is large where F is steep.
+        """
+        from lagrange_cli.mechanics.gauge import acting
+
+        model, given = self.model, self.model.lagrangian
+        if given is None:
+            return self.energetics, ""
+        left = acting(model, graph_of(model), given)
+        if left is given:
+            return self.energetics, ""
+        return Energetics(replace(model, lagrangian=left)), "acting "
+
+    def torques(self, energetics: Energetics) -> Mapping[str, Node]:
+        """dL/dq_k + Q_k by coordinate; 0 where p_k is constant wherever the constraints hold, as that of a
+        coordinate without mass is: the forces on these cancel to the last bit, and rounding would be all
+        there is to integrate."""
+        graph, moving = graph_of(self.model), variables(self.model)
+        momenta = [*energetics.momenta]
+        if self.model.constraints:
+            from lagrange_cli.mechanics.conserved.noether import Noether
+
+            momenta = [*substituted(graph, momenta, Noether(self.model).eliminated)]
+        rates = zip(self.model.coordinates, momenta, energetics.torques)
+        return {name: rate if p.symbols & moving else graph.zero for name, p, rate in rates}
 
     @property
     def coordinates(self) -> tuple[Family, ...]:

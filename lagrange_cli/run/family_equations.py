@@ -133,7 +133,7 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates"):
+    if not spec.families.get("coordinates") or spec.events:
         return None
     from lagrange_cli.families.system import any_family_system, family_system, without_constraints
 
@@ -187,7 +187,7 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
         return f"--form {form} writes out every member"
-    parts = [part for part in ("constraints", *UNKNOWN) if getattr(spec, part)]
+    parts = [part for part in ("constraints", "events", *UNKNOWN) if getattr(spec, part)]
     if parts == ["constraints"] and form != FORMS[0]:
         return f"with constraints, --form {form} writes out every member"
     if parts == ["constraints"]:

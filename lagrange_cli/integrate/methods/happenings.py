@@ -82,13 +82,15 @@ class Happenings:
         sides = self._sides
         self._resting.times[:] = np.nan
         new, sizes = sides.act_on(sides.state(sides.memory))
+        rows = sides.all_coefficients()
         for e, (size, rate) in enumerate(sizes):
-            direction, values = self._guards[e + sides.first].direction, sides.coefficients(e)
+            direction, values = self._guards[e + sides.first].direction, rows[e]
             sides.choose_side(e, values, ROUNDING * size, rate)
             still = sides.at_zero(e) and abs(values[1]) <= ROUNDING * rate
             if still and direction and sides.side(e) == direction:
                 if e in self._resting.guards:
                     self._resting.hold(e, -float(direction))
+                    rows = sides.all_coefficients()
                 elif self._changes_nothing(e, new):  # an elastic impact without any speed
                     return self._finished(Ending.RECURRING, e)
         return None

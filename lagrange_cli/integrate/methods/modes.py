@@ -90,6 +90,11 @@ class Modes:
         self._series()
         return [self._coefficients(row) for row in rows]
 
+    def coefficients_between(self, start: int, stop: int) -> Array:
+        """The same of the rows from one to before another (rows, coefficients)."""
+        self._series()
+        return self._coefficients_of(start, stop)
+
     def scale(self) -> Array:
         """The largest coefficients of each order among velocities: the scale for rounding errors of a
         derivative."""

@@ -49,11 +49,10 @@ class Sides:
         """The first ones of its argument's series, from the value on."""
         return self.settling.coefficients_of(self.guards.guards[event + self.first].row)[0]
 
-    def all_coefficients(self) -> list[Array]:
-        """The coefficients of every event's argument."""
-        first = self.first
-        guards = self.guards.guards[first : first + len(self.program.events)]
-        return self.settling.coefficients_of(*(guard.row for guard in guards))
+    def all_coefficients(self) -> Array:
+        """The coefficients of every event's argument (events, coefficients)."""
+        row = self.guards.guards[self.first].row
+        return self.settling.coefficients_between(row, row + len(self.program.events))
 
     def state(self, memory: Array) -> Array:
         """The rows outside, of all parts."""

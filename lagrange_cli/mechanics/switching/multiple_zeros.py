@@ -24,17 +24,21 @@ def with_simple_zeros(model: Model[Node]) -> Model[Node]:
     second: they have the same zeros and signs."""
     if not model.events:
         return model
-    graph, events = graph_of(model), []
-    for event in model.events:
-        scale, u = graph.split_coefficient(collected(graph, event.argument))
-        spare = {a: -(e - 2 + e % 2) for a, e in factors(u).items() if e > 2}
-        if u.kind is Kind.SUM and spare:  # so that factors of all terms do not stand before the sum
-            terms = zip(u.arguments, u.data[1])
-            u = graph.sum((graph.product([(term, 1), *spare.items()]), c) for term, c in terms)
-        elif spare:
-            u = graph.product([(u, 1), *spare.items()])
-        events.append(replace(event, argument=scale * u))
+    graph = graph_of(model)
+    events = (replace(one, argument=with_simple_zero(graph, one.argument)) for one in model.events)
     return replace(model, events=tuple(events))
+
+
+def with_simple_zero(graph: Graph, node: Node) -> Node:
+    """The same for one expression."""
+    scale, u = graph.split_coefficient(collected(graph, node))
+    spare = {a: -(e - 2 + e % 2) for a, e in factors(u).items() if e > 2}
+    if u.kind is Kind.SUM and spare:  # so that factors of all terms do not stand before the sum
+        terms = zip(u.arguments, u.data[1])
+        u = graph.sum((graph.product([(term, 1), *spare.items()]), c) for term, c in terms)
+    elif spare:
+        u = graph.product([(u, 1), *spare.items()])
+    return scale * u
 
 
 def collected(graph: Graph, node: Node) -> Node:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
 
-from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import Evaluation, room
@@ -25,7 +25,9 @@ from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.spec.content import names_of
 
-Observed = Mapping[str, tuple[Total, int]]
+Element = tuple[Total, int]
+"""A number: the total that contains it, and its place there."""
+Observed = Mapping[str, Element]
 """Quantities by name: where each of them is."""
 
 
@@ -42,6 +44,7 @@ class Arrangement:
         kind: type[Vectors],
         factor: int | None,
         proven: bool,
+        integrands: Observed,
     ) -> None:
         self.kind, self.factor = kind, factor
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
@@ -50,7 +53,11 @@ class Arrangement:
         self.tables = Tables(Constants())
         self.lasting = Lasting(system)
         self.degrees = system.q.count
-        self.layout = StateLayout(self.degrees)
+        self.events = system.events if order > RATES and not scheme else None
+        arguments = 0 if self.events is None else self.events.arguments.count
+        self.integrals = (*(f"guard {i}" for i in range(arguments)), *integrands)
+        """What is followed beside the motion: the arguments of events, and quadratures."""
+        self.layout = StateLayout(self.degrees, len(self.integrals))
         for total in system.totals:
             self.lasting.arranged(total)
         self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
@@ -61,6 +68,12 @@ class Arrangement:
         self.forces = self.lasting.arranged(system.forces, kept=False)
         roots = dict.fromkeys(total for total, _ in observed.values())
         self.roots = [self.lasting.arranged(total) for total in roots]
+        self.acted: list[Element] = []
+        """What ``@act`` computes."""
+        if self.events is not None:
+            acted = [self.lasting.arranged(one) for one in (self.events.values, self.events.sizes)]
+            self.acted = [(one, i) for one in acted for i in range(one.count)]
+        self.integrands = self.beside([*integrands.values()]) if self.integrals else None
         self.pulled = None
         if system.bonds is not None and system.bonds.multipliers in needed(self.roots, self.slots):
             self.pulled = AtAState(system, self.lasting)
@@ -78,6 +91,21 @@ class Arrangement:
             self.place(array, count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
+
+    def beside(self, listed: Sequence[Element]) -> Total:
+        """One array of the arguments of events and of what is ``listed``."""
+        terms = [] if self.events is None else [*self.events.arguments.terms]
+        places: dict[Total, tuple[list[int], list[int]]] = {}
+        for place, (total, index) in enumerate(listed, len(self.integrals) - len(listed)):
+            sources, targets = places.setdefault(total, ([], []))
+            sources.append(index)
+            targets.append(place)
+        for total, both in places.items():
+            chosen, put = map(np.array, both)
+            domain = Domain(len(chosen))
+            terms.append(Term(domain, self.slots.symbol(domain, total, chosen), put))
+        whole = total_of(len(self.integrals), terms, self.graph)
+        return self.lasting.arranged(whole, kept=False)
 
     @cached_property
     def tabled(self) -> SaddleTables:

@@ -35,8 +35,8 @@ BEGUN = 7
 """From this stage on, dot products are begun for several orders together, where coefficients are many. (The
 code is twice as long.)"""
 HEAD = "define internal i1 @{}(ptr noalias %constants, {}, ptr noalias %state, ptr noalias %work) #0"
-JET, BRIEF = "jet", "accelerations"
-"""The names of the functions: all of a step's series, and accelerations alone."""
+JET, BRIEF, BESIDE = "jet", "accelerations", "beside"
+"""The names of the functions: all of a step's series, accelerations alone, and series beside the motion's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +48,11 @@ class Jet:
     operations: int
 
 
-def velocity_planes(degrees: int) -> tuple[int, int]:
-    """Where coefficient 0 of the velocities is, and how far it is from one to the next. Vectors may begin
-    before them or end behind them: zeros are between coefficients."""
-    return LANES, LANES * (-(-degrees // LANES) + 1)
+def velocity_planes(rows: int) -> tuple[int, int]:
+    """Where coefficient 0 of the velocities is, and how far it is from one to the next, if so many ``rows``
+    are beside one another: these, and integrals behind them. Vectors may begin before them or end behind
+    them: zeros are between coefficients."""
+    return LANES, LANES * (-(-rows // LANES) + 1)
 
 
 class SeriesJet:
@@ -61,6 +62,10 @@ class SeriesJet:
     local = True
     """Whether an order takes nothing but loops and ``accelerate``, and coordinates have no series of their
     own. (Double-double numbers have these: to compute them again and again takes longer.)"""
+    tiled = True
+    """Whether blocks of members may be taken through all orders one after the other."""
+    beside = False
+    """Whether there are series beside the motion's (``BesideJet``), which follow from these."""
     many = 2**16
     """Coefficients from which on the second copy of the code pays."""
 
@@ -81,7 +86,7 @@ class SeriesJet:
         self.vectors = kind(self.f)
         self.emitter: LaneEmitter = self.vectors.kind
         self.local = self.local and kind.parts == 1
-        self.width, self.degrees = layout.width, system.q.count
+        self.width, self.degrees, self.rates = layout.width, system.q.count, layout.rows - layout.degrees
         self.work = 0
         base = self.vectors.place("%constants", self.f.load_integer("@scratch"))
         self.places = {array: self.vectors.place(base, at) for array, at in places.items()}
@@ -116,7 +121,7 @@ class SeriesJet:
         """The places of q and v."""
         if not self.local:
             return self.of_rows()
-        first, step = velocity_planes(self.degrees)
+        first, step = velocity_planes(self.rates)
         self.take(step * (self.order + 1) + LANES)
         return {self.system.q: (self.take(room(self.degrees)), 0), self.system.v: (first, step)}
 
@@ -146,7 +151,7 @@ class SeriesJet:
             for one in loops(totals, self.slots)
         ]
         found = [one for one in listed if not isinstance(one, Chain)]
-        if self.local and self.order > RATES and len(found) == len(listed):
+        if self.tiled and self.local and self.order > RATES and len(found) == len(listed):
             self.tiling = tiling_of(found, self.planes, self.degrees, self.order)
         for i, one in enumerate(listed):
             if isinstance(one, Chain):
@@ -187,6 +192,9 @@ class SeriesJet:
         last = self.at(self.system.v, order)
         with f.loop(0, degrees, tested=False) as i:
             self.vectors.store(self.vectors.zero(1), last, i)
+        if self.beside:
+            constants, state, work = (f.pointer(f"%{one}") for one in ("constants", "state", "work"))
+            f.call(Bit, BESIDE, constants, self.vectors.now(), state, work)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 

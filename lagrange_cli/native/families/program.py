@@ -7,13 +7,17 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import product
+from types import MappingProxyType
+from typing import Any, TypeAlias
 
-from lagrange_cli.families.arrays import Array
+from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.arrangement import Observed
+from lagrange_cli.native.families.arrangement import Element, Observed
 from lagrange_cli.native.families.articulated import ArticulatedJet
+from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
@@ -23,6 +27,7 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.preparation import Preparation, low_parts
 from lagrange_cli.native.families.projection import Projection
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
+from lagrange_cli.native.families.restraint import AtAState
 from lagrange_cli.native.families.runs import runs_of
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
@@ -40,7 +45,7 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.vector_stage import rests
-from lagrange_cli.native.state import Clock
+from lagrange_cli.native.state import Clock, Role
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
@@ -52,6 +57,9 @@ from lagrange_cli.series.program import SeriesProgram
 
 COMPANION = 3
 """Doubles for each constant of a companion, which computes them once in doubles and once in two parts."""
+NOTHING: Observed = MappingProxyType({})
+Steps: TypeAlias = "tuple[int, list[str], tuple[int, int, int]]"
+"""The doubles that steps work on, their texts, and where series are (``Interface.series_at``)."""
 
 
 def write_family_program(
@@ -64,12 +72,14 @@ def write_family_program(
     kind: type[Vectors] = DoubleVectors,
     factor: int | None = None,
     proven: bool = False,
+    integrands: Observed = NOTHING,
 ) -> Program:
-    """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``; one of ``RATES``
-    gives the accelerations alone, with the steps of a ``scheme`` on these, in doubles. With a ``factor`` it
-    is that of a companion, whose numbers are of a kind beside those of the run (``numbers.beside``). If steps
-    by series are to be ``proven``, M is diagonal, there are no constraints, and numbers are doubles."""
-    return _Writer(system, observed, tolerance, order, scheme, kind, factor, proven).program()
+    """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``, and integrals of
+    ``integrands``; one of ``RATES`` gives the accelerations alone, with the steps of a ``scheme`` on these,
+    in doubles. With a ``factor`` it is that of a companion, whose numbers are of a kind beside those of the
+    run (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no
+    constraints, and numbers are doubles."""
+    return _Writer(system, observed, tolerance, order, scheme, kind, factor, proven, integrands).program()
 
 
 class _Writer(Preparation):
@@ -84,20 +94,24 @@ class _Writer(Preparation):
             scheme = scheme_of(self.scheme)
             order = scheme.order
         interface = Interface(
-            order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
+            order=order, degrees=self.degrees, parameters=self.parameters, integrals=self.integrals,
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
-            guards=(), limits=(), events=(), changed=(), affected=(), masses=(),
+            guards=(), limits=(), events=self.numbered(), changed=self.events.changed if self.events else (),
+            affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.motion is None else self.motion.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
             interface = replace(interface, carried=scheme.carried(interface.inner))
         jet = self.jet()
-        work, steps = (self.steps if self.kind.parts == 1 else self.pair_steps)(interface, jet)
+        work, steps, at = (self.steps if self.kind.parts == 1 else self.pair_steps)(interface, jet)
         parts = [jet.text, *steps]
-        observe, counted = self.observe()
-        parts += [observe, self.prepare()]
+        observe, counted = self.values("observe", self.observed.values(), self.roots, self.pulled)
+        parts.append(observe)
+        if self.acted:
+            parts.append(self.values("act", self.acted, [*dict.fromkeys(one for one, _ in self.acted)])[0])
+        parts.append(self.prepare())
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.scalars}\n" + listed
         constants = self.scalars + self.size
@@ -110,6 +124,7 @@ class _Writer(Preparation):
                 **interface.as_data(), "work": work,
                 "constants": constants * (self.kind.parts if self.factor is None else COMPANION),
                 "strips": self.strips, "board": self.scalars + self.board,
+                "series_at": at if self.integrals else (0, 0, 0),
             },
             text=text,
             series=SeriesProgram((), (), (), (), ()),
@@ -119,15 +134,15 @@ class _Writer(Preparation):
             operations={"jet": jet.operations, "observe": counted},
         )  # fmt: skip
 
-    def steps(self, interface: Interface, jet: Jet) -> tuple[int, list[str]]:
-        """What follows a motion in doubles: what it works on, and its texts."""
+    def steps(self, interface: Interface, jet: Jet) -> Steps:
+        """What follows a motion in doubles."""
         parts, work, floor = list[str](), jet.work, 0
         floors = self.floors() if self.diagonal and (self.scheme or self.order > RATES) else ""
         if floors and not self.scheme:
             floor, work = work, work + room(self.layout.width)
         lengths = side_by_side(self.degrees, self.layout.rows, self.order, floor)
         if self.order > RATES and self.balance is None and self.motion is None:
-            first, term = velocity_planes(self.degrees)
+            first, term = velocity_planes(self.layout.rows - self.degrees)
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
             work += weights_size(self.order)
         given = self.given(interface, work, floors)
@@ -141,21 +156,23 @@ class _Writer(Preparation):
             parts.append(advance(kind(lengths, given)))
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
-        return work, [*parts, accelerate(lengths)]
+        return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
 
-    def pair_steps(self, interface: Interface, jet: Jet) -> tuple[int, list[str]]:
+    def pair_steps(self, interface: Interface, jet: Jet) -> Steps:
         """The same in double-double: low parts are behind all high ones."""
         floors, width, work = self.floors() if self.diagonal else "", self.layout.width, jet.work
         floor = work if self.degrees > 1 else 0
         orders = -(-(work + room(width)) // width)
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
         given = self.given(interface, 2 * orders * width, floors)
-        return given.work, [*operations(), *functions(), *stepper(lengths, orders, given)]
+        texts = [*operations(), *functions(), *stepper(lengths, orders, given)]
+        return given.work, texts, (0, 0, 0)
 
     def given(self, interface: Interface, work: int, floors: str) -> Given:
         """What steps need to know of the motion."""
         return Given(
-            interface.inner, work, self.tolerance, (self.proving(), None, None), None,
+            interface.inner, work, self.tolerance, (self.proving(), None, None),
+            interface.rows_of_guards if interface.guarded else None,
             project=self.projection(), timed=not self.system.steady, floors=floors,
         )  # fmt: skip
 
@@ -163,16 +180,34 @@ class _Writer(Preparation):
         """``@jet``."""
         given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
         if self.balance is not None:
-            return ArticulatedJet(self.balance, *given, self.kind).write()
+            return self.with_beside(ArticulatedJet(self.balance, *given, self.kind), *given)
         if self.motion is not None:
-            return ConstrainedJet(self.motion, self.tabled, *given, self.kind).write()
+            return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given, self.kind), *given)
         if self.order == RATES:
             return self.accelerations()
-        jet, brief = (
-            SeriesJet(*given, self.kind).write(),
-            SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write(),
-        )
+        jet = self.with_beside(SeriesJet(*given, self.kind), *given)
+        brief = SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
+
+    def with_beside(self, motion: SeriesJet, *given: Any) -> Jet:
+        """The jet of a motion, and of what is followed beside it."""
+        motion.beside = self.integrands is not None
+        jet = motion.write()
+        if self.integrands is None:
+            return jet
+        beside = BesideJet(self.integrands, motion, *given).write()
+        operations = jet.operations + beside.operations
+        return Jet(beside.text + jet.text, beside.work, operations)
+
+    def numbered(self) -> tuple[tuple[int, int, int], ...]:
+        """The events as ``Interface`` has them."""
+        if self.events is None:
+            return ()
+        found = []
+        for e, one in enumerate(self.events.listed):
+            acts = Role.CHANGE if e in self.events.simple else Role.ACTION
+            found.append((one.direction, int(acts if one.stops or one.changes else Role.RECORD), -1))
+        return tuple(found)
 
     def projection(self) -> str:
         """``@project``, if there are constraints; its arrays are the next ones."""
@@ -247,10 +282,13 @@ class _Writer(Preparation):
         write_floors(f, self.system.spec, masses, inverses)
         return f.text()
 
-    def observe(self) -> tuple[str, int]:
-        """``@observe``: the observed quantities at each of ``%count`` samples; and its operations."""
+    def values(
+        self, name: str, listed: Iterable[Element], roots: Sequence[Total], pulled: AtAState | None = None
+    ) -> tuple[str, int]:
+        """A function of that name: quantities that are ``listed``, of totals at the ``roots``, at each of
+        ``%count`` samples; and its operations. Multipliers are found as they are ``pulled``."""
         head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
-        f = Function(f"define void @observe({head}, i64 %stride, i64 %count) #0")
+        f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
         stride, vectors = Integer(f, "%stride", 1), self.kind(f)
         base = self.scratch(vectors)
         arrays: dict[Array, Pointer] = {}
@@ -261,15 +299,16 @@ class _Writer(Preparation):
 
         put(self.system.q, self.degrees)
         put(self.system.v, self.degrees)
-        roots = [] if self.pulled is None else [self.pulled.square, self.pulled.right]
-        known = needed(roots, self.slots, self.lasting.fixed)
-        totals = [one for one in needed(self.roots, self.slots, self.lasting.fixed) if one not in known]
+        first = [] if pulled is None else [pulled.square, pulled.right]
+        known = needed(first, self.slots, self.lasting.fixed)
+        totals = [one for one in needed(roots, self.slots, self.lasting.fixed) if one not in known]
         for total in (*known, *totals):
             put(total, total.count)
         scratch = vectors.place(base, self.size)
         at = {id(array): place for array, place in arrays.items()}
         changed = self.lasting.changed
-        runs = runs_of((changed[total], index) for total, index in self.observed.values())
+        listed = [*listed]
+        runs, count = runs_of((changed[total], index) for total, index in listed), len(listed)
         operations = 0
         with f.loop(0, Integer(f, "%count", 1)) as sample:
             for part, k in product(range(vectors.parts), range(2)):
@@ -279,19 +318,19 @@ class _Writer(Preparation):
                     row = stride * (i + before if before else i) + sample
                     f.store(f.load("%states", row), target, i)
             evaluation = self.evaluation(vectors, arrays, vectors.at(f.load("%times", sample)))
-            if self.pulled is not None:
+            if pulled is not None:
                 evaluation.write(known)
-                multipliers = self.pulled.bonds.multipliers
-                solved_at_a_state(evaluation, self.pulled, self.tabled, scratch, multipliers)
+                multipliers = pulled.bonds.multipliers
+                solved_at_a_state(evaluation, pulled, self.tabled, scratch, multipliers)
                 self.size += room(self.tabled.size)
                 totals = [one for one in totals if one is not multipliers]
             evaluation.write(totals)
             for part, run in product(range(vectors.parts), runs):
                 source = vectors.parts_at(evaluation.where(run.total), part)
-                first = run.row + part * len(self.observed)
+                place = run.row + part * count
                 with f.loop(0, run.count, tested=False) as i:
                     value = f.load(source, i + run.start if run.start else i)
-                    f.store(value, "%results", stride * (i * run.step + first) + sample)
+                    f.store(value, "%results", stride * (i * run.step + place) + sample)
             operations = evaluation.emitter.operations
         f.give()
         return f.text(), operations

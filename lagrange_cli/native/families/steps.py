@@ -16,8 +16,9 @@ from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.stepping.acceptance import Allowance
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Row
-from lagrange_cli.native.stepping.polynomial import CAREFUL, careful_sum
+from lagrange_cli.native.stepping.polynomial import CAREFUL, careful_sum, rate
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
+from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS
 
 WEIGHTS = PLACE, SPEED, RATE = range(3)
 """What velocities' coefficients m give at the end of a step: h^(m + 1)/(m + 1) to coordinates, h^m to
@@ -52,6 +53,15 @@ class FamilySteps(DoubleSteps):
             place, speed = self.sums_of(f, dt, *both)
             take(i, degrees, place)
             take(i + degrees, 2 * degrees, speed)
+        if self.integrals:
+            with f.loop(0, self.integrals, rows, tested=False) as i:
+                (change,) = self.sums_of(f, dt, partial(self.speed, f, i + degrees, rows=rows))
+                take(i + 2 * degrees, self.lengths.rows, change)
+
+    @property
+    def integrals(self) -> int:
+        """How many rows there are behind those of velocities."""
+        return self.lengths.rows - 2 * self.lengths.degrees
 
     def place(self, f: Function, i: Integer, m: Integer | int, rows: int = 0) -> Real:
         """Coefficient ``m`` of coordinates, from the ``i``-th one on."""
@@ -114,7 +124,7 @@ class VelocitySteps(FamilySteps):
     """With series of the velocities, from which those of the coordinates follow."""
 
     def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
-        if brief is None:
+        if brief is None or self.integrals:
             return super().expand(f, now)
         self.measure(f, now)
         given, regular = (f.pointer("%constants"), now.t + now.low, *self.places(f)), f.variable(f.never(1))
@@ -177,7 +187,26 @@ class VelocitySteps(FamilySteps):
             most = allowed.of(f, self.lengths, size, speed.floored(lesser))
             most = most if nothing is None else most + nothing
             speed.put(most + speed.at("%state", self.noise.place) if self.noise else most, allowances)
+        if self.integrals:
+            self.move_integrals(f, h, allowed)
         return f.reduce("fmax", farthest.get())
+
+    def move_integrals(self, f: Function, h: Real, allowed: Allowance) -> None:
+        """The same for integrals."""
+        lengths, low, (rates, allowances, _) = self.lengths, self.state.width, self.expected(f)
+        first = 2 * lengths.degrees
+        with lengths.each(f, lengths.vector(first)) as row:
+            inside, c = row.among(first, self.integrals), row.series().terms(1, lengths.order)
+            change, rest = careful_sum(f, c, h, CHAINS)
+            old, lost = row.at("%state"), row.at("%state", low)
+            new, error = two_sum(old, change + (lost + rest))
+            row.put(f.select(inside, new, old), "%state")
+            row.put(f.select(inside, error, lost), "%state", low)
+            if self.quadratures:
+                found, lesser = rate(f, c[:-1], h, RATE_CHAINS), f.smaller(f.magnitude(new), f.magnitude(old))
+                most = allowed.of(f, lengths, f.magnitude(found) + f.magnitude(c[0]), row.floored(lesser))
+                row.put(f.select(inside, found, row.at(rates)), rates)
+                row.put(f.select(inside, most, row.at(allowances)), allowances)
 
     def weights(self, f: Function, h: Real) -> Pointer:
         """What coefficients of velocities are multiplied by in a step of ``h``, for each of ``WEIGHTS``."""

@@ -207,3 +207,21 @@ class Series:
     def terms(self, first: int, last: int) -> list[Real]:
         """The terms from ``first`` to ``last``."""
         return [self[m] for m in range(first, last + 1)]
+
+
+@dataclass(frozen=True)
+class Follower(Row):
+    """Coordinates whose series follows from that of their velocities (``Lengths.followers``)."""
+
+    def series(self, work: Pointer | str = "%work") -> Series:
+        lengths, f = self.lengths, self.f
+        return Integrated(lengths, f, lengths.place(f, self.i + lengths.degrees, work))
+
+
+@dataclass(frozen=True)
+class Integrated(Series):
+    """Coefficients of the integral of a series."""
+
+    def __getitem__(self, m: int | Integer) -> Real:
+        assert isinstance(m, int)
+        return super().__getitem__(m - 1) / float(m)

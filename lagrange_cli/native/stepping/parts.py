@@ -10,7 +10,7 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.acceptance import allowance
-from lagrange_cli.native.stepping.lengths import Row
+from lagrange_cli.native.stepping.lengths import Follower, Row
 from lagrange_cli.native.stepping.quadratures import FADING, ROUNDING, Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
@@ -105,14 +105,26 @@ class Parts:
 
     def go(self, place: Pair) -> None:
         """The motion at a place of the step, and the series there; the integrals stay as they are."""
-        f, at, sums = self.f, self.at, self.sums
-        with self.lengths.each(f) as row:
+        f, lengths, first = self.f, self.lengths, 0
+        if lengths.followers:
+            with f.loop(0, lengths.degrees, lengths.together, tested=False) as i:
+                follower = Follower(lengths, f, i)
+                self._carry(follower, place, follower.among(0, lengths.degrees))
+            first = lengths.vector(lengths.degrees)
+        with lengths.each(f, first) as row:
             moves = ~row.among(*self.own.leading)
-            with f.when(moves) if self.lengths.together == 1 else nullcontext():
-                old = sums.state(f, row, at.begin, self.low, self.lengths.wide(f, place[0]))
-                change = sums.change(f, row, at.work, place, self.units.step)
-                self.put(row, sums.sum(f, old, change), at.arrays, moves)
+            if lengths.followers:
+                moves = moves & ~row.among(0, lengths.degrees)
+            with f.when(moves) if lengths.together == 1 else nullcontext():
+                self._carry(row, place, moves)
         self.expand(place)
+
+    def _carry(self, row: Row, place: Pair, moves: Bit) -> None:
+        """Rows that move, at a place of the step."""
+        f, at, sums = self.f, self.at, self.sums
+        old = sums.state(f, row, at.begin, self.low, self.lengths.wide(f, place[0]))
+        change = sums.change(f, row, at.work, place, self.units.step)
+        self.put(row, sums.sum(f, old, change), at.arrays, moves)
 
     # integrals
 

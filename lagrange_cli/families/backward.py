@@ -1,0 +1,61 @@
+"""The system of families in reversed time, with which a motion is followed backward (see
+``mechanics.backward``): v and t have the other sign in forces and in what is followed beside the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Domain, Total
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.records import replace
+
+
+class Reversal:
+    """Totals of a system as functions of x, dx/ds and s = -t."""
+
+    def __init__(self, system: FamilySystem) -> None:
+        self.system, self._known = system, dict[Total, Total]()
+        joints = system.joints
+        self._places = {*joints.nodes} if joints else set[Total]()
+        self._speeds = {one for one in joints.rates if one is not None} if joints else set[Total]()
+
+    def of(self, total: Total, sign: float = 1.0) -> Total:
+        """A total, or its opposite."""
+        if total not in self._known:
+            terms = [replace(one, node=self._node(one.node, one.domain)) for one in total.terms]
+            self._known[total] = replace(total, terms=tuple(terms))
+        found = self._known[total]
+        if sign == 1.0:
+            return found
+        return replace(found, terms=tuple(replace(one, node=sign * one.node) for one in found.terms))
+
+    def _node(self, node: Node, domain: Domain) -> Node:
+        slots, time = self.system.slots, self.system.time
+        others = {time: -time} if node.symbols & time.symbols else {}
+        for symbol, slot in slots.inside(node):
+            if slot.array is self.system.v or slot.array in self._speeds:
+                others[symbol] = -symbol
+            elif isinstance(slot.array, Total) and slot.array not in self._places:
+                others[symbol] = slots.symbol(domain, self.of(slot.array), slot.table)
+        return substituted(slots.graph, [node], others)[0] if others else node
+
+    def equations(self) -> FamilySystem:
+        """The system, with the forces and events of reversed time."""
+        system, events = self.system, self.system.events
+        if events is not None:
+            listed = [replace(one, direction=-one.direction) for one in events.listed]
+            arguments, sizes = self.of(events.arguments), self.of(events.sizes)
+            events = replace(events, listed=listed, arguments=arguments, sizes=sizes)
+        return replace(
+            system, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
+            loads=[*map(self.of, system.loads)], events=events,
+        )  # fmt: skip
+
+    def integrands(self, given: Mapping[str, tuple[Total, int]]) -> dict[str, tuple[Total, int]]:
+        """The integrands over s that give integrals over t."""
+        opposite: dict[Total, Total] = {}
+        for total, _ in given.values():
+            opposite.setdefault(total, self.of(total, -1.0))
+        return {name: (opposite[total], index) for name, (total, index) in given.items()}

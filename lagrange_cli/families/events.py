@@ -1,0 +1,328 @@
+"""Events of families: what becomes 0 is one array for all events, and so is what actions set.
+
+An event of a member is written once, as forces are. Which events have simple actions, and whether these keep
+the energy, follows from tables: which coordinates, velocities and parameters each of them reads and sets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.families.arrays import Chain, Domain, Slot, Term, Total, total_of
+from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.groups import listed
+from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.mechanics.defect import hides
+from lagrange_cli.mechanics.rounding import size_of
+from lagrange_cli.mechanics.switching.multiple_zeros import with_simple_zero
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import names_of
+from lagrange_cli.spec.spec import Event, Expression, Spec
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
+
+    Values = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+AFFECTED = 16
+"""So many events, on the average, have arguments that each simple action changes, at most."""
+SEEDS = 1, 2
+ROUNDED = 1e-10
+"""Numbers that differ by less are equal, in terms of what they are made of."""
+
+
+@dataclass(frozen=True, eq=False)
+class Events:
+    """The events of a system, by number. ``arguments`` are what becomes 0; ``sizes`` has two numbers of each:
+    the sizes of the terms of its argument and of its rate. ``values`` is what actions set, each at the place
+    that ``changed`` has for it beside the number of its event: among coordinates, velocities and parameters.
+    ``simple`` are events whose actions are (see ``native.stepping.actions``), and ``affected`` pairs of these
+    and those whose arguments they change.
+    """
+
+    listed: Sequence[Event]
+    arguments: Total
+    sizes: Total
+    values: Total
+    changed: tuple[tuple[int, int], ...]
+    simple: frozenset[int]
+    affected: tuple[tuple[int, int], ...]
+    keeps_energy: bool
+    """Whether no action changes it."""
+
+    @cached_property
+    def set(self) -> frozenset[int]:
+        """The places that actions change."""
+        return frozenset(place for _, place in self.changed)
+
+
+def events_of(builder: FamilyBuilder, spec: Spec, masses: Total, *, free: bool) -> Events | None:
+    """The events of the file; None if there are none. Where M is diagonal, ``masses`` has it, and where there
+    are no constraints besides, coordinates are ``free``.
+
+    Raises ``Unsuited`` for events whose arguments may jump or hide their zeros, and for actions after which
+    the motion may rest at an event.
+    """
+    if not spec.events:
+        return None
+    events = [*spec.events.values()]
+    known = [*builder.totals]
+    written = built(builder, [one.when for one in events])
+    terms = [replace(one, node=with_simple_zero(builder.graph, one.node)) for one in written.terms]
+    arguments = replace(written, terms=tuple(terms))
+    builder.totals[builder.totals.index(written)] = arguments
+    inner = [one for one in builder.totals if one not in known]
+    refuse_others(builder, inner)
+    numbers = places_of(spec)
+    sets = [(e, numbers[name], value) for e, one in enumerate(events) for name, value in one.changes.items()]
+    if sets and not free:
+        raise Unsuited
+    values = built(builder, [value for *_, value in sets])
+    found = Events(
+        events, arguments, sizes_of(builder, arguments), values, tuple((e, place) for e, place, _ in sets),
+        frozenset(), (), keeps_energy=True,
+    )  # fmt: skip
+    refuse_unchanging(builder, arguments)
+    return with_actions(builder, found, masses) if sets else found
+
+
+def built(builder: FamilyBuilder, written: Sequence[Expression]) -> Total:
+    """The values of these expressions, which are numbers."""
+    if not written:
+        return builder.added(0, [])
+    group = listed(written)
+    arrays = builder.computed(group, np.arange(group.count))
+    if len(arrays) != 1:
+        raise Unsuited
+    return arrays[0]
+
+
+def places_of(spec: Spec) -> Mapping[str, int]:
+    """The numbers of all coordinates, velocities and parameters."""
+    coordinates = [*names_of(spec.coordinates)]
+    names = [*coordinates, *map(velocity_name, coordinates), *names_of(spec.parameters)]
+    return {name: i for i, name in enumerate(names)}
+
+
+def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:
+    """Raise ``Unsuited`` where an argument may jump, or hide a zero within a step."""
+    nodes = reachable([term.node for one in totals for term in one.terms])
+    for node in nodes:
+        if node.kind in (Kind.SWITCH, Kind.DDT) or (node.kind is Kind.FUNCTION and node.data == "atan2"):
+            raise Unsuited
+    moving = builder.time.symbols
+    for symbol, slot in builder.slots.of.items():
+        if slot.array in (builder.q, builder.v, *builder.totals):
+            moving |= symbol.symbols
+    if hides(nodes, moving, large=False):
+        raise Unsuited
+
+
+def random_state(builder: FamilyBuilder, seed: int) -> tuple[FamilyValues, Values]:
+    """A state, and its velocities; parameters are the same in all of them."""
+    chance, count = np.random.default_rng(seed), builder.q.count
+    q, v = chance.uniform(0.2, 1.2, count), chance.uniform(-1.0, 1.0, count)
+    parameters = np.linspace(0.7, 1.1, builder.given.count)
+    return FamilyValues(builder, float(chance.uniform(0.2, 1.2)), q, v, parameters), v
+
+
+def refuse_unchanging(builder: FamilyBuilder, arguments: Total) -> None:
+    """Raise ``Unsuited`` where an argument is the same at all states: its members say so."""
+    with np.errstate(all="ignore"):
+        one, other = (random_state(builder, seed)[0].of(arguments) for seed in SEEDS)
+    if np.any(np.abs(one - other) <= ROUNDED * np.abs(one)):
+        raise Unsuited
+
+
+# sizes
+
+
+def sizes_of(builder: FamilyBuilder, arguments: Total) -> Total:
+    """Two numbers of each argument: the size of its terms, and of those of its rate without accelerations."""
+    graph, slots = builder.graph, builder.slots
+
+    def own_size(node: Node, domain: Domain) -> Node:
+        return size_of(slots.graph, node)
+
+    def own_rate(node: Node, domain: Domain) -> Node:
+        parts = [graph.diff(node, builder.time)]
+        for symbol, slot in slots.inside(node):
+            if slot.array is builder.q:
+                parts.append(graph.diff(node, symbol) * slots.symbol(domain, builder.v, slot.table))
+        found: Node = graph.sum([(graph.absolute(one), 1.0) for one in parts])
+        return found
+
+    terms = [
+        Term(one.domain, node, 2 * one.targets + k)
+        for k, own in enumerate((own_size, own_rate))
+        for one, node in zip(arguments.terms, of_terms(builder, arguments, {}, own))
+    ]
+    return builder.added(2 * arguments.count, terms)
+
+
+def of_terms(
+    builder: FamilyBuilder, total: Total, known: dict[Total, Total], own: Callable[[Node, Domain], Node]
+) -> list[Node]:
+    """What is carried through the terms of a total: their ``own``, and that of the sums in them by slopes."""
+    graph, slots, found = builder.graph, builder.slots, []
+    for term in total.terms:
+        parts = [own(term.node, term.domain)]
+        for symbol, slot in slots.inside(term.node):
+            if isinstance(slot.array, Total):
+                inner = carried(builder, slot.array, known, own)
+                slope = graph.absolute(graph.diff(term.node, symbol))
+                parts.append(slope * slots.symbol(term.domain, inner, slot.table))
+        found.append(graph.sum([(one, 1.0) for one in parts]))
+    return found
+
+
+def carried(
+    builder: FamilyBuilder, total: Total, known: dict[Total, Total], own: Callable[[Node, Domain], Node]
+) -> Total:
+    """The same of every number of a total, added up as this is."""
+    if total not in known:
+        nodes = of_terms(builder, total, known, own)
+        terms = [Term(one.domain, node, one.targets) for one, node in zip(total.terms, nodes)]
+        tree, back = (total.tree, total.back) if isinstance(total, Chain) else (None, False)
+        known[total] = total_of(total.count, terms, builder.graph, tree, back=back)
+        builder.totals.append(known[total])
+    return known[total]
+
+
+# actions
+
+
+class Reading:
+    """Which places arguments read: at ``places`` the events ``readers``; ``wide`` are those that sums read,
+    and ``adding`` the events in whose arguments such sums are."""
+
+    def __init__(self, builder: FamilyBuilder, arguments: Total) -> None:
+        self._builder = builder
+        self._first = {builder.q: 0, builder.v: builder.q.count, builder.given: 2 * builder.q.count}
+        starts = names_of(builder.spec.parameters).starts
+        self._scalars = {node: starts[name] for name, node in builder.parameters.items()}
+        self.wide = np.zeros(2 * builder.q.count + builder.given.count, dtype=bool)
+        self.adding = np.zeros(arguments.count, dtype=bool)
+        self._seen: set[Total] = set()
+        readers, places = [], []
+        for term in arguments.terms:
+            sums = (isinstance(slot.array, Total) for _, slot in builder.slots.inside(term.node))
+            self.adding[term.targets] |= any(sums)
+            for table in self._tables(term):
+                readers.append(term.targets)
+                places.append(table)
+        empty = np.zeros(0, dtype=np.int64)
+        found, order = np.concatenate([empty, *places]), np.concatenate([empty, *readers])
+        which = np.argsort(found, kind="stable")
+        self.places, self.readers = found[which], order[which]
+
+    def _tables(self, term: Term) -> Iterable[Places]:
+        builder = self._builder
+        for _, slot in builder.slots.inside(term.node):
+            if slot.array in self._first:
+                yield slot.table + self._first[slot.array]
+            elif isinstance(slot.array, Total):
+                self._mark(slot.array)
+        for node, place in self._scalars.items():
+            if term.node.symbols & node.symbols:
+                yield np.full(term.domain.count, 2 * builder.q.count + place)
+
+    def _mark(self, total: Total) -> None:
+        if total not in self._seen:
+            self._seen.add(total)
+            for term in total.terms:
+                for table in self._tables(term):
+                    self.wide[table] = True
+
+
+def with_actions(builder: FamilyBuilder, events: Events, masses: Total) -> Events:
+    """What follows from what actions set."""
+    n = builder.q.count
+    acting, places = np.array(events.changed, dtype=np.int64).T
+    read, of_masses = Reading(builder, events.arguments), Reading(builder, masses)
+    if np.any(of_masses.wide[places]) or np.any(np.isin(places, of_masses.places)):
+        raise Unsuited
+    refuse_contacts(builder, events, read)
+    left, right = (np.searchsorted(read.places, places, side) for side in ("left", "right"))
+    counts = right - left
+    never = set(acting[read.wide[places]].tolist())
+    pairs: list[tuple[int, int]] = []
+    if int(counts.sum()) > AFFECTED * (len(events.listed) + len(acting)):
+        never = set(acting.tolist())
+    else:
+        for e, first, last in zip(acting.tolist(), left.tolist(), right.tolist()):
+            pairs += [(e, other) for other in read.readers[first:last].tolist()]
+        never |= {e for e, other in pairs if e == other}
+    simple = frozenset(acting.tolist()) - never
+    affected = tuple(dict.fromkeys(one for one in pairs if one[0] in simple))
+    keeps = bool(np.all((places >= n) & (places < 2 * n))) and keeps_energy(builder, events, masses)
+    return replace(events, simple=simple, affected=affected, keeps_energy=keeps)
+
+
+def keeps_energy(builder: FamilyBuilder, events: Events, masses: Total) -> bool:
+    """Whether no action changes T: each is done at a random state."""
+    acting, places = np.array(events.changed, dtype=np.int64).T
+    state, v = random_state(builder, SEEDS[0])
+    with np.errstate(all="ignore"):
+        after, rows = state.of(events.values), places - builder.q.count
+        mass = state.of(masses)[rows]
+        change = np.bincount(acting, mass * (after**2 - v[rows] ** 2), len(events.listed))
+        size = np.bincount(acting, mass * (after**2 + v[rows] ** 2), len(events.listed))
+    return bool(np.all(np.abs(change) <= ROUNDED * size))
+
+
+def refuse_contacts(builder: FamilyBuilder, events: Events, read: Reading) -> None:
+    """Raise ``Unsuited`` where an action is an impact that reduces the speed: the motion may come to rest
+    there (see ``mechanics.contacts``)."""
+    n, count = builder.q.count, len(events.listed)
+    acting, places = np.array(events.changed, dtype=np.int64).T
+    is_speed = (places >= n) & (places < 2 * n)
+    impact = np.zeros(count, dtype=bool)
+    impact[acting] = True
+    impact[acting[~is_speed]] = False
+    of_speeds = (read.places >= n) & (read.places < 2 * n)
+    impact[read.readers[of_speeds]] = False
+    if not impact.any():
+        return
+    if np.any(impact & read.adding):
+        raise Unsuited
+    keys = acting * n + (places - n)
+    order = np.argsort(keys)
+    keys = keys[order]
+    state, v = random_state(builder, SEEDS[1])
+    with np.errstate(all="ignore"):
+        new = state.of(events.values)[order]
+        total, size = np.zeros(count), np.zeros(count)
+
+        def add(targets: Places, values: Values) -> None:
+            total[:] += np.bincount(targets, values, count)
+            size[:] += np.bincount(targets, np.abs(values), count)
+
+        def slope(term: Term, symbol: Node) -> Values:
+            node = builder.graph.diff(term.node, symbol)
+            return np.broadcast_to(np.asarray(state.node(node), dtype=float), term.domain.count)
+
+        for term in events.arguments.terms:
+            add(term.targets, 2.0 * slope(term, builder.time))
+            for symbol, slot in builder.slots.inside(term.node):
+                if slot.array is builder.q:
+                    add(term.targets, slope(term, symbol) * v[slot.table])
+                    add(term.targets, slope(term, symbol) * after(slot, term, keys, new, v, n))
+    touched = np.zeros(count, dtype=bool)
+    touched[read.readers[read.places < n]] = True
+    if np.any(impact & touched & ~(np.abs(total) <= ROUNDED * size)):
+        raise Unsuited
+
+
+def after(slot: Slot, term: Term, keys: Places, new: Values, v: Values, n: int) -> Values:
+    """The velocities of what a slot has, after the action of each member's own event."""
+    wanted = term.targets * n + slot.table
+    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    return np.where(keys[at] == wanted, new[at], v[slot.table])

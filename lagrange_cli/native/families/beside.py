@@ -1,0 +1,56 @@
+"""Series of what is followed beside a motion, such as the arguments of events: after those of the motion,
+which does not depend on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.evaluation import Evaluation
+from lagrange_cli.native.families.jets import BESIDE, Jet, SeriesJet
+from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.spans import Span, in_vectors
+from lagrange_cli.native.llvm.vector import Bit, Integer
+
+
+class BesideJet(SeriesJet):
+    """The series of integrals of ``integrands``, behind the velocities of a ``motion`` in its arrays."""
+
+    tiled = False
+
+    def __init__(self, integrands: Total, motion: SeriesJet, *given: Any) -> None:
+        self.integrands, self.motion, self.local = integrands, motion, motion.local
+        super().__init__(*(*given, type(motion.vectors), BESIDE))
+
+    def of_state(self) -> dict[Array, tuple[int, int]]:
+        self.work = self.motion.work
+        return {one: self.motion.planes[one] for one in (self.system.q, self.system.v)}
+
+    def prepared(self) -> Sequence[Total]:
+        totals = needed([self.integrands], self.slots, self.lasting.fixed)
+        self.arrange(totals)
+        return totals
+
+    def write(self) -> Jet:
+        f, count = self.f, self.integrands.count
+        self.totals = self.prepared()
+        self.bounded()
+        operations = self.emitter.operations + self.stages()
+        last = self.vectors.place(self.at(self.system.v, self.order), self.degrees)
+        with f.loop(0, count, tested=False) as i:
+            f.store(f.constant(0.0), last, i)
+        f.give(Bit(f, "true", 1))
+        return Jet(f.text(), self.work, operations)
+
+    def accelerate(
+        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+    ) -> None:
+        vectors, divisor = self.vectors, self.vectors.divisor(k, 1)
+        values = evaluation.where(self.integrands)
+        rows = vectors.place(self.at(self.system.v, k + 1), self.degrees)
+
+        def write(i: Integer, lanes: int) -> None:
+            vectors.store_row(vectors.divided(vectors.load_row(values, i, lanes), divisor), rows, i)
+
+        in_vectors(self.f, (self.f.count(0), self.f.count(self.integrands.count)), write)

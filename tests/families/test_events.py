@@ -1,0 +1,183 @@
+"""Events of families that stay families, beside the same systems written out member by member."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import family_run
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.native.state import Role
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.support.motion import run
+
+OUTPUTS = frozenset(["q", "v", "h"])
+CHAIN = """
+sizes: {{N: {count}}}
+parameters: {{k: 1.5, L: 0.9, "at[i in range(N)]": "0.2 + 0.1*cos(i)"}}
+coordinates: {{"x[i in range(N)]": {{initial: "0.5*sin(i + 1)", velocity: "2*cos(i*i + 1)"}}}}
+masses: {{"bead[i in range(N)]": 1 + i/7}}
+embedding: {{"bead[i in range(N)]": "x[i]"}}
+potential: sum(k*(x[i] - x[i - 1])**2/2 + (x[i] - x[i - 1])**4/4 for i in range(1, N)) + x[0]**2/2
+events: {events}
+"""
+PENDULUM = """
+sizes: {{N: {count}}}
+coordinates: {{"th[i in range(N)]": {{initial: "0.9 - 0.1*i", velocity: "0.1*i"}}}}
+masses: {{"bob[i in range(N)]": 1}}
+embedding:
+  bob[i in range(N)]: ["sum(sin(th[j]) for j in range(i + 1))", "-sum(cos(th[j]) for j in range(i + 1))"]
+potential: sum(bob[i].y for i in range(N))
+events: {events}
+"""
+RING = """
+sizes: {{N: {count}}}
+coordinates:
+  x[i in range(N)]: {{initial: cos(i), velocity: -sin(i)}}
+  y[i in range(N)]: {{initial: sin(i), velocity: cos(i)}}
+masses: {{"bead[i in range(N)]": 1 + i/7}}
+embedding: {{"bead[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: sum(y[i]*(1 + i/3) for i in range(N))
+constraints: {{"rod[i in range(N)]": "x[i]**2 + y[i]**2 - 1"}}
+events: {events}
+"""
+CASES = {
+    "one event": (CHAIN, '{last: {when: "x[N - 1] - 0.2"}}'),
+    "an event of each member": (CHAIN, '{"hit[i in range(N)]": {when: "x[i] - at[i]", direction: rising}}'),
+    "kinds of members": (
+        CHAIN,
+        '{"hit[0]": {when: "x[0]"}, "hit[i in range(1, N)]": {when: "x[i] - x[i - 1]"}}',
+    ),
+    "sums, velocities and time": (
+        CHAIN,
+        '{sum: {when: "sum(x[i] for i in range(N))"}, slow: {when: "x_dot[0]*t - 0.1"},'
+        ' "fast[i in range(N)]": {when: "x_dot[i]**3", direction: falling}}',
+    ),
+    "walls": (
+        CHAIN,
+        '{"wall[i in range(N)]":'
+        ' {when: "x[i] - L", direction: rising, action: {set: {"x_dot[i]": "-x_dot[i]"}}},'
+        ' "zero[i in range(N)]": {when: "x[i]"}}',
+    ),
+    "kicks": (
+        CHAIN,
+        '{kick: {when: "t - 0.5", action: {set: {"x_dot[i in range(N)]": "x_dot[i] + 0.1*i + 1"}}},'
+        ' "hit[i in range(N)]": {when: "x_dot[i] - L"}}',
+    ),
+    "a parameter": (CHAIN, '{stiffer: {when: "x[0]", action: {set: {k: "1.25*k", L: "L + x[N - 1]**2"}}}}'),
+    "what ends the motion": (CHAIN, '{"end[i in range(N)]": {when: "x[i]", action: stop}}'),
+    "rods": (
+        PENDULUM,
+        '{"middle[i in range(N)]": {when: "bob[i].x", direction: falling}, turn: {when: "th_dot[0]"},'
+        ' tip: {when: "bob[N - 1].vx"}}',
+    ),
+    "constraints": (RING, '{"top[i in range(N)]": {when: "x[i]"}}'),
+}
+
+
+def keep_families(monkeypatch: pytest.MonkeyPatch, whole: bool) -> None:
+    """Families stay families however few their members are; or none does."""
+    for name in ("FEWEST", "FEWEST_JOINTED", "FEWEST_BOUND"):
+        monkeypatch.setattr(systems, name, 0 if whole else 10**9)
+    systems._LATEST.clear()
+
+
+def ready(text: str) -> Prepared:
+    """A system that has been compiled."""
+    asked = Compilation("taylor", 2.0**-52, OUTPUTS)
+    return prepare_system(read_spec(text, "system.yaml"), partial(derive_system, resting=True), None, asked)
+
+
+def followed(prepared: Prepared, text: str, stop: float = 1.5) -> Mapping[str, NDArray[np.float64]]:
+    """The samples of a motion and its events."""
+    return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
+
+
+@pytest.mark.exhaustive(keep=14)
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("case", CASES)
+def test_events_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    form, events = CASES[case]
+    text = form.format(count=count, events=events)
+    keep_families(monkeypatch, whole=True)
+    assert family_run(read_spec(text, "system.yaml"), Compilation("taylor", 2.0**-52, OUTPUTS)) is not None
+    together = ready(text)
+    found = followed(together, text)
+    keep_families(monkeypatch, whole=False)
+    apart = ready(text)
+    expected = followed(apart, text)
+    assert found.keys() == expected.keys()
+    for path, values in expected.items():
+        assert found[path].shape == values.shape, path
+        assert np.max(np.abs(found[path] - values), initial=0.0) <= 2.0**-41, path
+    one, other = together.recording, apart.recording
+    assert (one.events, one.at_events) == (other.events, other.at_events)
+    assert set(one.conserved) <= set(other.conserved)
+
+
+@pytest.mark.parametrize("case", ["walls", "kicks", "rods", "constraints"])
+def test_what_is_said_of_events_does_not_grow_with_them(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+
+    def counted(count: int) -> tuple[int, int]:
+        form, events = CASES[case]
+        text = form.format(count=count, events=events)
+        system = systems.family_system(read_spec(text, "system.yaml"))
+        assert system is not None
+        program = ready(text).machine.program
+        return len(system.slots.graph.nodes), len(program.text.splitlines())
+
+    assert counted(64) == counted(100)
+
+
+def test_beads_between_walls_bounce_as_straight_lines_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Free beads, each with its own speed, between walls: the times are those of unfolded lines."""
+    keep_families(monkeypatch, whole=True)
+    text = """
+sizes: {N: 9}
+coordinates: {"x[i in range(N)]": {initial: "0.1 + 0.07*i", velocity: "1 + 0.13*i"}}
+masses: {"bead[i in range(N)]": 1}
+embedding: {"bead[i in range(N)]": "x[i]"}
+potential: sum(0*x[i] for i in range(N))
+events:
+  right[i in range(N)]: {when: "x[i] - 1", direction: rising, action: {set: {"x_dot[i]": "-x_dot[i]"}}}
+  left[i in range(N)]: {when: "x[i]", direction: falling, action: {set: {"x_dot[i]": "-x_dot[i]"}}}
+"""
+    prepared = ready(text)
+    assert {one[1] for one in prepared.machine.program.events} == {int(Role.CHANGE)}
+    found = followed(prepared, text, 3.0)
+    for name, odd in (("right", 1), ("left", 0)):
+        times = [((k - (0.1 + 0.07 * i)) / (1 + 0.13 * i), i) for i in range(9) for k in range(2 - odd, 9, 2)]
+        expected = sorted(one for one in times if one[0] < 3.0)
+        assert found[f"events/{name}/i"].tolist() == [i for _, i in expected]
+        assert np.allclose(found[f"events/{name}/t"], [t for t, _ in expected], rtol=0.0, atol=2.0**-48)
+
+
+@pytest.mark.parametrize(
+    "events",
+    [
+        '{"floor[i in range(N)]": {when: "x[i]", action: {set: {"x_dot[i]": "-0.5*x_dot[i]"}}}}',
+        '{"kink[i in range(N)]": {when: "abs(x[i]) - 1"}}',
+        '{angle: {when: "atan2(x[0], x[1]) - 1"}}',
+        '{narrow: {when: "exp(-1000*x[0]**2) - 0.5"}}',
+    ],
+)
+def test_other_events_go_through_the_members(events: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    assert systems.family_system(read_spec(CHAIN.format(count=3, events=events), "system.yaml")) is None
+
+
+def test_an_elastic_wall_keeps_the_energy_and_no_momentum(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    text = CHAIN.format(count=3, events=CASES["walls"][1])
+    assert ready(text).recording.conserved == ("h",)
+    assert ready(text.replace('-x_dot[i]"', '-x_dot[i] + 1"')).recording.conserved == ()

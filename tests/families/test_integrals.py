@@ -1,0 +1,138 @@
+"""Integrals beside the motions of families that stay families, beside the same systems written out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import family_run
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.families.test_events import PENDULUM, keep_families
+from tests.support.motion import run
+
+OUTPUTS = frozenset(["q", "v", "p", "h", "ledger", "action"])
+CHAIN = """
+sizes: {{N: {count}}}
+parameters: {{k: 1.5}}
+coordinates: {{"x[i in range(N)]": {{initial: "0.5*sin(i + 1)", velocity: "2*cos(i*i + 1)"}}}}
+masses: {{"bead[i in range(N)]": 1 + i/7}}
+embedding: {{"bead[i in range(N)]": "x[i]"}}
+potential: sum(k*(x[i] - x[i - 1])**2/2 + (x[i] - x[i - 1])**4/4 for i in range(1, N)) + x[0]**2/2
+{more}
+"""
+CASES = {
+    "alone": (CHAIN, ""),
+    "damped": (CHAIN, 'generalized_forces: {{"x[i in range(N)]": "-0.1*x_dot[i] + sin(t + i)/5"}}'),
+    "walls": (
+        CHAIN,
+        'events: {{"wall[i in range(N)]": {{when: "x[i] - 0.9", direction: rising,'
+        ' action: {{set: {{"x_dot[i]": "-x_dot[i]"}}}}}}}}',
+    ),
+    "a kick": (
+        CHAIN,
+        'events: {{kick: {{when: "t - 0.4", action: {{set: {{"x_dot[0]": "x_dot[0] + 1"}}}}}}}}',
+    ),
+    "rods": (PENDULUM.replace("events: {events}", "{more}"), ""),
+    "damped rods": (
+        PENDULUM.replace("events: {events}", "{more}"),
+        'generalized_forces: {{"th[i in range(N)]": "-0.1*th_dot[i] + sin(t)/5"}}',
+    ),
+}
+DRIVEN = CHAIN.replace("+ x[0]**2/2", "+ x[0]**2/2 + sum(x[i]*cos(t + i)*(1 + x[0]**2) for i in range(N))")
+CASES["driven"] = DRIVEN, ""
+CASES["an integral that needs shorter steps"] = (
+    CHAIN.replace("+ x[0]**2/2", "+ x[0]**2/2 + 1/(1.1 + cos(9*t))"),
+    "",
+)
+
+
+def ready(text: str, *, backward: bool = False) -> Prepared:
+    """A system that has been compiled."""
+    asked = Compilation("taylor", 2.0**-52, OUTPUTS, backward=backward)
+    derive = partial(derive_system, resting=True)
+    return prepare_system(read_spec(text, "system.yaml"), derive, None, asked)
+
+
+def followed(prepared: Prepared, text: str, stop: float = 1.0) -> Mapping[str, NDArray[np.float64]]:
+    """The samples of a motion."""
+    return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
+
+
+@pytest.mark.exhaustive(keep=9)
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("case", CASES)
+def test_ledgers_and_the_action_are_those_of_the_members(
+    case: str, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    form, more = CASES[case]
+    text = form.format(count=count, more=more.format())
+    keep_families(monkeypatch, whole=True)
+    assert family_run(read_spec(text, "system.yaml"), Compilation("taylor", 2.0**-52, OUTPUTS)) is not None
+    together = ready(text)
+    found = followed(together, text)
+    keep_families(monkeypatch, whole=False)
+    apart = ready(text)
+    expected = followed(apart, text)
+    assert found.keys() == expected.keys()
+    for path, values in expected.items():
+        assert found[path].shape == values.shape, path
+        assert np.max(np.abs(found[path] - values), initial=0.0) <= 2.0**-41, path
+        if "ledger" in path:
+            assert np.max(np.abs(found[path]), initial=0.0) <= 2.0**-41, path
+    one, other = together.recording, apart.recording
+    assert one.datasets == other.datasets
+
+
+BACKWARD = {
+    "damped": CASES["damped"],
+    "driven": CASES["driven"],
+    "damped rods": CASES["damped rods"],
+    "events": (
+        CHAIN,
+        'events: {{"hit[i in range(N)]": {{when: "x[i] + x_dot[i]*t/9", direction: rising}}}}',
+    ),
+}
+
+
+@pytest.mark.exhaustive(keep=4)
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("case", BACKWARD)
+def test_families_move_backward_as_their_members_do(
+    case: str, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    form, more = BACKWARD[case]
+    text = form.format(count=count, more=more.format())
+    keep_families(monkeypatch, whole=True)
+    asked = Compilation("taylor", 2.0**-52, OUTPUTS, backward=True)
+    assert family_run(read_spec(text, "system.yaml"), asked) is not None
+    found = followed(ready(text, backward=True), text, -1.0)
+    keep_families(monkeypatch, whole=False)
+    expected = followed(ready(text, backward=True), text, -1.0)
+    assert found.keys() == expected.keys()
+    for path, values in expected.items():
+        assert found[path].shape == values.shape, path
+        size = np.max(np.abs(values), initial=1.0)
+        assert np.max(np.abs(found[path] - values), initial=0.0) <= 2.0**-41 * size, path
+
+
+def test_a_dataset_of_integrals_takes_no_more_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+
+    def counted(count: int) -> tuple[int, int]:
+        text = DRIVEN.format(count=count, more=CASES["damped"][1].format())
+        system = systems.family_system(read_spec(text, "system.yaml"))
+        assert system is not None
+        program = ready(text).machine.program
+        return len(system.slots.graph.nodes), len(program.text.splitlines())
+
+    assert counted(300) == counted(500)
