@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.model.start.equations import Masses, Row
-from lagrange_cli.model.start.linear import Shortest
+from lagrange_cli.model.start.shortest import Shortest
 from lagrange_cli.records import dataclass
 
 Values = tuple[Sequence[Any], Sequence[Row]]

@@ -1,0 +1,79 @@
+"""The smallest correction of a state, in the metric of the masses.
+
+Corrections are computed in doubles, whatever the numbers that they are added to: each round of corrections
+gives as many digits again as a double has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from lagrange_cli.model.start.equations import Masses, Row
+from lagrange_cli.model.start.linear import of_products, solved
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Shortest:
+    """Solves M dx - A^T mu = g, A dx = r for the ``unknown`` coordinates, and ``rows`` A that are
+    independent."""
+
+    masses: Masses
+    rows: Sequence[Row]
+    unknown: Sequence[int]
+
+    def solve(self, g: Mapping[int, float], r: Sequence[float]) -> tuple[dict[int, float], list[float]]:
+        """dx by coordinate, and mu; ``g`` is by coordinate, too."""
+        inner = set(self.unknown)
+        rows = [{k: float(a) for k, a in row.items() if k in inner} for row in self.rows]
+        sizes = [math.hypot(*row.values()) or 1.0 for row in rows]
+        rows = [{k: a / size for k, a in row.items()} for row, size in zip(rows, sizes)]
+        found, mu = self._of_unit_rows(rows, g, [x / size for x, size in zip(r, sizes)])
+        return found, [x / size for x, size in zip(mu, sizes)]
+
+    def _of_unit_rows(
+        self, rows: Sequence[Mapping[int, float]], g: Mapping[int, float], r: Sequence[float]
+    ) -> tuple[dict[int, float], list[float]]:
+        """The same for rows whose norm is 1."""
+        inner = set(self.unknown)
+        matter = {
+            j: {k: float(m) for k, m in self.masses.rows.get(j, {}).items() if k in inner}
+            for j in self.unknown
+        }
+        diagonal = {j: row.get(j, 0.0) for j, row in matter.items()}
+        if all(len(row) == 1 for row in matter.values()) and all(m > 0 for m in diagonal.values()):
+            weighted = [{k: a / diagonal[k] for k, a in row.items()} for row in rows]
+            alone = {j: g.get(j, 0.0) / m for j, m in diagonal.items()}
+            rest = [x - sum(a * alone[k] for k, a in row.items()) for row, x in zip(rows, r)]
+            mu = of_products(rows, weighted, rest)
+            for row, x in zip(weighted, mu):
+                for k, a in row.items():
+                    alone[k] += a * x
+            return alone, mu
+        return self._together(rows, matter, g, r)
+
+    def _together(
+        self,
+        rows: Sequence[Row],
+        matter: Mapping[int, Mapping[int, float]],
+        g: Mapping[int, float],
+        r: Sequence[float],
+    ) -> tuple[dict[int, float], list[float]]:
+        """By the whole saddle-point matrix; where masses are unknown, each coordinate has the mass 1."""
+        places = {k: place for place, k in enumerate(self.unknown)}
+        n = len(places)
+        whole = np.zeros((n + len(rows), n + len(rows)))
+        for j, row in matter.items():
+            for k, m in row.items():
+                whole[places[j], places[k]] = m
+        if not whole.any():
+            whole[range(n), range(n)] = 1.0
+        for i, bound in enumerate(rows):
+            for k, a in bound.items():
+                whole[n + i, places[k]], whole[places[k], n + i] = a, -a
+        right = np.array([*(g.get(k, 0.0) for k in places), *r])
+        found = solved(whole, right)
+        return dict(zip(places, found[:n])), found[n:]
