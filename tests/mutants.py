@@ -73,8 +73,8 @@ MUTATIONS = {
         ("tests/native/stepping/test_acceptance.py",),
     ),
     "a ledger's sign": Mutation(
-        "outputs/datasets/ledgers.py", "energetics.power - energetics.lagrangian_rate",
-        "energetics.power + energetics.lagrangian_rate",
+        "mechanics/energetics.py", "self.power - self.lagrangian_rate(time)",
+        "self.power + self.lagrangian_rate(time)",
         (LEDGERS + "test_a_potential_that_changes_in_time_is_in_the_ledger",),
     ),
     "a checkpoint left out": Mutation(

@@ -20,7 +20,6 @@ from fractions import Fraction
 import sympy
 
 from lagrange_cli.expression.symbolic_switches import Switch
-from lagrange_cli.symbolic.division import divided
 from lagrange_cli.symbolic.monomials import (
     LARGEST,
     ONE,
@@ -134,6 +133,8 @@ def without_denominators(terms: Terms) -> Terms:
     is 1."""
     for base, exponent in sorted(common_factor(terms)[0], key=str) if len(terms) > 1 else ():
         if base.is_Add and exponent < 0 and exponent.denominator == 1:
+            from lagrange_cli.symbolic.division import divided  # few systems have such sums
+
             quotient, times = divided(divide(terms, frozenset({(base, exponent)})), to_terms(base))
             left = frozenset({(base, exponent + times)}) if exponent + times else ONE
             terms = {combine(monomial, left): number for monomial, number in quotient.items()}
