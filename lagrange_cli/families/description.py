@@ -114,9 +114,15 @@ class FamilySystem:
         return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
 
     @property
+    def moved_in_time(self) -> bool:
+        """Whether positions on chains depend on t besides coordinates."""
+        moved = self.joints.moved if self.joints else ()
+        return any(one.symbols & self.time.symbols for one in moved)
+
+    @property
     def steady_potential(self) -> bool:
         """Whether L does not depend on time explicitly."""
-        if self.joints is not None and any(one.symbols & self.time.symbols for one in self.joints.moved):
+        if self.moved_in_time:
             return False
         return not self.potential.symbols & self.time.symbols and not self.depends_on_time(self.energies)
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -11,18 +10,15 @@ import numpy as np
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import reachable
-from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.family_outputs import Described, Element, FamilyPlanner, Quantities
 from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.program import portable_if_asked
-from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.defect import hides
-from lagrange_cli.model.model import Constraint, Model, Particle
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
 from lagrange_cli.native.families.pairs import PairVectors
@@ -32,9 +28,7 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program
 from lagrange_cli.outputs.plan import planned
-from lagrange_cli.outputs.planner import Planner
-from lagrange_cli.outputs.recording import NARROW, Dataset, EventGroup, Recording
-from lagrange_cli.records import dataclass
+from lagrange_cli.outputs.recording import NARROW, EventGroup, Recording
 from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
@@ -47,8 +41,6 @@ INTEGRALS = frozenset({"ledger", "action"})
 """Those that are integrated beside the motion, by Taylor series."""
 OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
 """Those that systems with constraints have besides."""
-Element = tuple[Total, int]
-"""A number: the total that contains it, and its place there."""
 
 
 def suits(spec: Spec, outputs: Collection[str]) -> bool:
@@ -91,9 +83,9 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     system = family_system(spec, algebra_for(compilation))
     if system is None or (needs is Needs.SERIES and unproven(system, compilation)):
         return None
-    if outputs != compilation.outputs and moved_in_time(system):
+    if outputs != compilation.outputs and system.moved_in_time:
         return None
-    if compilation.backward and (moved_in_time(system) or not system.steady_bonds):
+    if compilation.backward and (system.moved_in_time or not system.steady_bonds):
         return None
     acting = system.events is not None and bool(system.events.changed)
     if acting and (compilation.backward or "conserved" in compilation.outputs):
@@ -120,11 +112,6 @@ def mixed(system: FamilySystem) -> bool:
     """Whether a joint has several coordinates. One that rests, as the angle of a planar motion in space, has
     accelerations that are rounding errors then, and ``ias15`` would follow these."""
     return system.joints is not None and any(len(one.rows) > 1 for one in system.joints.joints)
-
-
-def moved_in_time(system: FamilySystem) -> bool:
-    """Whether positions depend on t besides coordinates."""
-    return system.joints is not None and any(one.symbols & system.time.symbols for one in system.joints.moved)
 
 
 def engine(system: FamilySystem) -> tuple[str, ...]:
@@ -234,196 +221,3 @@ def moving(system: FamilySystem) -> int:
         if slot.array in (system.q, system.v, *system.totals):
             found |= symbol.symbols
     return found
-
-
-def of_time(system: FamilySystem) -> list[Term]:
-    """The terms of dU/dt, at fixed coordinates: each term of U with t, times what U has of its sum."""
-    slots, graph, root = system.slots, system.slots.graph, system.root
-    alone = np.zeros(1, dtype=np.int64)
-    found = [Term(root, graph.diff(system.potential, system.time), alone)]
-    for total in system.totals:
-        if not system.depends_on_time([total]):
-            continue
-        (factor,), _ = slopes(system.potential, root, system.totals, slots, total)
-        for term in total.terms if factor.terms else ():
-            node = slots.symbol(term.domain, factor, term.targets) * graph.diff(term.node, system.time)
-            found.append(Term(term.domain, node, np.zeros_like(term.targets)))
-    return [one for one in found if not one.node.is_zero]
-
-
-class FamilyPlanner(Planner):
-    """Plans with families: quantities are places in totals."""
-
-    def further(self) -> Sequence[tuple[Conserved, Any]]:
-        """Conserved quantities besides h and momenta of cyclic coordinates."""
-        from lagrange_cli.families.conservation import constants_of
-        from lagrange_cli.families.currents import current
-
-        system = self.residual.system  # type: ignore[attr-defined]
-        known = {one.quantity for one in self.residual.conserved}
-        found = constants_of(system).conserved
-        return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
-
-    def balanced(self) -> tuple[Any, str]:
-        """No term of L is a total time derivative of velocities."""
-        return self.energetics, ""
-
-    def torques(self, energetics: Any) -> Mapping[str, Any]:
-        """dL/dq_k + Q_k."""
-        return dict(zip(self.model.coordinates, energetics.torques))
-
-    def add_balance(self, dataset: Dataset, integrands: Iterable[Any]) -> None:
-        for source, (total, index) in zip(dataset.sources, integrands):
-            if source not in self.conserved and total.terms:
-                self.integrands[dataset.quadrature(source)] = cast("Any", (total, index))
-        self.made.append(dataset)
-
-    def reactions(self) -> tuple[Mapping[str, tuple[Any, ...]], Mapping[str, str]]:
-        system = self.residual.system  # type: ignore[attr-defined]
-        found = {}
-        for family in self.families("embedding", [one.name for one in self.model.particles]):
-            for i, name in enumerate(family.members):
-                found[name] = tuple((one, i) for one in system.reactions[family.name])
-        return found, {}
-
-
-@dataclass(frozen=True)
-class Described:
-    """What the planner asks of a residual."""
-
-    system: FamilySystem
-
-    @property
-    def contacts(self) -> tuple[()]:
-        """Bodies that may rest on each other: none."""
-        return ()
-
-    bent = False
-    """Whether forces depend on multipliers."""
-
-    @property
-    def conserved(self) -> tuple[Conserved, ...]:
-        """h, and momenta of cyclic coordinates."""
-        from lagrange_cli.families.conservation import constants_of
-
-        found = constants_of(self.system).conserved
-        return tuple(one for one in found if one.quantity == "h" or one.quantity.startswith("p_"))
-
-    @cached_property
-    def model(self) -> Model[Any]:
-        """Names and families, with places in totals in place of expressions."""
-        system, spec = self.system, self.system.spec
-        return Model(
-            name=spec.name,
-            algebra=cast("Any", None),
-            coordinates=cast("Any", names_of(spec.coordinates)),
-            time=None,
-            q=(),
-            v=(),
-            parameters={},
-            particles=cast("Any", Particles(self.particles())),
-            potential=None,
-            lagrangian=None if spec.lagrangian is None else spec.lagrangian,
-            generalized_forces=(),
-            dissipation=None,
-            observables=dict(system.observables),
-            families=spec.families,
-            constraints=tuple(self.constraints()),
-        )
-
-    def constraints(self) -> Iterator[Constraint[Any]]:
-        """What should be 0, and the multipliers."""
-        bonds = self.system.bonds
-        for i, name in enumerate(bonds.names if bonds else ()):
-            assert bonds is not None
-            yield Constraint(name, (bonds.values, i), (bonds.multipliers, i), holonomic=True)
-
-    def particles(self) -> list[tuple[tuple[Total, ...], Sequence[str]]]:
-        """The positions of each family of particles, and the members' names."""
-        from lagrange_cli.families.groups import particle_families
-        from lagrange_cli.spec.spec import grouped
-
-        families = grouped(self.system.spec.embedding, particle_families(self.system.spec))
-        return [(tuple(self.system.positions[one.name]), one.members) for one in families]
-
-
-class Particles(Sequence[Particle[Any]]):
-    """The particles of families, whose positions are in totals."""
-
-    def __init__(self, families: Sequence[tuple[tuple[Total, ...], Sequence[str]]]) -> None:
-        self._families = families
-
-    def __len__(self) -> int:
-        return sum(len(names) for _, names in self._families)
-
-    def __iter__(self) -> Iterator[Particle[Any]]:
-        for arrays, names in self._families:
-            for i, name in enumerate(names):
-                yield Particle(name, None, tuple((one, i) for one in arrays), (), ())
-
-    def __getitem__(self, number: Any) -> Any:
-        return tuple(self)[number]
-
-
-@dataclass(frozen=True)
-class Quantities:
-    """What the planner asks of energies and momenta: where they are."""
-
-    system: FamilySystem
-
-    def whole(self, *nodes: Any) -> Element:
-        """The sum of expressions that belong to no member."""
-        system = self.system
-        total = sum(nodes[1:], nodes[0])
-        return Total(system.masses.source, 1, (Term(system.root, total, np.zeros(1, dtype=np.int64)),)), 0
-
-    @property
-    def kinetic(self) -> Element | None:
-        """T."""
-        return None if self.system.spec.lagrangian is not None else self.whole(self.system.kinetic)
-
-    @property
-    def potential(self) -> Element | None:
-        """U."""
-        return None if self.system.spec.lagrangian is not None else self.whole(self.system.potential)
-
-    @property
-    def energy_function(self) -> Element:
-        """h = sum p_k q_dot_k - L, which is T + U where positions do not depend on t."""
-        system = self.system
-        if not moved_in_time(system):
-            return self.whole(system.kinetic, system.potential)
-        everyone, places = system.everyone, np.arange(system.q.count)
-        p, v = (system.slots.symbol(everyone, one, places) for one in (system.momenta, system.v))
-        terms = (
-            Term(everyone, p * v, np.zeros_like(places)),
-            Term(system.root, system.potential - system.kinetic, np.zeros(1, dtype=np.int64)),
-        )
-        return Total(Source.TOTAL, 1, terms), 0
-
-    @property
-    def lagrangian(self) -> Element:
-        """L."""
-        return self.whole(self.system.kinetic, -self.system.potential)
-
-    def energy_rate(self, time: Any) -> Element:
-        """dh/dt: the power of the forces outside L, less dL/dt."""
-        system, places = self.system, np.arange(self.system.q.count)
-        power, v = (system.slots.symbol(system.everyone, one, places) for one in (system.applied, system.v))
-        terms = [Term(system.everyone, power * v, np.zeros_like(places))] if system.driven else []
-        return Total(Source.TOTAL, 1, (*terms, *of_time(system))), 0
-
-    @property
-    def torques(self) -> tuple[Element, ...]:
-        """dL/dq_k + Q_k."""
-        system, found = self.system, self.system.forces
-        if system.joints is not None:
-            lagrangian = system.kinetic - system.potential
-            (rates,), _ = slopes(lagrangian, system.root, system.totals, system.slots, system.q)
-            found = total_of(rates.count, [*rates.terms, *system.applied.terms], system.slots.graph)
-        return tuple((found, k) for k in range(system.q.count))
-
-    @property
-    def momenta(self) -> tuple[Element, ...]:
-        """p_k = dL/dq_dot_k."""
-        return tuple((self.system.momenta, k) for k in range(self.system.q.count))
