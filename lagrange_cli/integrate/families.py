@@ -134,7 +134,7 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
 
 def unproven(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether steps must be proven, and cannot be."""
-    provable = compilation.precision == DOUBLE and system.joints is None and system.bonds is None
+    provable = system.joints is None and system.bonds is None
     return not (provable or compilation.unproven) and (compilation.proven or narrow(system))
 
 

@@ -8,6 +8,7 @@ import pytest
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
@@ -35,16 +36,19 @@ POTENTIALS = {
 }
 
 
-@pytest.mark.parametrize("width", [1e-3, 1e-6])
-@pytest.mark.parametrize("kind", sorted(POTENTIALS))
-@pytest.mark.parametrize("count", [1, 3, 9])
+CASES = [(count, kind, width, DOUBLE) for count in (1, 3, 9) for kind in POTENTIALS for width in (1e-3, 1e-6)]
+CASES += [(count, "pulses", 1e-3, DOUBLE_DOUBLE) for count in (1, 9)]
+
+
+@pytest.mark.parametrize(("count", "kind", "width", "precision"), CASES)
 def test_narrow_walls_reflect_what_is_too_slow(
-    count: int, kind: str, width: float, monkeypatch: pytest.MonkeyPatch
+    count: int, kind: str, width: float, precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Free motion before and after the wall: with the same velocity, or the opposite one."""
     monkeypatch.setattr(systems, "FEWEST", 0)
     spec = read_spec(WALLS.format(count=count, width=width, potential=POTENTIALS[kind]), "system.yaml")
-    settings = Compilation("taylor", 2.0**-52, frozenset(["q", "v"]))
+    outputs = frozenset(["q", "v"])
+    settings = Compilation("taylor", 2.0 ** (-52 if precision == DOUBLE else -104), outputs, precision)
     assert family_run(spec, settings) is not None
     ready = prepare_system(spec, derive_system, None, settings)
     found = run(ready, resolve_values(spec, {}), 0.0, 4.0, 2).data

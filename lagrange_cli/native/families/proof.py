@@ -131,6 +131,12 @@ class _Writer:
         lengths = self.lengths
         return self.f.load("%work", m * lengths.term + i + (lengths.first + lengths.degrees))
 
+    def place(self, i: Integer, m: Integer) -> Real:
+        """Coefficient ``m`` of a coordinate."""
+        if self.lengths.followers:
+            return self.speed(i, m - 1) / m.to_real()
+        return self.f.load("%work", m * self.lengths.term + i + self.lengths.first)
+
     def slope(self, i: Integer, x: Real) -> Real:
         """sum_{m >= 2} m |v[m]| x^(m - 1)."""
         f, total = self.f, self.f.variable(self.f.constant(0.0))
@@ -140,17 +146,16 @@ class _Writer:
         return total.get()
 
     def enclose_state(self) -> None:
-        """The radii of q and v: sum_{m >= 1} |c[m]| r^m, where q[m] = v[m - 1] / m, and low parts."""
+        """The radii of q and v: sum_{m >= 1} |c[m]| r^m, and low parts."""
         f, degrees = self.f, self.lengths.degrees
         r = radii(f, Real(f, "%h") / Real(f, "%unit"))
         with f.loop(0, degrees, tested=False) as i:
             place, speed = (f.variable(f.zero(LANES)) for _ in range(2))
             with f.loop(0, self.lengths.top, tested=False) as passed:
                 m = f.count(self.lengths.top) - passed
-                size = f.magnitude(self.speed(i, m))
-                place.set((place.get() + f.splat(size / (m + 1).to_real(), LANES)) * r)
-                speed.set((speed.get() + f.splat(size, LANES)) * r)
-            first = f.splat(f.magnitude(self.speed(i, f.count(0))), LANES)
+                place.set((place.get() + f.splat(f.magnitude(self.place(i, m + 1)), LANES)) * r)
+                speed.set((speed.get() + f.splat(f.magnitude(self.speed(i, m)), LANES)) * r)
+            first = f.splat(f.magnitude(self.place(i, f.count(1))), LANES)
             for array, radius in ((self.system.q, (place.get() + first) * r), (self.system.v, speed.get())):
                 shift = self.margins.low + (degrees if array is self.system.v else 0)
                 low = f.splat(f.magnitude(f.load("%state", i + shift)), LANES)
