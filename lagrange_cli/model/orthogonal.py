@@ -37,7 +37,7 @@ def leading(rows: Sequence[Mapping[int, float]], sine: float) -> list[int]:
             found.append(i)
             rest = reflected(first, norm, rest)
         if len(rest) > TALL * rest.shape[1]:
-            rest = np.linalg.qr(rest, mode="r")
+            rest = np.asarray(np.linalg.qr(rest, mode="r"))
         if rest.size:
             waiting[columns[1]].append((columns[1:], rest))
     return found
@@ -74,4 +74,4 @@ def reflected(first: NDArray[np.float64], norm: float, rest: NDArray[np.float64]
     normal = first.copy()
     normal[0] += math.copysign(norm, normal[0])
     shares = (normal @ rest) / (norm * abs(normal[0]))
-    return rest[1:] - np.outer(normal[1:], shares)  # type: ignore[no-any-return]
+    return rest[1:] - np.outer(normal[1:], shares)
