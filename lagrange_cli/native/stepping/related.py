@@ -2,8 +2,8 @@
 
 Far down the tail of a wave, coordinates and velocities are 1e-50 of those of its head, and grow as high
 powers of the time: only in very short steps are their series small beside themselves. They are measured by
-the rounding error of the fastest velocity in the family instead. Their errors are then below its square, so that
-also the momentum of a member with 2^60 times the mass is known to many digits.
+the rounding error of the fastest velocity in the family instead. Their errors are then
+below its square, so that also the momentum of a member with 2^60 times the mass is known to many digits.
 """
 
 from __future__ import annotations
