@@ -196,6 +196,7 @@ def with_steps(
     """What follows a motion whose series are at ``lengths``: the doubles that it works on, and its texts."""
     from lagrange_cli.native.stepping.advance import advance
     from lagrange_cli.native.stepping.doubles import accelerate
+    from lagrange_cli.native.stepping.related import related
 
     made = []
     if equations.scheme:
@@ -208,7 +209,13 @@ def with_steps(
         work, steps = on_rates(scheme_of(equations.scheme), rates.lengths, given, coupling, work)
         made.append(steps)
     elif equations.steps:
-        made.append(advance(kind(lengths, given_of(equations, work, project))))
+        families = related(equations.residual.model)
+        if families:
+            floor = LANES * -(-work // LANES)
+            work = floor + LANES * -(-lengths.width // LANES)
+            lengths = replace(lengths, floor=floor)
+        given = replace(given_of(equations, work, project), related=families)
+        made.append(advance(kind(lengths, given)))
     return work, [*made, accelerate(lengths)]
 
 

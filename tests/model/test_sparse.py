@@ -7,33 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.model import sparse
-from lagrange_cli.model.start.linear import CLEAR, DEPENDENT, leading_dense
-
-
-def rows_of(seed: int, count: int, width: int, repeated: int) -> list[dict[int, float]]:
-    """Sparse rows of norm 1 in a band; some are combinations of earlier ones."""
-    chance = np.random.default_rng(seed)
-    rows: list[dict[int, float]] = []
-    for i in range(count):
-        if len(rows) > 3 and repeated and chance.random() < repeated / 10:
-            first, second = (rows[k] for k in chance.choice(len(rows), 2, replace=False))
-            row = {k: first.get(k, 0.0) - 0.5 * second.get(k, 0.0) for k in {*first, *second}}
-            row = {k: a for k, a in row.items() if a}
-        else:
-            places = i // 2 + chance.choice(width, min(3, width), replace=False)
-            row = dict(zip(places.tolist(), chance.uniform(-1, 1, len(places)).tolist()))
-        norm = float(np.sqrt(sum(a * a for a in row.values())))
-        rows.append({k: a / norm for k, a in row.items()})
-    return rows
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10**6), st.integers(1, 40), st.integers(2, 9), st.integers(0, 4))
-def test_the_rows_that_lead_are_those_of_full_matrices(
-    seed: int, count: int, width: int, repeated: int
-) -> None:
-    rows = rows_of(seed, count, width, repeated)
-    assert sparse.leading(rows, DEPENDENT, CLEAR) == leading_dense(rows, DEPENDENT)
+from tests.model.test_orthogonal import rows_of
 
 
 @settings(max_examples=40, deadline=None)

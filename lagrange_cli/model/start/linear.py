@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.model import sparse
+from lagrange_cli.model import orthogonal, sparse
 from lagrange_cli.model.start.equations import Masses, Row
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def independent(
             found += [kept[i] for i in part]
             continue
         mine = [unit[i] for i in part]
-        chosen = leading_dense(mine, sine) if len(part) <= DENSE else sparse.leading(mine, sine, CLEAR)
+        chosen = leading_dense(mine, sine) if len(part) <= DENSE else orthogonal.leading(mine, sine)
         found += [kept[part[i]] for i in chosen]
     return sorted(found)
 

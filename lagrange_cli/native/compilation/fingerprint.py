@@ -9,7 +9,9 @@ import os
 import sys
 from importlib import import_module
 
-STAGES = ("expression", "spec", "model", "series", "mechanics", "native", "outputs", "integrate")
+STAGES = (
+    "expression", "spec", "model", "series", "mechanics", "families", "native", "outputs", "integrate",
+)  # fmt: skip
 """The packages that compiled code depends on."""
 PROCESSOR = (
     "vendor_id", "cpu family", "model", "model name", "stepping", "flags",

@@ -21,6 +21,7 @@ from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.parts import Part, Parts, Places, Units
 from lagrange_cli.native.stepping.proof import Margins, Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures
+from lagrange_cli.native.stepping.related import write_floors
 from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
@@ -54,6 +55,9 @@ class Given:
     floors: str = ""
     """The text of ``@floors(constants, state, floors)``, if velocities are not all measured by themselves
     alone; it computes what is then at ``Lengths.floor``."""
+    related: Sequence[tuple[int, int]] = ()
+    """The first coordinate and the number of those of each family, if velocities of its members are measured
+    by the fastest one, too (``related``)."""
     coupling: Coupling | None = None
     """Which rates depend on which coordinates, for implicit steps."""
     rates: str = "jet"
@@ -82,7 +86,7 @@ class Steps(ABC):
         self.noise = self._noise()
         self.sizes = StepSize(
             lengths, given.tolerance, rest, fades=self.parts == 1,
-            uncertain=(self.noise.place, 1.0) if self.noise and not lengths.floor else None,
+            uncertain=(self.noise.place, 1.0) if self.noise and not self.noise_is_floor else None,
         )  # fmt: skip
         self.quadratures = None
         if rows[1]:
@@ -188,6 +192,11 @@ class Steps(ABC):
         if self.given.project:
             f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
 
+    @property
+    def noise_is_floor(self) -> bool:
+        """Whether velocities are measured by at least what rounding changes them, as if they were as fast."""
+        return bool(self.lengths.floor) and not self.given.related
+
     def measure(self, f: Function, now: Now) -> None:
         """Compute the least sizes that velocities are measured by, where there are any."""
         if self.noise:
@@ -195,8 +204,10 @@ class Steps(ABC):
             times, always = (now.t, now.low, now.unit), Bit(f, "true")
             with f.when(self.noise.due(f)), f.when(self.noise.call(f, places, times, always)):
                 self.forget(f)
-            if self.lengths.floor:
+            if self.noise_is_floor:
                 self.noise.floors(f, now.previous)
+            elif self.lengths.floor:
+                write_floors(f, self.lengths, self.given.related)
         elif self.given.floors:
             place = f.place("%work", self.lengths.floor, "double")
             f.call(None, "floors", f.pointer("%constants"), f.pointer("%state"), place)

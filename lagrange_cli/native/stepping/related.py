@@ -1,0 +1,52 @@
+"""Velocities that are nothing beside the fastest one of their family: what they are measured by.
+
+Far down the tail of a wave, coordinates and velocities are 1e-50 of those of its head, and grow as high
+powers of the time: only in very short steps are their series small beside themselves. They are measured by
+the rounding error of the fastest velocity in the family instead. Their errors are then
+below its square, so that also the momentum of a member with 2^60 times the mass is known to many digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.stepping.lengths import Lengths
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.node import Node
+    from lagrange_cli.model.model import Model
+
+FAINT = 2.0**-52
+"""The part of the fastest velocity."""
+FEWEST = 4
+"""Families of fewer members have no tail."""
+
+
+def related(model: Model[Node]) -> list[tuple[int, int]]:
+    """The first coordinate of each family, and the number of its members."""
+    found, first = list[tuple[int, int]](), 0
+    for _, members in groupby(str(q.data).partition("[")[0] for q in model.q):
+        count = sum(1 for _ in members)
+        if count >= FEWEST:
+            found.append((first, count))
+        first += count
+    return found
+
+
+def write_floors(f: Function, lengths: Lengths, related: Sequence[tuple[int, int]]) -> None:
+    """Write down the least that velocities are measured by, where ``Lengths.floor`` is."""
+    for first, count in related:
+        fastest, last = f.variable(f.zero(lengths.lanes)), first + count
+        first += lengths.degrees
+        last += lengths.degrees
+        start = lengths.vector(first)
+        with lengths.each(f, start, last) as row:
+            speed = row.only(row.among(first, count), f.magnitude(row.at("%state")))
+            fastest.set(f.larger(fastest.get(), speed))
+        least = lengths.wide(f, lengths.gather(f, "fmax", fastest.get()) * FAINT)
+        with lengths.each(f, start, last) as row:
+            before = row.at("%work", lengths.floor)
+            row.put(f.select(row.among(first, count), least, before), "%work", lengths.floor)
