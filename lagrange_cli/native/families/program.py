@@ -18,6 +18,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.arrangement import Element, Observed
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.beside import BesideJet
+from lagrange_cli.native.families.closed import ClosedJet
 from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
@@ -99,7 +100,7 @@ class _Writer(Preparation):
             given=self.kind.parts if self.factor is None else 2,
             guards=(), limits=(), events=self.numbered(), changed=self.events.changed if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
-            constraints=0 if self.motion is None else self.motion.count, pattern=(),
+            constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
@@ -179,6 +180,8 @@ class _Writer(Preparation):
     def jet(self) -> Jet:
         """``@jet``."""
         given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
+        if self.closure is not None:
+            return self.with_beside(ClosedJet(self.closure, self.tabled, *given, self.kind), *given)
         if self.balance is not None:
             return self.with_beside(ArticulatedJet(self.balance, *given, self.kind), *given)
         if self.motion is not None:
