@@ -10,6 +10,7 @@ import numpy as np
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.closed_projection import Residuals
 from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
@@ -69,6 +70,7 @@ class Arrangement:
             self.balance = Balance(system, self.lasting.arranged)
         elif system.bonds is not None:
             self.motion = Motion(system, self.lasting)
+        self.residuals = None if self.closure is None or order <= RATES else Residuals(self.closure)
         self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
         if system.bonds is not None:
             self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
