@@ -213,7 +213,13 @@ def bounds_of(
 
 
 def bound_of(
-    builder: FamilyBuilder, domain: Domain, node: Node, numbers: Places, nodes: Sequence[Chain], *, whole: bool
+    builder: FamilyBuilder,
+    domain: Domain,
+    node: Node,
+    numbers: Places,
+    nodes: Sequence[Chain],
+    *,
+    whole: bool,
 ) -> Bound:
     """Constraints, or terms of them, without sums."""
     graph, slots = builder.graph, builder.slots

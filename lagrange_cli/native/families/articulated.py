@@ -135,9 +135,7 @@ class ArticulatedJet(CorrectedJet):
         return found
 
 
-def swept(
-    evaluation: Evaluation, balance: Balance, sweeps: Sweeps | None, fixed: Collection[Array]
-) -> None:
+def swept(evaluation: Evaluation, balance: Balance, sweeps: Sweeps | None, fixed: Collection[Array]) -> None:
     """Forces to the roots, and accelerations of nodes to the tips."""
 
     def moving(totals: Sequence[Total]) -> list[Total]:

@@ -1,7 +1,7 @@
 """``@project`` of chains and trees with constraints: the state back to these (see ``stepping.projection``).
 
-Places of nodes are sums along chains, of many terms. They are added up with what rounding loses (T. J. Dekker,
-Numerische Mathematik 18, 1971), and with what the low parts of the state add. Masses at the state, and what
+Places of nodes are sums along chains, of many terms. They are added up with what rounding loses (T. J.
+Dekker, Numerische Mathematik 18, 1971), and with what the low parts of the state add. Masses at the state, and what
 forces of constraint do there, are those of ``@jet`` without series.
 """
 
@@ -109,7 +109,9 @@ class Residuals:
                 x = slope * symbol(one.domain, amount, rows)
                 parts.append(x * x)
             for hold in one.holds:
-                parts += [hold.slope * hold.slope * square for square in self._squares(one.domain, hold, speed)]
+                parts += [
+                    hold.slope * hold.slope * square for square in self._squares(one.domain, hold, speed)
+                ]
             terms.append(Term(one.domain, self.graph.sum([(part, 1.0) for part in parts]), one.numbers))
         return self.closure.total(self.closure.count, terms)
 

@@ -207,6 +207,4 @@ class Closure:
                 bent = True
                 terms.append((Term(domain, sign * slope * multiplier, places), to))
         change = self.changes(bound, self.balance)
-        return Local(
-            domain, [*terms, *slopes], len(slopes), symbols, [multiplier] if bent else [], change
-        )
+        return Local(domain, [*terms, *slopes], len(slopes), symbols, [multiplier] if bent else [], change)
