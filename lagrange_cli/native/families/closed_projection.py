@@ -1,8 +1,8 @@
 """``@project`` of chains and trees with constraints: the state back to these (see ``stepping.projection``).
 
 Places of nodes are sums along chains, of many terms. They are added up with what rounding loses (T. J.
-Dekker, Numerische Mathematik 18, 1971), and with what the low parts of the state add. Masses at the state, and what
-forces of constraint do there, are those of ``@jet`` without series.
+Dekker, Numerische Mathematik 18, 1971), and with what the low parts of the state add. Masses at the state,
+and what forces of constraint do there, are those of ``@jet`` without series.
 """
 
 from __future__ import annotations
@@ -209,8 +209,12 @@ class ClosedProjection:
                 vectors.store(-vectors.load(off, i), right, i)
             solve(saddle, closure, right, where(closure.multipliers))
             respond(evaluation, closure.alone, closure.reply, sweeps, self.fixed, coordinates=True)
-            changes = where(closure.reply.rates)
-            with f.loop(0, closure.size, tested=False) as i:
-                vectors.add_to_state(i, row, self.layout.width, lambda i=i: vectors.load(changes, i))  # type: ignore[misc]
+            self._add(where(closure.reply.rates), row)
         if at.count is not None:
             f.store(f.load("%state", at.count) + 1.0, "%state", at.count)
+
+    def _add(self, changes: Pointer, first: int) -> None:
+        """The ``changes`` to the rows of the state from ``first`` on."""
+        vectors = self.evaluation.vectors
+        with vectors.f.loop(0, self.jet.closure.size, tested=False) as row:
+            vectors.add_to_state(row, first, self.layout.width, lambda: vectors.load(changes, row))
