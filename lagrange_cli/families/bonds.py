@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -29,11 +30,22 @@ written out."""
 
 
 @dataclass(frozen=True, eq=False)
+class Hold:
+    """Nodes of chains that constraints contain: a ``component`` of those at these ``places``, its ``symbol``
+    in the constraints, and the derivative by it."""
+
+    component: int
+    places: Places
+    symbol: Node
+    slope: Node
+
+
+@dataclass(frozen=True, eq=False)
 class Bound:
     """Constraints that are alike, the members of a ``domain``: ``node`` = 0, of these ``numbers``. ``rows``
     are the coordinates that each contains, and ``coordinates`` their symbols; ``slopes`` has the derivatives
     by these, and ``speed`` is the rate of ``node``. Where they are not ``whole``, they are terms of
-    constraints: all of those with the same number add up to 0."""
+    constraints: all of those with the same number add up to 0. ``holds`` has the nodes of chains in them."""
 
     domain: Domain
     node: Node
@@ -43,6 +55,7 @@ class Bound:
     slopes: tuple[Node, ...]
     speed: Node
     whole: bool = True
+    holds: tuple[Hold, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +74,13 @@ class Pairs:
 @dataclass(frozen=True, eq=False)
 class Bonds:
     """The ``bounds`` of a system, and the ``names`` of all constraints. The ``multipliers`` are computed from
-    all equations together, and have no terms."""
+    all equations together, and have no terms. On chains and trees, each constraint is ``coupled`` to all
+    others."""
 
     bounds: tuple[Bound, ...]
     names: Sequence[str]
     multipliers: Total
+    coupled: bool = False
 
     @property
     def count(self) -> int:
@@ -100,6 +115,7 @@ class Bonds:
         for one in self.bounds:
             yield one.node
             yield from one.slopes
+            yield from (hold.slope for hold in one.holds)
 
     @cached_property
     def pairs(self) -> tuple[Sequence[Pairs], Places]:
@@ -135,7 +151,9 @@ class Bonds:
     def elimination(self) -> Elimination:
         """How A M^-1 A^T is factored. Raises ``Unsuited`` where L has too many numbers."""
         neighbours: list[set[int]] = [set() for _ in range(self.count)]
-        for i, j in self.pairs[1].tolist():
+        every = range(self.count)
+        pairs = product(every, every) if self.coupled else self.pairs[1].tolist()
+        for i, j in pairs:
             if i != j:
                 neighbours[i].add(j)
                 neighbours[j].add(i)
@@ -145,9 +163,9 @@ class Bonds:
         return found
 
 
-def bonds(builder: FamilyBuilder, spec: Spec) -> Bonds | None:
-    """The constraints without those that are left out; None where there are none. Raises ``Unsuited`` where
-    they are of another kind."""
+def bonds(builder: FamilyBuilder, spec: Spec, nodes: Sequence[Chain] | None = None) -> Bonds | None:
+    """The constraints without those that are left out; None where there are none. On chains and trees they
+    may contain the places of ``nodes``. Raises ``Unsuited`` where they are of another kind, or many there."""
     found, names = list[Bound](), list[str]()
     left = {*spec.left_out}
     for family in grouped(spec.constraints, spec.families.get("constraints", {})):
@@ -159,17 +177,23 @@ def bonds(builder: FamilyBuilder, spec: Spec) -> Bonds | None:
         for domain, value, which in builder.pieces(group, own) if len(own) else ():
             if isinstance(value, tuple):
                 raise Unsuited
-            found += bounds_of(builder, domain, value, numbers[which])
-    bound = [np.zeros(0, dtype=np.int64), *(one.numbers for one in found if one.rows)]
+            found += bounds_of(builder, domain, value, numbers[which], nodes or ())
+    bound = [np.zeros(0, dtype=np.int64), *(one.numbers for one in found if one.rows or one.holds)]
     if len(np.unique(np.concatenate(bound))) < len(names):
         raise Unsuited  # no coordinate is in one of them
-    return Bonds(tuple(found), names, Total(Source.TOTAL, len(names))) if names else None
+    if nodes is not None and len(names) > MOST:
+        raise Unsuited
+    multipliers = Total(Source.TOTAL, len(names))
+    return Bonds(tuple(found), names, multipliers, nodes is not None) if names else None
 
 
-def bounds_of(builder: FamilyBuilder, domain: Domain, value: Node, numbers: Places) -> Iterator[Bound]:
+def bounds_of(
+    builder: FamilyBuilder, domain: Domain, value: Node, numbers: Places, nodes: Sequence[Chain]
+) -> Iterator[Bound]:
     """Constraints that are alike, and those terms of them that are sums."""
     graph, slots = builder.graph, builder.slots
-    sums = [(s, slot) for s, slot in slots.inside(value) if isinstance(slot.array, Total)]
+    inside = [(s, slot) for s, slot in slots.inside(value) if slot.array not in nodes]
+    sums = [(s, slot) for s, slot in inside if isinstance(slot.array, Total)]
     for s, slot in sums:
         factor, total = graph.diff(value, s), slot.array
         if factor.kind is not Kind.NUMBER or isinstance(total, Chain) or not isinstance(total, Total):
@@ -182,21 +206,34 @@ def bounds_of(builder: FamilyBuilder, domain: Domain, value: Node, numbers: Plac
             mine = number[term.targets]
             if np.any(mine == NONE):
                 raise Unsuited
-            yield bound_of(builder, term.domain, factor * term.node, mine, whole=False)
+            yield bound_of(builder, term.domain, factor * term.node, mine, nodes, whole=False)
     (rest,) = substituted(graph, [value], {s: graph.zero for s, _ in sums})
     if not rest.is_zero:
-        yield bound_of(builder, domain, rest, numbers, whole=not sums)
+        yield bound_of(builder, domain, rest, numbers, nodes, whole=not sums)
 
 
-def bound_of(builder: FamilyBuilder, domain: Domain, node: Node, numbers: Places, *, whole: bool) -> Bound:
+def bound_of(
+    builder: FamilyBuilder,
+    domain: Domain,
+    node: Node,
+    numbers: Places,
+    nodes: Sequence[Chain],
+    *,
+    whole: bool,
+) -> Bound:
     """Constraints, or terms of them, without sums."""
     graph, slots = builder.graph, builder.slots
     inside = [(s, slot) for s, slot in slots.inside(node) if slot.array is builder.q]
-    known = builder.q, builder.given, builder.whole
+    holds = tuple(
+        Hold(nodes.index(slot.array), slot.table, s, graph.diff(node, s))
+        for s, slot in slots.inside(node)
+        if isinstance(slot.array, Chain) and slot.array in nodes
+    )
+    known = builder.q, builder.given, builder.whole, *nodes
     if any(slot.array not in known for _, slot in slots.inside(node)):
         raise Unsuited
-    if not inside and (whole or node.symbols & builder.time.symbols):
+    if not inside and not holds and (whole or node.symbols & builder.time.symbols):
         raise Unsuited
     symbols, rows = tuple(s for s, _ in inside), tuple(slot.table for _, slot in inside)
     slopes = tuple(graph.diff(node, one) for one in symbols)
-    return Bound(domain, node, numbers, rows, symbols, slopes, builder.rate(node, domain), whole)
+    return Bound(domain, node, numbers, rows, symbols, slopes, builder.rate(node, domain), whole, holds)

@@ -106,6 +106,8 @@ class State:
     def allows(self, direction: Values) -> bool:
         """Whether constraints stay as they are in a direction."""
         bonds = self.system.bonds
+        if bonds and any(bound.holds for bound in bonds.bounds):
+            return False  # nodes of chains are not looked at
         total, size = np.zeros((2, bonds.count if bonds else 0))
         for bound in bonds.bounds if bonds else ():
             for slope, rows in zip(bound.slopes, bound.rows):
@@ -136,6 +138,8 @@ def constants_of(system: FamilySystem) -> Constants:
         for bound in system.bonds.bounds if system.bonds else ():
             for rows in bound.rows:
                 idle[rows] = False
+            if bound.holds:
+                idle[:] = False
         kept = free & idle
         found = [kept_momentum(names[k], constrained=constrained) for k in np.flatnonzero(kept).tolist()]
         idle_power = all(one.vanishes(one.v, applied=True, inside=False) for one in states)

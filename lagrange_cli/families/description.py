@@ -75,13 +75,15 @@ class FamilySystem:
     """The sums of m x, m y and so on, likewise."""
     loads: Sequence[Total] = ()
     bonds: Bonds | None = None
-    """The constraints, where M is diagonal."""
+    """The constraints."""
     events: Events | None = None
 
     @cached_property
     def reactions(self) -> Mapping[str, Sequence[Total]] | None:
         """The forces of constraint on the particles of each family; None where they are not determined."""
         assert self.bonds is not None
+        if self.joints is not None:
+            return None
         moved = np.concatenate([one.rows for one in self.components] or [np.zeros(0, dtype=np.int64)])
         if self.spec.lagrangian is not None or len(np.unique(moved)) < len(moved):
             return None

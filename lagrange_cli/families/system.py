@@ -84,7 +84,7 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
     try:
         return separate(spec, algebra())
     except (Unsuited, Differ):
-        if spec.lagrangian is not None or spec.constraints or len(spec.coordinates) < FEWEST_JOINTED:
+        if spec.lagrangian is not None or len(spec.coordinates) < FEWEST_JOINTED:
             raise
     return articulated(spec, algebra())
 
@@ -154,11 +154,12 @@ def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
     applied = total_of(builder.q.count, [*terms, *felt(builder, found, pushes)], graph)
     momentum = momenta(builder, found)
+    bound = bonds(builder, spec, found.nodes)
     return described(
         builder, everyone=Domain(builder.q.count), masses=total_of(builder.q.count, [], graph), forces=forces,
         needed=[*needed, *beside], energies=totals, slopes=whole, applied=applied,
         potential=potential, kinetic=kinetic, momenta=momentum, components=[], joints=found, loads=pulls,
-        centres=centres(builder, spec),
+        centres=centres(builder, spec), bonds=bound,
     )  # fmt: skip
 
 

@@ -92,7 +92,18 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
+    if system.bonds is not None and system.joints is not None and not closable(system, compilation):
+        return None
     return None if needs is Needs.STEPS and mixed(system) else system
+
+
+def closable(system: FamilySystem, compilation: Compilation) -> bool:
+    """Whether a motion of chains and trees with constraints can be followed: in doubles, forwards, without
+    events and without outputs that contain multipliers at all samples."""
+    plain = compilation.precision == DOUBLE and compilation.factor is None and not compilation.backward
+    needs = METHODS[compilation.method].needs
+    further = bool(system.spec.events) or "multipliers" in compilation.outputs
+    return plain and needs is Needs.SERIES and not further
 
 
 def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:

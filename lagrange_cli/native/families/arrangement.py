@@ -10,6 +10,8 @@ import numpy as np
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.closed_projection import Residuals
+from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
@@ -60,8 +62,15 @@ class Arrangement:
         self.layout = StateLayout(self.degrees, len(self.integrals))
         for total in system.totals:
             self.lasting.arranged(total)
-        self.balance = None if system.joints is None else Balance(system, self.lasting.arranged)
-        self.motion = None if system.bonds is None else Motion(system, self.lasting)
+        self.closure = self.balance = self.motion = None
+        if system.joints is not None and system.bonds is not None:
+            self.closure = Closure(system, self.lasting)
+            self.balance = self.closure.balance
+        elif system.joints is not None:
+            self.balance = Balance(system, self.lasting.arranged)
+        elif system.bonds is not None:
+            self.motion = Motion(system, self.lasting)
+        self.residuals = None if self.closure is None or order <= RATES else Residuals(self.closure)
         self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
         if system.bonds is not None:
             self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers

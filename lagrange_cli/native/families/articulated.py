@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.balance import Balance
-from lagrange_cli.native.families.corrected import CorrectedJet
+from lagrange_cli.native.families.corrected import CorrectedJet, Local
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.jets import regular
 from lagrange_cli.native.families.loops import needed
@@ -25,18 +25,31 @@ class ArticulatedJet(CorrectedJet):
         self.balance = balance
         self.good: list[Bit] = []
 
+    @property
+    def held(self) -> frozenset[int]:
+        """The components of nodes whose series are needed in any case."""
+        return frozenset()
+
+    def of_joints(self) -> tuple[Sequence[Total], Sequence[Array], Sequence[Local]]:
+        """The forces, further arrays, and what is computed by series."""
+        balance = self.balance
+        return (balance.forces, *balance.loads), balance.arrays, balance.series
+
     def prepared(self) -> Sequence[Total]:
         balance, fixed = self.balance, self.lasting.fixed
         nodes = [self.lasting.arranged(one) for one in balance.found.nodes]
         rates = [self.lasting.arranged(one) if one is not None else None for one in balance.found.rates]
         given = {one: None for one in (*nodes, *rates) if one is not None}
-        roots = [one for one in (balance.forces, *balance.loads) if one not in fixed]
+        forces, arrays, series = self.of_joints()
+        roots = [one for one in forces if one not in fixed]
         totals = needed(roots, self.slots, [*fixed, *given])
         inside = {slot.array for one in totals for t in one.terms for _, slot in self.slots.inside(t.node)}
         self.followed = [
-            (c, nodes[c], rates[c]) for c in balance.axes if {nodes[c], rates[c]} & (inside - {None})
+            (c, nodes[c], rates[c])
+            for c in balance.axes
+            if {nodes[c], rates[c]} & (inside - {None}) or c in self.held
         ]
-        """Nodes whose places or velocities forces depend on."""
+        """Nodes whose places or velocities forces depend on, or constraints."""
         for _, *both in self.followed:
             for one in both:
                 if one is not None:
@@ -47,13 +60,17 @@ class ArticulatedJet(CorrectedJet):
             if one not in self.planes:
                 self.planes[one] = self.take(room(one.count)), 0
         self.arrange(totals)
-        for array in balance.arrays:
+        for array in arrays:
             if array not in fixed and array not in self.planes:
                 self.planes[array] = self.take(room(array.count)), 0
-        self.arrange_members(balance.series)
+        self.arrange_members(series)
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
         self.sweeps = Sweeps(self.vectors, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
         return totals
+
+    @property
+    def ahead(self) -> Collection[Array]:
+        return [self.system.q, *(place for _, place, _ in self.followed if place is not None)]
 
     def begin(self) -> None:
         if self.starts:
@@ -67,7 +84,7 @@ class ArticulatedJet(CorrectedJet):
         self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
     ) -> None:
         balance, first = self.balance, isinstance(k, int) and k == 0
-        given = [*balance.local, *(balance.slopes if first else ())]
+        given = self.given(first=first)
         evaluation.clear(added(self.moving(given), [series.loop for series, _ in self.members]))
         self.evaluate(k, phase)
         if first:
@@ -84,16 +101,18 @@ class ArticulatedJet(CorrectedJet):
                         balance.weights, balance.gains, balance.inverse, balance.passed,
                     )
                 )  # fmt: skip
-        evaluation.write(self.moving(balance.before))
-        if self.sweeps is not None:
-            bare = not any(one.terms for one in balance.pull)
-            self.sweeps.to_roots(balance.pull, balance.push, balance.passed, bare=bare)
-        evaluation.write(self.moving(balance.between))
-        if self.sweeps is not None:
-            self.sweeps.to_tips(balance.accelerations, balance.drift, balance.passed)
+        self.follow_forces(evaluation, first=first)
         evaluation.write(self.moving(balance.after))
         self.evaluate(k, correcting=True)
         self.advance(evaluation, k, balance.rates)
+
+    def given(self, *, first: bool) -> list[Array]:
+        """What series give."""
+        return [*self.balance.local, *(self.balance.slopes if first else ())]
+
+    def follow_forces(self, evaluation: Evaluation, *, first: bool) -> None:
+        """The accelerations of nodes."""
+        swept(evaluation, self.balance, self.sweeps, self.lasting.fixed)
 
     def advance(self, evaluation: Evaluation, k: int | Integer, rates: Array) -> None:
         """The newest coefficients of coordinates, and of nodes that forces depend on."""
@@ -114,3 +133,18 @@ class ArticulatedJet(CorrectedJet):
         for one in self.good[1:]:
             found = found & one
         return found
+
+
+def swept(evaluation: Evaluation, balance: Balance, sweeps: Sweeps | None, fixed: Collection[Array]) -> None:
+    """Forces to the roots, and accelerations of nodes to the tips."""
+
+    def moving(totals: Sequence[Total]) -> list[Total]:
+        return [one for one in totals if one not in fixed]
+
+    evaluation.write(moving(balance.before))
+    if sweeps is not None:
+        bare = not any(one.terms for one in balance.pull)
+        sweeps.to_roots(balance.pull, balance.push, balance.passed, bare=bare)
+    evaluation.write(moving(balance.between))
+    if sweeps is not None:
+        sweeps.to_tips(balance.accelerations, balance.drift, balance.passed)

@@ -16,20 +16,27 @@ a.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.kinds import Kind
 from lagrange_cli.native.families.local import local_of
-from lagrange_cli.native.families.node_arrays import Arranged, NodeArrays
+from lagrange_cli.native.families.node_arrays import Arranged, NodeArrays, array
 
 
 class Balance(NodeArrays):
-    """The totals of a system of joints."""
+    """The totals of a system of joints, on which other ``forces`` and ``loads`` may act than its own."""
 
-    def __init__(self, system: FamilySystem, arranged: Arranged) -> None:
-        super().__init__(system, arranged)
+    def __init__(
+        self,
+        system: FamilySystem,
+        arranged: Arranged,
+        forces: Total | None = None,
+        loads: Sequence[Total] | None = None,
+    ) -> None:
+        super().__init__(system, arranged, forces, loads)
         found, many = self.found, self.count
         self.kinds = [Kind(self, one) for one in found.joints]
         self.masses = {
@@ -41,6 +48,22 @@ class Balance(NodeArrays):
             one: self.total(many, [t for k in self.kinds for t in k.corner(*one)]) for one in self.pivots
         }
         self.weights = [self.total(many, [t for k in self.kinds for t in k.weighed(c)]) for c in self.axes]
+        self._respond()
+        self.series = [local_of(one) for one in self.kinds]
+        """What the joints' series of each kind give."""
+
+    def alone(self, forces: Total, loads: Sequence[Total]) -> Balance:
+        """What ``forces`` and ``loads`` do alone, with the same masses."""
+        made = copy(self)
+        made.forces, made.loads = forces, loads
+        made.accelerations = [array(self.count) for _ in self.axes]
+        made.kinds = [one.alone(made) for one in self.kinds]
+        made._respond()
+        return made
+
+    def _respond(self) -> None:
+        """How joints move as forces act."""
+        many = self.count
         for one in self.kinds:
             one.add(one.free, Kind.freed)
         self.pull = [
@@ -58,9 +81,7 @@ class Balance(NodeArrays):
         for one in self.kinds:
             one.strained()
         rates = [term for one in self.kinds for term in one.accelerated()]
-        self.rates = self.total(system.q.count, rates, kept=False)
-        self.series = [local_of(one) for one in self.kinds]
-        """What the joints' series of each kind give."""
+        self.rates = self.total(self.system.q.count, rates, kept=False)
 
     # in which order they are computed
 
@@ -89,6 +110,11 @@ class Balance(NodeArrays):
     def between(self) -> Sequence[Total]:
         """Before a goes to the tips."""
         return [*(total for kind in self.kinds for total in kind.held_back), *self.drift]
+
+    @cached_property
+    def moved(self) -> Sequence[Total]:
+        """q_ddot."""
+        return [*(total for kind in self.kinds for total in kind.change), self.rates]
 
     @cached_property
     def after(self) -> Sequence[Total]:

@@ -3,7 +3,7 @@ members together: each order is computed without these, and then corrected."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -154,6 +154,11 @@ class CorrectedJet(SeriesJet):
     members: list[tuple[CorrectedSeries, int]]
     """Their series, with places in ``%work``."""
 
+    @property
+    def ahead(self) -> Collection[Array]:
+        """What is two orders ahead."""
+        return [self.system.q]
+
     def begin(self) -> None:
         for k in BEFORE_ACCELERATIONS:
             self.evaluate(k)
@@ -179,7 +184,7 @@ class CorrectedJet(SeriesJet):
         """The series of all members in stage k."""
         early = isinstance(k, int) and k < 0
         evaluation = Evaluation(
-            self.vectors, self.slots, lambda array: self.at(array, k + 2 if early and array is self.system.q
+            self.vectors, self.slots, lambda array: self.at(array, k + 2 if early and array in self.ahead
             else 0), self.tables, {self.system.time: self.time},
         )  # fmt: skip
         for series, place in self.members:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +18,9 @@ from lagrange_cli.native.families.node_arrays import NodeArrays, array
 
 class Kind:
     """Joints of one kind."""
+
+    resting = False
+    """Whether there are no velocities: what follows from forces alone."""
 
     def __init__(self, balance: NodeArrays, joints: Joints) -> None:
         self.balance, self.joints, self.graph = balance, joints, balance.graph
@@ -33,10 +37,20 @@ class Kind:
         self._gains: dict[tuple[int, int], Node] = {}
         if not self.is_node:
             self._eliminate()
+        self._begin()
+
+    def _begin(self) -> None:
         self.free: list[Total] = []
         self.held_back: list[Total] = []
         self.change: list[Total] = []
         self.strain: list[Total] = []
+
+    def alone(self, balance: NodeArrays) -> Kind:
+        """The same joints, moved from rest by the forces of another ``balance``."""
+        made = copy(self)
+        made.balance, made.resting = balance, True
+        made._begin()
+        return made
 
     def add(self, found: list[Total], made: Callable[[Kind, int], Node]) -> None:
         """Totals for each coordinate."""
@@ -182,7 +196,7 @@ class Kind:
     def known(self, c: int) -> Node:
         """M c - F of a node."""
         balance = self.balance
-        terms = [self.mass(c, e) * self.node(balance.rest[e]) for e in balance.axes]
+        terms = [] if self.resting else [self.mass(c, e) * self.node(balance.rest[e]) for e in balance.axes]
         if balance.loads[c].terms:
             terms.append(self.node(balance.loads[c]))
         return self.summed(terms)
@@ -193,9 +207,11 @@ class Kind:
         terms = []
         if balance.forces.terms:
             terms.append(balance.slots.symbol(self.domain, balance.forces, joints.rows[b]))
-        terms.append(-self.own(self.missing[b]))
         if self.is_node:
             terms += [-(self.slope(c, b) * self.known(c)) for c in balance.axes]
+        if self.resting:
+            return self.summed(terms)
+        terms.append(-self.own(self.missing[b]))
         terms += [
             -(self.swing(s, b) * self.weight(s) * self.own(self.rest[s])) for s in range(len(joints.weights))
         ]
@@ -203,7 +219,7 @@ class Kind:
 
     def _carried(self, c: int) -> Node:
         """What goes on to the parent, whatever its children do."""
-        terms = [self.weight(s) * self.own(self.rest[s]) for s in self.on(c)]
+        terms = [self.weight(s) * self.own(self.rest[s]) for s in self.on(c) if not self.resting]
         terms += [self.gain(c, b) * self.freed(b) for b in self.bends]
         return self.summed([*terms, self.known(c)] if self.is_node else terms)
 
@@ -230,7 +246,9 @@ class Kind:
         if not self.is_node:
             return []
         terms = [self.slope(c, b) * self.holding(b) for b in self.bends]
-        return [Term(self.domain, self.summed([*terms, self.node(self.balance.rest[c])]), self.at)]
+        if not self.resting:
+            terms.append(self.node(self.balance.rest[c]))
+        return [Term(self.domain, self.summed(terms), self.at)]
 
     def changing(self, b: int) -> Node:
         """q_ddot."""
@@ -251,7 +269,7 @@ class Kind:
     def _strain(self, s: int) -> Node:
         """m a of weights."""
         one = self.joints.weights[s]
-        terms = [self.own(self.rest[s])]
+        terms = [] if self.resting else [self.own(self.rest[s])]
         terms += [self.swing(s, b) * self.changing(b) for b in self.bends]
         if one.component is not None:
             terms.append(self.pulled(one.component))

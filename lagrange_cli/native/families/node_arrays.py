@@ -26,15 +26,21 @@ class NodeArrays:
     strain: Sequence[Total]
     """R of nodes."""
 
-    def __init__(self, system: FamilySystem, arranged: Arranged) -> None:
+    def __init__(
+        self,
+        system: FamilySystem,
+        arranged: Arranged,
+        forces: Total | None = None,
+        loads: Sequence[Total] | None = None,
+    ) -> None:
         assert system.joints is not None
         self.system, self.found, self.arrange = system, system.joints, arranged
         self.slots, self.graph = system.slots, system.slots.graph
         found: Articulation = self.found
         self.axes, self.count = range(len(found.nodes)), found.count
         self.size = max((len(one.rows) for one in found.joints if one.nodes is not None), default=0)
-        self.forces = arranged(system.forces, kept=False)
-        self.loads = [arranged(one, kept=False) for one in system.loads]
+        self.forces = arranged(system.forces, kept=False) if forces is None else forces
+        self.loads = [arranged(one, kept=False) for one in system.loads] if loads is None else loads
         self.inertia = [arranged(one) for one in found.inertia]
         self.pairs = [(c, e) for c in self.axes for e in self.axes if c <= e]
         self.bonds = [(c, b) for c in self.axes for b in range(self.size)]

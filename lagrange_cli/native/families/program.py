@@ -18,6 +18,8 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.arrangement import Element, Observed
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.beside import BesideJet
+from lagrange_cli.native.families.closed import ClosedJet
+from lagrange_cli.native.families.closed_projection import AT_A_STATE, ClosedProjection, Residuals
 from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
@@ -51,6 +53,7 @@ from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.projection import HEAD as HEAD_OF_PROJECTION
 from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
@@ -99,7 +102,7 @@ class _Writer(Preparation):
             given=self.kind.parts if self.factor is None else 2,
             guards=(), limits=(), events=self.numbered(), changed=self.events.changed if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
-            constraints=0 if self.motion is None else self.motion.count, pattern=(),
+            constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
@@ -179,6 +182,8 @@ class _Writer(Preparation):
     def jet(self) -> Jet:
         """``@jet``."""
         given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
+        if self.closure is not None:
+            return self.with_beside(ClosedJet(self.closure, self.tabled, *given, self.kind), *given)
         if self.balance is not None:
             return self.with_beside(ArticulatedJet(self.balance, *given, self.kind), *given)
         if self.motion is not None:
@@ -211,9 +216,11 @@ class _Writer(Preparation):
 
     def projection(self) -> str:
         """``@project``, if there are constraints; its arrays are the next ones."""
+        if self.residuals is not None:
+            return self.closed_projection(self.residuals)
         if self.moves is None:
             return ""
-        f, layout = Function("define void @project(ptr %constants, ptr %state) #0"), self.layout
+        f, layout = Function(HEAD_OF_PROJECTION), self.layout
         vectors = self.kind(f)
         base = self.scratch(vectors)
         q, v = f.pointer("%state"), f.place("%state", self.degrees, "double")
@@ -231,6 +238,29 @@ class _Writer(Preparation):
         )  # fmt: skip
         self.size += room(self.tabled.size)
         return written.text()
+
+    def closed_projection(self, residuals: Residuals) -> str:
+        """The same of chains and trees, and the jet that it calls."""
+        assert self.closure is not None
+        given = self.system, self.lasting, self.places, self.tables, self.layout, RATES
+        jet = ClosedJet(self.closure, self.tabled, *given, self.kind, AT_A_STATE)
+        text = jet.write().text
+        f, layout = Function(HEAD_OF_PROJECTION), self.layout
+        vectors = self.kind(f)
+        base = self.scratch(vectors)
+        places = self.system.q, self.system.v, residuals.low_q, residuals.low_v
+        rows = 0, self.degrees, layout.width, layout.width + self.degrees
+        arrays = {one: f.place("%state", row, "double") for one, row in zip(places, rows)}
+        for array in residuals.arrays:
+            if array not in self.lasting.fixed:
+                arrays[array] = vectors.place(base, self.size)
+                self.size += room(array.count + 1)
+        work = vectors.place(base, self.size)
+        self.size += jet.work
+        time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        evaluation = self.evaluation(vectors, arrays, time)
+        fixed = frozenset(self.lasting.fixed)
+        return text + ClosedProjection(residuals, evaluation, layout, jet, work, time, low, fixed).text()
 
     def accelerations(self) -> Jet:
         """``@jet`` without series."""

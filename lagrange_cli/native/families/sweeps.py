@@ -13,6 +13,7 @@ from lagrange_cli.families.arrays import NONE, Array, Tree
 from lagrange_cli.native.families.evaluation import climb
 from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.recurrences.batches.tables import Tables
 
 Where = Callable[[Array], Pointer]
@@ -124,6 +125,16 @@ class Sweeps:
                     handed[c].set(value)
                 else:
                     self.store(self.load(pull[c], parent) + value, pull[c], parent)
+
+    def add_up(self, steps: Array, low: Array, sums: Array, lost: Array) -> None:
+        """The ``sums`` of steps from the roots on, and what is ``lost`` in them, ``low`` parts included."""
+        f, vectors = self.f, self.vectors
+        for one in (sums, lost):
+            vectors.store(vectors.constant(0.0), self.where(one), self.count)
+        with climb(f, self.tables, self.tree, back=False) as (i, parent, _):
+            total, error = two_sum(self.load(sums, parent), self.load(steps, i))
+            self.store(total, sums, i)
+            self.store(self.load(lost, parent) + (error + self.load(low, i)), lost, i)
 
     def to_tips(
         self, moved: Sequence[Array], drift: Sequence[Array], passed: Mapping[tuple[int, int], Array]

@@ -1,0 +1,102 @@
+"""``@jet`` of chains and trees with constraints (see ``closure``)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.articulated import ArticulatedJet, swept
+from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.closure import Closure
+from lagrange_cli.native.families.constrained import MemberTabled, copied
+from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.sweeps import Sweeps
+from lagrange_cli.native.llvm.vector import Bit, Pointer
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
+
+
+class ClosedJet(ArticulatedJet):
+    """The jet of a system of joints with constraints."""
+
+    def __init__(self, closure: Closure, tabled: SaddleTables, *given: Any) -> None:
+        super().__init__(closure.balance, *given)
+        self.closure, self.tabled = closure, tabled
+
+    @property
+    def held(self) -> frozenset[int]:
+        return self.closure.components
+
+    def of_joints(self) -> tuple[Sequence[Total], Sequence[Array], Sequence[Local]]:
+        closure, given = self.closure, self.closure.given
+        arrays = [one for one in (*self.balance.arrays, *closure.arrays) if one not in given]
+        return given, arrays, [*self.balance.series, *closure.series]
+
+    def prepared(self) -> Sequence[Total]:
+        totals = super().prepared()
+        self.first = self.take(room(self.tabled.size))
+        self.saddle = MemberTabled(self.vectors, self.tabled, "%work", self.first)
+        return totals
+
+    def given(self, *, first: bool) -> list[Array]:
+        own = [*self.closure.in_order, *(self.closure.in_first if first else ())]
+        return [*super().given(first=first), *own]
+
+    def follow_forces(self, evaluation: Evaluation, *, first: bool) -> None:
+        closure, balance = self.closure, self.balance
+        if first:
+            self._couple(evaluation)
+        zero = self.vectors.constant(0.0)
+        with self.f.loop(0, closure.count, tested=False) as i:
+            self.vectors.store(zero, evaluation.where(closure.multipliers), i)
+        self._act(evaluation, closure.acting, balance)
+        evaluation.write([closure.right])
+        solve(self.saddle, closure, evaluation.where(closure.right), evaluation.where(closure.multipliers))
+        evaluation.write(self.moving(closure.acting))
+        super().follow_forces(evaluation, first=first)
+
+    def _couple(self, evaluation: Evaluation) -> None:
+        """A M^-1 A^T, column by column, and its factors."""
+        f, vectors, closure, where = self.f, self.vectors, self.closure, evaluation.where
+        many, square = closure.count, where(closure.square)
+        with f.loop(0, many, tested=False) as j:
+            with f.loop(0, many, tested=False) as i:
+                vectors.store(vectors.constant(0.0), where(closure.multipliers), i)
+            vectors.store(vectors.constant(1.0), where(closure.multipliers), j)
+            self._act(evaluation, closure.alone, closure.reply)
+            evaluation.write([closure.column])
+            with f.loop(0, many, tested=False) as i:
+                vectors.store(vectors.load(where(closure.column), i), square, j * many + i)
+        for k in range(2):
+            vectors.store(vectors.constant(float(k)), square, many**2 + k)
+        regular = f.variable(Bit(f, "true", 1))
+        self.saddle.factor(square, closure.placed(self.tabled), regular)
+        self.good.append(regular.get())
+
+    def _act(self, evaluation: Evaluation, forces: Sequence[Total], balance: Balance) -> None:
+        """What moves by these forces, as far as constraints contain it."""
+        respond(evaluation, forces, balance, self.sweeps, self.lasting.fixed, self.closure.by_coordinates)
+
+
+def respond(
+    evaluation: Evaluation,
+    forces: Sequence[Total],
+    balance: Balance,
+    sweeps: Sweeps | None,
+    fixed: Any,
+    coordinates: bool,
+) -> None:
+    """The accelerations of nodes by ``forces``, and those of ``coordinates``."""
+    evaluation.write([one for one in forces if one not in fixed])
+    swept(evaluation, balance, sweeps, fixed)
+    if coordinates:
+        evaluation.write([one for one in balance.moved if one not in fixed])
+
+
+def solve(saddle: MemberTabled, closure: Closure, right: Pointer, to: Pointer) -> None:
+    """The multipliers with A M^-1 A^T lambda = what is at ``right``."""
+    vectors, many = saddle.vectors, closure.count
+    vectors.store(vectors.constant(0.0), right, many)
+    saddle.solve(right, range(many), many)
+    copied(saddle, range(many), to)

@@ -1,0 +1,210 @@
+"""Constraints on chains and trees, such as closed loops, as totals beside those of ``balance``.
+
+With A for the slopes of the constraints f and c for the rest of their second derivatives,
+
+    M a = F + A^T lambda,    A a + c = 0,    so that    A M^-1 A^T lambda = -c - A M^-1 F.
+
+M is never written down. Forces A^T lambda act on the nodes and coordinates that constraints contain, and what
+M^-1 makes of them, the ``reply``, takes a sweep to the roots and back. So each column of A M^-1 A^T takes a
+sweep, once a step, and each order two: one without the newest lambda, and one with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.families.bonds import Bound
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.native.families.balance import Balance
+from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.lasting import Lasting
+from lagrange_cli.native.families.node_arrays import array
+from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
+
+
+class Closure:
+    """The totals of the constraints, and the ``balance`` of all forces with theirs among them."""
+
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
+        assert system.bonds is not None and system.joints is not None
+        self.system, self.lasting, self.bonds, self.joints = system, lasting, system.bonds, system.joints
+        self.slots, self.graph = system.slots, system.slots.graph
+        self.bounds, self.count, self.size = system.bonds.bounds, system.bonds.count, system.q.count
+        self.nodes = [lasting.arranged(one) for one in system.joints.nodes]
+        self.multipliers, self.rest = array(self.count), array(self.count)
+        """lambda, and c."""
+        self.slopes = [[array(one.domain.count) for _ in one.slopes] for one in self.bounds]
+        self.holds = [[array(one.domain.count) for _ in one.holds] for one in self.bounds]
+        """A: by coordinates, and by places of nodes."""
+        self.pull = array(self.size)
+        self.pulls = [array(system.joints.count) for _ in self.nodes]
+        """A^T lambda without what is newest in it: on coordinates, and on nodes with the opposite sign."""
+        forces = lasting.arranged(system.forces, kept=False)
+        loads = [lasting.arranged(one, kept=False) for one in system.loads]
+        self.given = forces, *loads
+        """Forces without those of constraint."""
+        bent = self.bent
+        given = [forces] * bool(forces.terms) + [self.pull] * bent
+        self.forces = self.total(self.size, [*self.all_of(given, self.size), *self.on_coordinates()])
+        self.loads = [
+            self.total(
+                one.count,
+                [
+                    *self.all_of([one] * bool(one.terms) + [self.pulls[c]] * bent, one.count),
+                    *self.on_nodes(c),
+                ],
+            )
+            for c, one in enumerate(loads)
+        ]
+        self.balance = Balance(system, lasting.arranged, self.forces, self.loads)
+        self.own_forces = self.total(self.size, [*self.on_coordinates()])
+        self.own_loads = [self.total(one.count, [*self.on_nodes(c)]) for c, one in enumerate(loads)]
+        self.reply = self.balance.alone(self.own_forces, self.own_loads)
+        """What forces of constraint do alone."""
+        self.right = self.of_bounds(lambda b: -self.along(b, self.balance), less=self.rest)
+        self.column = self.of_bounds(lambda b: self.along(b, self.reply))
+        """A M^-1 A^T lambda."""
+        self.square = array(self.count**2 + 2)
+        """A M^-1 A^T, and behind it 0 and 1."""
+        self.series = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows or one.holds]
+
+    @property
+    def by_coordinates(self) -> bool:
+        """Whether constraints contain coordinates besides nodes."""
+        return any(one.rows for one in self.bounds)
+
+    @property
+    def bent(self) -> bool:
+        """Whether a slope moves."""
+        moving = self.system.time.symbols
+        for one in self.bounds:
+            for symbol in (*one.coordinates, *(hold.symbol for hold in one.holds)):
+                moving |= symbol.symbols
+        return any(
+            slope.symbols & moving
+            for one in self.bounds
+            for slope in (*one.slopes, *(hold.slope for hold in one.holds))
+        )
+
+    @property
+    def components(self) -> frozenset[int]:
+        """The components of nodes that constraints contain."""
+        return frozenset(hold.component for one in self.bounds for hold in one.holds)
+
+    @property
+    def in_order(self) -> Sequence[Array]:
+        """What the series of the constraints give in every order."""
+        return [self.rest, self.pull, *self.pulls]
+
+    @property
+    def in_first(self) -> Sequence[Array]:
+        """What they give in order 0."""
+        return [one for some in (*self.slopes, *self.holds) for one in some]
+
+    @property
+    def acting(self) -> Sequence[Total]:
+        """All forces."""
+        return [self.forces, *self.loads]
+
+    @property
+    def alone(self) -> Sequence[Total]:
+        """Those of the constraints."""
+        return [self.own_forces, *self.own_loads]
+
+    @property
+    def arrays(self) -> Sequence[Array]:
+        """All that are computed."""
+        found = [self.multipliers, self.square, self.right, self.column, *self.in_order, *self.in_first]
+        return list(dict.fromkeys([*found, *self.acting, *self.alone, *self.reply.arrays]))
+
+    def placed(self, saddle: SaddleTables) -> Mapping[str, Sequence[int]]:
+        """The places of the entries that are factored."""
+        end = self.count**2
+        return saddle.entries(lambda i, j: i * self.count + j if i >= 0 else end, end + 1, end + 1)
+
+    def total(self, count: int, terms: Sequence[Term]) -> Total:
+        moving = tuple(one for one in terms if not one.node.is_zero)
+        return self.lasting.arranged(Total(Source.TOTAL, count, moving), kept=False)
+
+    def all_of(self, arrays: Sequence[Array], count: int) -> list[Term]:
+        """The sum of arrays."""
+        if not arrays:
+            return []
+        domain, every = Domain(count), np.arange(count)
+        symbols = [(self.slots.symbol(domain, one, every), 1.0) for one in arrays]
+        return [Term(domain, self.graph.sum(symbols), every)]
+
+    def own(self, bound: Bound, one: Array) -> Node:
+        """An array of the members of a bound."""
+        return self.slots.symbol(bound.domain, one, np.arange(bound.domain.count))
+
+    def multiplier(self, bound: Bound) -> Node:
+        return self.slots.symbol(bound.domain, self.multipliers, bound.numbers)
+
+    def on_coordinates(self) -> list[Term]:
+        """A^T lambda on coordinates."""
+        return [
+            Term(one.domain, self.own(one, slope) * self.multiplier(one), rows)
+            for one, slopes in zip(self.bounds, self.slopes)
+            for slope, rows in zip(slopes, one.rows)
+        ]
+
+    def on_nodes(self, component: int) -> list[Term]:
+        """-A^T lambda on a component of nodes."""
+        return [
+            Term(one.domain, -(self.own(one, slope) * self.multiplier(one)), hold.places)
+            for one, slopes in zip(self.bounds, self.holds)
+            for slope, hold in zip(slopes, one.holds)
+            if hold.component == component
+        ]
+
+    def of_bounds(self, make: Callable[[int], Node], less: Array | None = None) -> Total:
+        """A total with a number for each constraint, ``less`` one of each besides."""
+        terms = [Term(one.domain, make(b), one.numbers) for b, one in enumerate(self.bounds)]
+        if less is not None:
+            terms += [Term(one.domain, -one.node, one.targets) for one in self.all_of([less], self.count)]
+        return self.total(self.count, terms)
+
+    def along(self, number: int, balance: Balance) -> Node:
+        """A times accelerations."""
+        bound = self.bounds[number]
+        changes = self.changes(bound, balance)
+        slopes = [self.own(bound, one) for one in (*self.slopes[number], *self.holds[number])]
+        return self.graph.sum([(slope * change, 1.0) for slope, change in zip(slopes, changes)])
+
+    def changes(self, bound: Bound, balance: Balance) -> list[Node]:
+        """The accelerations of what a bound contains."""
+        symbol, domain = self.slots.symbol, bound.domain
+        found = [symbol(domain, balance.rates, rows) for rows in bound.rows]
+        return found + [
+            symbol(domain, balance.accelerations[hold.component], hold.places + 1) for hold in bound.holds
+        ]
+
+    def _local(self, number: int, bound: Bound) -> Local:
+        """What the series of a bound give."""
+        graph, domain = self.graph, bound.domain
+        every = np.arange(domain.count)
+        (term,) = self.total(domain.count, [Term(domain, bound.node, every)]).terms
+        node, multiplier = term.node, self.multiplier(bound)
+        nodes = [self.slots.symbol(domain, self.nodes[one.component], one.places) for one in bound.holds]
+        symbols = [*bound.coordinates, *nodes]
+        moving = self.system.time.symbols
+        for one in symbols:
+            moving |= one.symbols
+        pulled = [(rows, self.pull, 1.0) for rows in bound.rows]
+        pulled += [(one.places, self.pulls[one.component], -1.0) for one in bound.holds]
+        arrays = (*self.slopes[number], *self.holds[number])
+        terms = [(Term(domain, graph.ddt(graph.ddt(node)), bound.numbers), self.rest)]
+        slopes, bent = list[tuple[Term, Array]](), False
+        for symbol, own, (places, to, sign) in zip(symbols, arrays, pulled):
+            slope = graph.diff(node, symbol)
+            slopes.append((Term(domain, slope, every), own))
+            if slope.symbols & moving:
+                bent = True
+                terms.append((Term(domain, sign * slope * multiplier, places), to))
+        change = self.changes(bound, self.balance)
+        return Local(domain, [*terms, *slopes], len(slopes), symbols, [multiplier] if bent else [], change)

@@ -1,0 +1,153 @@
+"""Chains of angles with constraints that stay families: beside the same systems written out member by member,
+in Cartesian coordinates, and in equilibrium."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.start import consistent_values
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.support.motion import Motion, run
+
+OUTPUTS = frozenset(["q", "v", "p", "h", "T", "U", "positions", "constraints", "conserved"])
+CHAIN = """
+sizes: {{N: {count}}}
+parameters: {{l: 3/N, m: 3/N, g: 9.81, A: 1.2, h: 2*A/(N - 1), d: l*sin(N*h/2)/sin(h/2), w: 2, X: 3}}
+coordinates:
+  a[i in range(N)]: {{initial: -A + h*i{speed}}}
+definitions:
+  x[0]: {begin}l*cos(a[0])
+  x[i in range(1, N)]: x[i - 1] + l*cos(a[i])
+  y[0]: l*sin(a[0])
+  y[i in range(1, N)]: y[i - 1] + l*sin(a[i])
+masses: {{"b[i in range(N)]": m*(1 + i/N)}}
+embedding: {{"b[i in range(N)]": [x[i], y[i]]}}
+potential: sum(g*m*(1 + i/N)*b[i].y for i in range(N))
+{more}
+constraints:
+  {constraints}
+"""
+PINNED = "right: x[N - 1] - d\n  level: y[N - 1]"
+CASES = {
+    "pinned": ("", "", "", PINNED),
+    "moving supports": ("0.1*sin(w*t) + ", "", "", "right: x[N - 1] - d - 0.1*sin(2*w*t)\n  level: y[N - 1]"),
+    "on a straight rail": ("", "", "", "rail: y[N - 1] - 0.3*(x[N - 1] - d)"),
+    "on a bent rail": ("", "", "", "rail: b[N - 1].y - 0.3*sin(b[N - 1].x - d)"),
+    "on a rod": ("", "", "", "rod: (x[N - 1] - d - 1)**2 + y[N - 1]**2 - 1"),
+    "pinned in the middle, with friction": (
+        "",
+        "",
+        'generalized_forces: {"a[i in range(N)]": "-0.01*a_dot[i]"}',
+        "middle: x[N//2 - 1] - d/2\n  " + PINNED,
+    ),
+    "two angles are tied": ("", "", "", "tie: a[3] - a[1]**2 - (-A + 3*h) + (-A + h)**2\n  " + PINNED),
+    "a mean height": (
+        "",
+        "",
+        "",
+        "mean: sum(y[i] for i in range(N)) - sum(l*sin(-A + h*j)*(N - j) for j in range(N))",
+    ),
+}
+
+
+def chain(case: str, count: int) -> str:
+    """The text of a system."""
+    begin, speed, more, constraints = CASES[case]
+    return CHAIN.format(count=count, begin=begin, speed=speed, more=more, constraints=constraints)
+
+
+def followed(text: str, stop: float = 0.3, samples: int = 4) -> tuple[Prepared, Motion]:
+    """A motion of a system, and what it was followed by."""
+    spec = read_spec(text, "system.yaml")
+    spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
+    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, OUTPUTS))
+    return ready, run(ready, values, 0.0, stop, samples)
+
+
+@pytest.mark.exhaustive(keep=3, most=8)
+@pytest.mark.parametrize("case", [*CASES])
+def test_chains_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = chain(case, 13)
+    together, motion = followed(text)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
+    apart, expected = followed(text)
+    assert together.machine.program.loops and not apart.machine.program.loops
+    assert together.recording.conserved == apart.recording.conserved
+    assert set(motion.data) == set(expected.data)
+    for path, values in motion.data.items():
+        size = np.max(np.abs(expected.data[path]), initial=1.0)
+        assert np.max(np.abs(values - expected.data[path])) <= 2.0**-40 * size, path
+        if "constraints" in path:
+            assert np.max(np.abs(values)) < 4e-15, path
+
+
+CARTESIAN = """
+sizes: {{N: {count}}}
+parameters: {{l: 3/N, m: 3/N, g: 9.81, A: 1.2, h: 2*A/(N - 1), d: l*sin(N*h/2)/sin(h/2)}}
+coordinates:
+  x[i in range(N - 1)]: {{initial: "sum(l*cos(-A + h*j) for j in range(i + 1))"}}
+  y[i in range(N - 1)]: {{initial: "sum(l*sin(-A + h*j) for j in range(i + 1))"}}
+masses: {{"b[i in range(N - 1)]": m*(1 + i/N)}}
+embedding: {{"b[i in range(N - 1)]": ["x[i]", "y[i]"]}}
+potential: sum(g*m*(1 + i/N)*y[i] for i in range(N - 1))
+constraints:
+  rod[0]: x[0]**2 + y[0]**2 - l**2
+  rod[i in range(1, N - 1)]: (x[i] - x[i - 1])**2 + (y[i] - y[i - 1])**2 - l**2
+  last: (x[N - 2] - d)**2 + y[N - 2]**2 - l**2
+"""
+
+
+def test_a_pinned_chain_moves_as_in_cartesian_coordinates() -> None:
+    count = 80
+    ready, motion = followed(chain("pinned", count), stop=0.2, samples=3)
+    _, expected = followed(CARTESIAN.format(count=count), stop=0.2, samples=3)
+    assert ready.machine.program.loops
+    assert np.max(np.abs(motion.data["positions/b"][:, :-1] - expected.data["positions/b"])) < 1e-11
+    h = motion.data["diagnostics/h"]
+    assert np.max(np.abs(h / h[0] - 1)) < 1e-13
+
+
+def test_a_chain_hangs_in_equilibrium() -> None:
+    """Equal loads at the joints: tan(a[i]) is linear in i, as along a catenary."""
+    count = 40
+    text = chain("pinned", count).replace("-A + h*i", "atan((i - (N - 1)/2)/9)")
+    text = text.replace(
+        "d: l*sin(N*h/2)/sin(h/2)", "d: sum(l*cos(atan((j - (N - 1)/2)/9)) for j in range(N))"
+    )
+    text = text.replace("m*(1 + i/N)", "m")
+    ready, motion = followed(text, stop=1.0)
+    assert ready.machine.program.loops
+    a = motion.data["q/a"]
+    # perturbations by rounding oscillate
+    assert np.max(np.abs(np.tan(a[-1]) - (np.arange(count) - (count - 1) / 2) / 9)) < 1e-12
+    assert np.max(np.abs(motion.data["v/a"])) < 1e-12
+
+
+def test_code_and_work_grow_as_they_should() -> None:
+    """The code does not grow with the chain, and the arrays grow with its length."""
+
+    def sizes(count: int) -> tuple[int, int]:
+        spec = read_spec(chain("pinned", count), "system.yaml")
+        program = prepare_system(
+            spec, derive_system, None, Compilation("taylor", 2.0**-52, frozenset(["q"]))
+        ).machine.program
+        return len(program.text.split("@tables")[0].splitlines()), program.work
+
+    (lines, work), (more, larger) = sizes(96), sizes(960)
+    assert more <= 1.01 * lines
+    assert larger < 10.5 * work
+
+
+def test_a_state_is_moved_back_to_the_constraints() -> None:
+    """Over many steps, places stay where constraints hold but for rounding, and that is counted."""
+    _, motion = followed(chain("on a bent rail", 12), stop=4.0, samples=9)
+    assert np.max(np.abs(motion.data["diagnostics/constraints/rail"])) < 2e-15
+    h = motion.data["diagnostics/h"]
+    assert np.max(np.abs(h / h[0] - 1)) < 1e-12
