@@ -37,7 +37,8 @@ def tracks_of(scene: Scene, held: set[str]) -> list[Track]:
     for name, place in scene.positions.items():
         if name in scene.flat or name in held or len(found) == MOST:
             continue
-        own = [k for k in scene.depends(place) if k not in _carried(scene, name, place)]
+        carried = _carried(scene, name, place)
+        own = [k for k in scene.depends(place) if k not in carried]
         if not 1 <= len(own) <= scene.dimension - 1:
             continue
         if len(own) == 2 and _plane(scene, place):

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Mapping, Sequence
+from heapq import nsmallest
 from itertools import combinations, pairwise
 
 from lagrange_cli.drawing.bodies import rolls
@@ -60,27 +62,39 @@ def _hanging(scene: Scene) -> list[Rod]:
     """The rods by which a position hangs on something."""
     found = []
     places = {place: name for name, place in reversed(scene.positions.items())}
+    alike: dict[int, list[str]] = {}
+    for place, name in places.items():
+        alike.setdefault(scene.symbols(place) & scene.moving, []).append(name)
     used = Counter(bit for place in scene.positions.values() for bit in bits(scene.symbols(place)))
     for name, place in scene.positions.items():
-        own = [q for q in scene.coordinates if q.symbols & scene.symbols(place)] if used else []
-        own.sort(key=lambda q: used[q.symbols.bit_length() - 1])
         if name in scene.flat:
             continue
-        rod = next((rod for q in own[:TRIES] if (rod := _rod_along(scene, name, place, q, places))), None)
+        rare = nsmallest(TRIES, bits(scene.symbols(place) & scene.moving), key=used.__getitem__)
+        own = [scene.coordinates[scene.bits[1 << bit]] for bit in rare]
+        rod = next((rod for q in own if (rod := _rod_along(scene, name, place, q, places, alike))), None)
         if rod is not None:
             found.append(rod)
     return found
 
 
-def _rod_along(scene: Scene, name: str, place: Place, q: Node, places: dict[Place, str]) -> Rod | None:
-    """The rod that ``place`` swings on as ``q`` changes."""
+def _rod_along(
+    scene: Scene,
+    name: str,
+    place: Place,
+    q: Node,
+    places: Mapping[Place, str],
+    alike: Mapping[int, Sequence[str]],
+) -> Rod | None:
+    """The rod that ``place`` swings on as ``q`` changes; ``alike`` are the particles that depend on the same
+    coordinates."""
     joint = scene.without(place, q.symbols)
     reach = lengths(scene.at(scene.difference(place, joint)))
     if not steady(reach) or reach[0] == 0:
         return None
     owner = places.get(joint)
     if owner is None:
-        owner = next((one for other, one in places.items() if _same(scene, other, joint)), None)
+        others = alike.get(scene.symbols(joint) & scene.moving, ())
+        owner = next((one for one in others if _same(scene, scene.positions[one], joint)), None)
     if owner is not None:
         return Rod(owner, name)
     if scene.symbols(joint) & scene.moving:
@@ -100,10 +114,8 @@ def _rolls_around(scene: Scene, name: str, joint: Place) -> bool:
 
 
 def _same(scene: Scene, a: Place, b: Place) -> bool:
-    """Whether two places are the same, however they are written."""
-    return scene.symbols(a) & scene.moving == scene.symbols(b) & scene.moving and equal(
-        scene.at(a), scene.at(b), 1e-3
-    )
+    """Whether two places in the same coordinates are the same, however they are written."""
+    return equal(scene.at(a), scene.at(b), 1e-3)
 
 
 def _on_a_hoop(scene: Scene, name: str, place: Place, joint: Place) -> bool:

@@ -59,24 +59,31 @@ def springs_of(scene: Scene) -> list[Spring]:
     return list(found.values())
 
 
-def terms(scene: Scene) -> Iterator[tuple[Node, list[tuple[Node, float]]]]:
+def terms(scene: Scene, linear: bool = False) -> Iterator[tuple[Node, list[tuple[Node, float]]]]:
     """The terms of the potential, factors before sums multiplied out: what is constant of each, and the other
-    factors with their exponents."""
+    factors with their exponents. Those with one factor to the first power, such as weights,
+    are among them only if ``linear``."""
     graph = scene.graph
     for expression in scene.spec.potential.values():
         pending = [(graph.one, scene.scope.scalar(expression))]
         while pending:
             constant, node = pending.pop()
             if node.kind is Kind.SUM:
-                pending += [(c * constant, one) for one, c in zip(node.arguments, node.data[1])]
+                pairs = zip(node.arguments, node.data[1])
+                pending += [
+                    (c * constant, one) for one, c in pairs if linear or one.kind in (Kind.SUM, Kind.PRODUCT)
+                ]
                 continue
             factors = [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else [(node, 1)]
             moving = [(one, e) for one, e in factors if one.symbols & scene.moving]
             fixed = [(one, e) for one, e in factors if not one.symbols & scene.moving]
+            single = len(moving) == 1 and moving[0][1] == 1
+            if not moving or (single and not linear and moving[0][0].kind is not Kind.SUM):
+                continue
             constant = graph.product([(constant, 1), *fixed])
-            if len(moving) == 1 and moving[0][1] == 1 and moving[0][0].kind is Kind.SUM:
+            if single and moving[0][0].kind is Kind.SUM:
                 pending.append((constant, moving[0][0]))
-            elif moving:
+            else:
                 yield constant, moving
 
 

@@ -71,7 +71,7 @@ def _pull(scene: Scene, k: int) -> float:
         return 0.0
     parts = [
         scene.graph.product([(constant, 1), *factors])
-        for constant, factors in terms(scene)
+        for constant, factors in terms(scene, linear=True)
         if len(factors) > 1 or factors[0][1] != 2
     ]
     potential = scene.graph.sum([(one, 1.0) for one in parts])

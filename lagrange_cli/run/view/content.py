@@ -169,9 +169,11 @@ def written(spec: Spec) -> str:
     """The equations as HTML; a sentence where they are too large."""
     from html import escape
 
-    from lagrange_cli.run.equations import as_page, derive
+    from lagrange_cli.limits import Work
+    from lagrange_cli.run.equations import as_page, derive, least_steps
 
     try:
+        Work(READING).foresee(least_steps(spec))
         return as_page(derive(spec, most=READING))
     except LagrangeError as error:
         large = isinstance(error, TooLarge) or isinstance(error.__cause__, TooLarge)
