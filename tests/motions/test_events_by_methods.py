@@ -12,7 +12,7 @@ from scipy.special import ellipj, ellipk
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.native.stepping.watching import points_of, terms_of
 from tests.motions.test_events import BALL, OSCILLATOR
-from tests.motions.test_normal_forces import BLOCK
+from tests.motions.test_normal_forces import BLOCK, TENSION
 from tests.support.motion import Motion, follow
 
 METHODS = pytest.mark.parametrize(
@@ -221,3 +221,25 @@ def test_a_block_stops_on_an_incline_and_stays(method: str, tolerance: float) ->
     rate = 9.81 * (math.sin(0.5) + 0.8 * math.cos(0.5))
     assert motion.outcome.ending is Ending.COMPLETE
     assert motion["q/x"][1:] == pytest.approx(3.0**2 / (2 * rate), abs=1e-9)
+
+
+@pytest.mark.parametrize(("method", "tolerance"), [("DOP853", 1e-10), ("Radau", 1e-8)])
+def test_a_motion_that_sticks_at_a_jump_of_its_friction_ends(method: str, tolerance: float) -> None:
+    """It is brought to rest where friction exceeds gravity along the circle, after two turns."""
+    motion = stepped(TENSION, 10, method, tolerance)
+    assert motion.outcome.ending is Ending.STEP_UNDERFLOW
+    assert motion.outcome.t == pytest.approx(2.4547, abs=1e-4)
+    speeds = motion.outcome.final.v.values()
+    assert max(map(abs, speeds)) < 1e-8 and motion.outcome.steps < 10000
+
+
+@pytest.mark.parametrize(("method", "tolerance"), [("DOP853", 1e-8), ("Radau", 1e-8)])
+def test_short_steps_in_which_something_moves_are_no_sticking(method: str, tolerance: float) -> None:
+    """Thousands of short steps behind a long one: a fast oscillation begins where a slow one is over."""
+    text = """
+    parameters: {w: 6e5}
+    coordinates: {x: {initial: 1}}
+    lagrangian: x_dot**2/2 - where(t < 3, 1, w**2)*x**2/2
+    """
+    motion = stepped(text, 3.02, method, tolerance)
+    assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps > 10000

@@ -27,7 +27,7 @@ from lagrange_cli.native.stepping.radau_constants import (
     VALUES,
     WEIGHTS,
 )
-from lagrange_cli.native.stepping.rate_steps import span_of, wide_of
+from lagrange_cli.native.stepping.rate_places import span_of, wide_of
 
 ROUNDS = 7
 """Newton iterations at most."""

@@ -20,15 +20,8 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
 from lagrange_cli.native.stepping.motion import Given
-from lagrange_cli.native.stepping.rate_steps import (
-    HEADER,
-    LARGEST,
-    SMALLEST,
-    Places,
-    RateSteps,
-    Trial,
-    span_of,
-)
+from lagrange_cli.native.stepping.rate_places import HEADER, Places, span_of
+from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
 
 ORDER = TERMS + 2
 """The degree of q's polynomials."""

@@ -27,7 +27,8 @@ from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import Given
-from lagrange_cli.native.stepping.rate_steps import HEADER, RateSteps, span_of, wide_of
+from lagrange_cli.native.stepping.rate_places import HEADER, span_of, wide_of
+from lagrange_cli.native.stepping.rate_steps import RateSteps
 
 VERSION, WHEN, RENEW, ERROR, CHOSEN = range(5)
 """What is carried as it is (``notes``): the version of the derivatives and the time they belong to; whether

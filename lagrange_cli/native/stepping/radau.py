@@ -21,7 +21,8 @@ from lagrange_cli.native.stepping.implicit import CHOSEN, CURRENT, ERROR, HEAD, 
 from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.radau_constants import ERROR as ERROR_WEIGHTS
 from lagrange_cli.native.stepping.radau_constants import PLACE_ERROR, POLYNOMIAL, REAL, STAGES
-from lagrange_cli.native.stepping.rate_steps import HEADER, Places, Trial
+from lagrange_cli.native.stepping.rate_places import HEADER, Places
+from lagrange_cli.native.stepping.rate_steps import Trial
 from lagrange_cli.native.stepping.steps import Now
 
 ORDER = STAGES + 2

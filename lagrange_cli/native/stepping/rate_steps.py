@@ -12,15 +12,16 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
-from lagrange_cli.native.state import CARRIED_COUNT, Clock, StateLayout
+from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.motion import Given, Steps
+from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEADER, LENGTH, NEXT, Places
+from lagrange_cli.native.stepping.stalling import Stalling
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import DoubleSums
 from lagrange_cli.native.stepping.watching import Watching, watched_rows
@@ -32,19 +33,6 @@ LONGER, APART = 16.0, 0.125
 """By what factor at most, and by which one where rates are not finite."""
 SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
 STRAIGHT = 3
-NEXT, LENGTH, HEADER = 0, 1, LANES
-EVALUATIONS = CARRIED_COUNT
-"""What is carried: the length that is asked for, that of the last step, how often rates were computed."""
-
-
-def span_of(layout: StateLayout) -> int:
-    """Doubles of a number for each rate, in whole vectors that may begin at any of them."""
-    return LANES * (-(-(layout.rows - layout.degrees) // LANES) + 1)
-
-
-def wide_of(layout: StateLayout) -> int:
-    """Doubles of a number for each row, likewise."""
-    return LANES * (-(-layout.width // LANES) + 1)
 
 
 @dataclass(frozen=True)
@@ -55,64 +43,6 @@ class Trial:
     factor: Real
     again: Bit
     sound: Bit
-
-
-@dataclass(frozen=True)
-class Places:
-    """Where things are in ``%work``: the series that ``advance`` reads first, then ``doubles`` of the
-    method's own; the jet's last."""
-
-    layout: StateLayout
-    order: int
-    doubles: int
-    watched: int = 0
-    """Doubles for what guards look at."""
-
-    @property
-    def own(self) -> int:
-        """What the method has for itself."""
-        rows = self.layout.width * (self.order + 1)
-        return LANES * (-(-rows // LANES) + 1)  # rows are written in whole vectors
-
-    @property
-    def begin(self) -> int:
-        """The rates where the step begins."""
-        return self.own + self.doubles
-
-    @property
-    def rates(self) -> int:
-        """Those at a node, where they have to be copied."""
-        return self.begin + span_of(self.layout)
-
-    @property
-    def state(self) -> int:
-        """The state at a node, and its low parts."""
-        return self.rates + span_of(self.layout)
-
-    @property
-    def low(self) -> int:
-        """Its low parts, until it is complete."""
-        return self.state + LANES * (-(-2 * self.layout.width // LANES) + 1)
-
-    @property
-    def chosen(self) -> int:
-        """The length of the step that the polynomials are made for, and the next one."""
-        return self.low + wide_of(self.layout)
-
-    @property
-    def floor(self) -> int:
-        """The least that velocities are measured by, at their rows."""
-        return self.chosen + LANES
-
-    @property
-    def values(self) -> int:
-        """What guards look at, at points of the step."""
-        return self.floor + wide_of(self.layout)
-
-    @property
-    def jet(self) -> int:
-        """What ``@jet`` works on."""
-        return self.values + LANES * -(-self.watched // LANES)
 
 
 class RateSteps(DoubleSteps):
@@ -137,6 +67,7 @@ class RateSteps(DoubleSteps):
         self.lengths = lengths
         self._work, self._rates, self._places = given.work, rates, places
         self._count = layout.rows - layout.degrees
+        self.stalling = Stalling(layout.carried_at, given.tolerance)
         self.watching = None
         if self.guards:
             assert given.guards
@@ -287,8 +218,8 @@ class RateSteps(DoubleSteps):
 
     def _tried(self) -> Function:
         """``@tried(constants, state, work, exact)``: the length of the step, with its polynomials in
-        ``%work``; 0 where there is none so short that its rates are finite. If ``exact`` is not 0, the step
-        has been tried before, and is taken again with this length."""
+        ``%work``; 0 where there is none so short that its rates are finite, or where the motion is stuck.
+        If ``exact`` is not 0, the step has been tried before, and is taken again with this length."""
         places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
         f = Function(f"define internal double @tried({places}, double %exact) #0")
         exact = Real(f, "%exact")
@@ -304,6 +235,8 @@ class RateSteps(DoubleSteps):
         trials, one = f.variable(f.count(0)), f.constant(1.0)
         h.set(f.select(given, exact, h.get()))
         with f.when(~given):
+            with f.when(self.stalling.stuck(f)):
+                f.give(f.constant(0.0))
             f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
             self.begin(f, first)
         with f.forever() as attempts:
@@ -367,6 +300,17 @@ class RateSteps(DoubleSteps):
         f.store(length, "%state", layout.carried_at + LENGTH)
         counted = layout.carried_at + EVALUATIONS
         f.store(f.load("%state", counted) + f.load("%work", at.chosen + EVALUATIONS), "%state", counted)
+        self.stalling.count(f, length, self._fastest(f) * length)
         self.hand_over(f, h, length)
         f.give()
         return f
+
+    def _fastest(self, f: Function) -> Real:
+        """The largest velocity, relative to 1 + the size of its coordinate."""
+        degrees, lanes = self.lengths.degrees, self.lengths.lanes
+        fastest = f.variable(f.zero(lanes))
+        with self._each(f, degrees) as i:
+            q, v = (f.magnitude(f.load_row("%state", i + shift, lanes)) for shift in (0, degrees))
+            speed = f.select(self._among(f, i, degrees), v / (q + 1.0), f.zero(lanes))
+            fastest.set(f.larger(speed, fastest.get()))
+        return f.reduce("fmax", fastest.get())
