@@ -10,9 +10,15 @@ import sympy
 from lagrange_cli.expression import symbolic_switches as switches
 from lagrange_cli.expression.algebra import Undecided
 
+
+def angle(y: sympy.Expr, x: sympy.Expr) -> sympy.Expr:
+    """atan2(y, x), which is 0 at the origin, as in all kinds of numbers. (In sympy it is no number there.)"""
+    return sympy.S.Zero if y.is_zero and x.is_zero else sympy.atan2(y, x)
+
+
 FUNCTIONS: dict[str, Callable[..., sympy.Expr]] = {
     "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan,
-    "asin": sympy.asin, "acos": sympy.acos, "atan": sympy.atan, "atan2": sympy.atan2,
+    "asin": sympy.asin, "acos": sympy.acos, "atan": sympy.atan, "atan2": angle,
     "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh,
     "exp": sympy.exp, "log": sympy.log, "sqrt": sympy.sqrt,
     "abs": switches.Absolute, "sign": switches.Sign, "min": switches.Least, "max": switches.Largest,

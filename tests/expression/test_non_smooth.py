@@ -114,6 +114,14 @@ def test_constants_are_compared_where_sympy_can(text: str, kept: str) -> None:
     assert str(build(parse(text), symbolic.symbol, symbolic)) == kept
 
 
+def test_the_angle_at_the_origin_is_0() -> None:
+    """As in doubles, within other functions, too."""
+    symbolic, numbers = SympyAlgebra(), NumberAlgebra()
+    for text in ("atan2(0, 0)", "atan2(0, atan2(0, 0))", "1 + atan2(atan2(0, 1), 0)"):
+        exact = build(parse(text), symbolic.symbol, symbolic)
+        assert float(exact) == build(parse(text), {}.__getitem__, numbers), text
+
+
 @pytest.mark.exhaustive(keep=6)
 @examples(60)
 @given(texts(NAMES), VALUES, VALUES)
