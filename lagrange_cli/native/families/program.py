@@ -7,30 +7,26 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from functools import partial
-from itertools import product
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.arrays import Array
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.arrangement import Element, Observed
+from lagrange_cli.native.families.arrangement import Observed
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.closed import ClosedJet
-from lagrange_cli.native.families.closed_projection import AT_A_STATE, ClosedProjection, Residuals
-from lagrange_cli.native.families.constrained import ConstrainedJet, solved_at_a_state
+from lagrange_cli.native.families.constrained import ConstrainedJet
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.preparation import Preparation, low_parts
-from lagrange_cli.native.families.projection import Projection
+from lagrange_cli.native.families.observation import Observation
+from lagrange_cli.native.families.preparation import low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
-from lagrange_cli.native.families.restraint import AtAState
-from lagrange_cli.native.families.runs import runs_of
+from lagrange_cli.native.families.returning import Returning
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
@@ -38,22 +34,21 @@ from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.interface import LANES, Interface
+from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
-from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.vector_stage import rests
-from lagrange_cli.native.state import Clock, Role
+from lagrange_cli.native.state import Role
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.motion import Given
-from lagrange_cli.native.stepping.projection import HEAD as HEAD_OF_PROJECTION
 from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
@@ -85,7 +80,7 @@ def write_family_program(
     return _Writer(system, observed, tolerance, order, scheme, kind, factor, proven, integrands).program()
 
 
-class _Writer(Preparation):
+class _Writer(Returning, Observation):
     """The functions of a program."""
 
     def program(self) -> Program:
@@ -214,54 +209,6 @@ class _Writer(Preparation):
             found.append((one.direction, int(acts if one.stops or one.changes else Role.RECORD), -1))
         return tuple(found)
 
-    def projection(self) -> str:
-        """``@project``, if there are constraints; its arrays are the next ones."""
-        if self.residuals is not None:
-            return self.closed_projection(self.residuals)
-        if self.moves is None:
-            return ""
-        f, layout = Function(HEAD_OF_PROJECTION), self.layout
-        vectors = self.kind(f)
-        base = self.scratch(vectors)
-        q, v = f.pointer("%state"), f.place("%state", self.degrees, "double")
-        arrays: dict[Array, Pointer] = {
-            array: vectors.in_state(place, layout.width)
-            for array, place in ((self.system.q, q), (self.system.v, v))
-        }
-        for array in self.moves.arrays:
-            arrays[array] = vectors.place(base, self.size)
-            self.size += room(array.count)
-        time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-        written = Projection(
-            self.moves, self.evaluation(vectors, arrays, vectors.at(time, low)), layout, self.tabled,
-            vectors.place(base, self.size), f.splat(low, LANES).name,
-        )  # fmt: skip
-        self.size += room(self.tabled.size)
-        return written.text()
-
-    def closed_projection(self, residuals: Residuals) -> str:
-        """The same of chains and trees, and the jet that it calls."""
-        assert self.closure is not None
-        given = self.system, self.lasting, self.places, self.tables, self.layout, RATES
-        jet = ClosedJet(self.closure, self.tabled, *given, self.kind, AT_A_STATE)
-        text = jet.write().text
-        f, layout = Function(HEAD_OF_PROJECTION), self.layout
-        vectors = self.kind(f)
-        base = self.scratch(vectors)
-        places = self.system.q, self.system.v, residuals.low_q, residuals.low_v
-        rows = 0, self.degrees, layout.width, layout.width + self.degrees
-        arrays = {one: f.place("%state", row, "double") for one, row in zip(places, rows)}
-        for array in residuals.arrays:
-            if array not in self.lasting.fixed:
-                arrays[array] = vectors.place(base, self.size)
-                self.size += room(array.count + 1)
-        work = vectors.place(base, self.size)
-        self.size += jet.work
-        time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-        evaluation = self.evaluation(vectors, arrays, time)
-        fixed = frozenset(self.lasting.fixed)
-        return text + ClosedProjection(residuals, evaluation, layout, jet, work, time, low, fixed).text()
-
     def accelerations(self) -> Jet:
         """``@jet`` without series."""
         f, width = Function(HEAD.format(JET, DoubleVectors.times)), self.layout.width
@@ -311,56 +258,3 @@ class _Writer(Preparation):
         masses, inverses = (f.place(base, self.places[one], "double") for one in self.diagonal)
         write_floors(f, self.system.spec, masses, inverses)
         return f.text()
-
-    def values(
-        self, name: str, listed: Iterable[Element], roots: Sequence[Total], pulled: AtAState | None = None
-    ) -> tuple[str, int]:
-        """A function of that name: quantities that are ``listed``, of totals at the ``roots``, at each of
-        ``%count`` samples; and its operations. Multipliers are found as they are ``pulled``."""
-        head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
-        f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
-        stride, vectors = Integer(f, "%stride", 1), self.kind(f)
-        base = self.scratch(vectors)
-        arrays: dict[Array, Pointer] = {}
-
-        def put(array: Array, count: int) -> None:
-            arrays[array] = vectors.place(base, self.size)
-            self.size += room(count)
-
-        put(self.system.q, self.degrees)
-        put(self.system.v, self.degrees)
-        first = [] if pulled is None else [pulled.square, pulled.right]
-        known = needed(first, self.slots, self.lasting.fixed)
-        totals = [one for one in needed(roots, self.slots, self.lasting.fixed) if one not in known]
-        for total in (*known, *totals):
-            put(total, total.count)
-        scratch = vectors.place(base, self.size)
-        at = {id(array): place for array, place in arrays.items()}
-        changed = self.lasting.changed
-        listed = [*listed]
-        runs, count = runs_of((changed[total], index) for total, index in listed), len(listed)
-        operations = 0
-        with f.loop(0, Integer(f, "%count", 1)) as sample:
-            for part, k in product(range(vectors.parts), range(2)):
-                target = vectors.parts_at(at[id((self.system.q, self.system.v)[k])], part)
-                before = k * self.degrees + part * self.layout.rows
-                with f.loop(0, self.degrees, tested=False) as i:
-                    row = stride * (i + before if before else i) + sample
-                    f.store(f.load("%states", row), target, i)
-            evaluation = self.evaluation(vectors, arrays, vectors.at(f.load("%times", sample)))
-            if pulled is not None:
-                evaluation.write(known)
-                multipliers = pulled.bonds.multipliers
-                solved_at_a_state(evaluation, pulled, self.tabled, scratch, multipliers)
-                self.size += room(self.tabled.size)
-                totals = [one for one in totals if one is not multipliers]
-            evaluation.write(totals)
-            for part, run in product(range(vectors.parts), runs):
-                source = vectors.parts_at(evaluation.where(run.total), part)
-                place = run.row + part * count
-                with f.loop(0, run.count, tested=False) as i:
-                    value = f.load(source, i + run.start if run.start else i)
-                    f.store(value, "%results", stride * (i * run.step + place) + sample)
-            operations = evaluation.emitter.operations
-        f.give()
-        return f.text(), operations

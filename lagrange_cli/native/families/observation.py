@@ -1,0 +1,74 @@
+"""``@observe`` of a system of families, and other functions of quantities at samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import product
+
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.arrangement import Element
+from lagrange_cli.native.families.constrained import solved_at_a_state
+from lagrange_cli.native.families.evaluation import room
+from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.preparation import Preparation
+from lagrange_cli.native.families.restraint import AtAState
+from lagrange_cli.native.families.runs import runs_of
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Integer, Pointer
+
+
+class Observation(Preparation):
+    """The functions that compute outputs, and what actions need."""
+
+    def values(
+        self, name: str, listed: Iterable[Element], roots: Sequence[Total], pulled: AtAState | None = None
+    ) -> tuple[str, int]:
+        """A function of that name: quantities that are ``listed``, of totals at the ``roots``, at each of
+        ``%count`` samples; and its operations. Multipliers are found as they are ``pulled``."""
+        head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
+        f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
+        stride, vectors = Integer(f, "%stride", 1), self.kind(f)
+        base = self.scratch(vectors)
+        arrays: dict[Array, Pointer] = {}
+
+        def put(array: Array, count: int) -> None:
+            arrays[array] = vectors.place(base, self.size)
+            self.size += room(count)
+
+        put(self.system.q, self.degrees)
+        put(self.system.v, self.degrees)
+        first = [] if pulled is None else [pulled.square, pulled.right]
+        known = needed(first, self.slots, self.lasting.fixed)
+        totals = [one for one in needed(roots, self.slots, self.lasting.fixed) if one not in known]
+        for total in (*known, *totals):
+            put(total, total.count)
+        scratch = vectors.place(base, self.size)
+        at = {id(array): place for array, place in arrays.items()}
+        changed = self.lasting.changed
+        listed = [*listed]
+        runs, count = runs_of((changed[total], index) for total, index in listed), len(listed)
+        operations = 0
+        with f.loop(0, Integer(f, "%count", 1)) as sample:
+            for part, k in product(range(vectors.parts), range(2)):
+                target = vectors.parts_at(at[id((self.system.q, self.system.v)[k])], part)
+                before = k * self.degrees + part * self.layout.rows
+                with f.loop(0, self.degrees, tested=False) as i:
+                    row = stride * (i + before if before else i) + sample
+                    f.store(f.load("%states", row), target, i)
+            evaluation = self.evaluation(vectors, arrays, vectors.at(f.load("%times", sample)))
+            if pulled is not None:
+                evaluation.write(known)
+                multipliers = pulled.bonds.multipliers
+                solved_at_a_state(evaluation, pulled, self.tabled, scratch, multipliers)
+                self.size += room(self.tabled.size)
+                totals = [one for one in totals if one is not multipliers]
+            evaluation.write(totals)
+            for part, run in product(range(vectors.parts), runs):
+                source = vectors.parts_at(evaluation.where(run.total), part)
+                place = run.row + part * count
+                with f.loop(0, run.count, tested=False) as i:
+                    value = f.load(source, i + run.start if run.start else i)
+                    f.store(value, "%results", stride * (i * run.step + place) + sample)
+            operations = evaluation.emitter.operations
+        f.give()
+        return f.text(), operations
