@@ -73,7 +73,9 @@ class Graph(NormalForms):
             for argument, exponent in self._arguments_with(node, symbol):
                 rate = inner(argument)
                 if not rate.is_zero:
-                    rest = self.product([(node, 1), (argument, -1), (rate, 1)])
+                    parts = zip(node.arguments, node.data)
+                    lower = [(a, self.tidy(e - 1) if a is argument else e) for a, e in parts]
+                    rest = self.product([*lower, (rate, 1)])
                     terms.append((rest, self.number(exponent)))
             return self.sum(terms)
         if node.kind is Kind.SWITCH:

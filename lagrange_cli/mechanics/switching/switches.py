@@ -5,6 +5,7 @@ is a switch between powers, each of which has a series where it is taken."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 
 from lagrange_cli.expression.graph import Graph
@@ -13,6 +14,8 @@ from lagrange_cli.mechanics.substitution import rebuilt, substituted
 
 ROUNDED = 2.0**-45
 """Constants that cancel up to rounding leave at most this fraction of their size."""
+MOST = 6
+"""Switches in the base of a power: their branches, up to 2^6, are looked at one by one."""
 
 
 def switches(nodes: Iterable[Node], moving: int) -> list[Node]:
@@ -69,6 +72,13 @@ def one_sided(graph: Graph, nodes: Sequence[Node], moving: int) -> Sequence[Node
     return Merging(graph, moving).merged(nodes) if switches(nodes, moving) else nodes
 
 
+def _has_zero(graph: Graph, node: Node) -> bool:
+    """Whether a branch is 0."""
+    _, inner = graph.split_coefficient(node)
+    branches = inner.arguments[1:] if inner.kind is Kind.SWITCH else ()
+    return node.is_zero or any(_has_zero(graph, one) for one in branches)
+
+
 class Merging:
     """Merges switches whose arguments are among what is ``moving``, a bit set of symbols."""
 
@@ -87,12 +97,14 @@ class Merging:
                 made[node] = self.graph.sum(self._united(terms, self.graph.sum))
             elif node.kind is Kind.PRODUCT:
                 factors = [
-                    (a if e == 1 and not any(map(self._switches, arguments)) else self._lifted(a), e)
+                    (self._factor(a, e, any(map(self._switches, arguments))), e)
                     for a, e in zip(arguments, node.data)
                 ]
                 parts = [part for factor in factors for part in self._without_scale(*factor)]
                 made[node] = self.graph.product(self._united(parts, self.graph.product))
-            elif node.kind in (Kind.FUNCTION, Kind.POWER):
+            elif node.kind is Kind.POWER:
+                made[node] = self._raised(self._base(arguments[0]), arguments[1])
+            elif node.kind is Kind.FUNCTION:
                 made[node] = self._applied(node, [*map(self._lifted, arguments)])
             elif node.kind is Kind.DDT:
                 made[node] = self.graph.ddt(arguments[0])
@@ -102,16 +114,54 @@ class Merging:
                 made[node] = rebuilt(self.graph, node, arguments)
         return tuple(made[node] for node in nodes)
 
+    def _factor(self, node: Node, exponent: float, beside: bool) -> Node:
+        """The base of a factor, beside which switches may stand, as a switch where that is of use."""
+        if exponent != int(exponent):
+            return self._base(node)
+        return self._lifted(node) if beside or exponent != 1 else node
+
     def _switches(self, node: Node) -> bool:
         """Whether it is a switch that changes."""
         return node.kind is Kind.SWITCH and bool(node.arguments[0].symbols & self.moving)
 
     def _without_scale(self, node: Node, exponent: float) -> list[tuple[Node, float]]:
-        """A power of a number times a switch as powers of both."""
+        """A power of a number times a switch as powers of both; a root of a switch as a switch of roots."""
         scale, inner = self.graph.split_coefficient(node)
-        if scale == 1.0 or not self._switches(inner) or (scale < 0.0 and exponent != int(exponent)):
+        if not self._switches(inner):
             return [(node, exponent)]
-        return [(self.graph.constant(scale), exponent), (inner, exponent)]
+        if exponent != int(exponent):
+            return [(self._raised(node, self.graph.constant(exponent)), 1)]
+        return [(node, exponent)] if scale == 1.0 else [(self.graph.constant(scale), exponent), (inner, exponent)]
+
+    def _raised(self, base: Node, exponent: Node) -> Node:
+        """A power of a number times a switch, as a switch between powers; a power of 0 has no series."""
+        scale, inner = self.graph.split_coefficient(base)
+        if self._switches(inner):
+            argument, above, below = inner.arguments
+            above, below = (self._raised(scale * one, exponent) for one in (above, below))
+            return self._between(argument, above, below)
+        if base.is_zero:
+            return self.graph.switch(exponent, self.graph.zero, self.graph.constant(math.nan))
+        return self.graph.power(base, exponent)
+
+    def _base(self, node: Node) -> Node:
+        """The base of a power without a series at 0, as a switch if it is 0 all along in some branch."""
+        lifted = self._lifted(node)
+        if self._switches(self.graph.split_coefficient(lifted)[1]) or has_rates(node):
+            return lifted
+        found = {one.arguments[0]: one for one in switches([node], self.moving)}
+        if not 0 < len(found) <= MOST:
+            return lifted
+        branched = self._branched(node, [*found])
+        return branched if _has_zero(self.graph, branched) else lifted
+
+    def _branched(self, node: Node, arguments: Sequence[Node]) -> Node:
+        """``node`` as switches by these arguments between expressions without such switches."""
+        if not arguments:
+            return node
+        argument, *rest = arguments
+        above, below = (self._branched(self._on_side(node, argument, side), rest) for side in (1, 2))
+        return self.graph.switch(argument, above, below)
 
     def _lifted(self, node: Node) -> Node:
         """A sum that contains switches as a switch between sums, unless it contains rates."""
