@@ -31,6 +31,8 @@ NEAR = 2.0**-16
 """If u = 0 is farther away, in the same terms, something else stops the motion."""
 FELT = 2.0**-50, 2.0**-98
 """A negligible error of velocities for such a passage."""
+TOLD = 2.0**-3
+"""An argument whose rounding error is a larger part of it is not known well enough."""
 BRIEF = 2.0**-20
 """A short fraction of the whole time since t = 0."""
 UNSURE = 2.0**-50, 2.0**-100
@@ -73,17 +75,44 @@ class Crossing(Modes):
         marked = [j for j in range(self.count) if self.marks[j] > 0.0]
         ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
         if marked:
-            j, side = marked[0], float(self.modes[marked[0]]) or 1.0
+            modes = self.modes[marked].copy()
+            entered = self.regular(marked) != modes
+            self.modes[marked] = modes
+            guards = [j for j, one in zip(marked, entered) if one] or marked[:1]
+            side = np.where(self.modes[guards] == 0.0, 1.0, self.modes[guards])
             tried = (-side, side), (side, side), (-side, -side)
-            return any(self._crossed_by(j, 0.0, *modes) for modes in tried)
+            return any(self._crossed_by(guards, 0.0, *modes) for modes in tried)
         if not ahead:
             return False
         j = min(ahead, key=lambda j: abs(ahead[j]))
-        return self._crossed_by(j, abs(float(ahead[j])), float(self.modes[j]), -float(self.modes[j]))
+        left, mode = abs(float(ahead[j])), self.modes[[j]]
+        return self._crossed_by([j], left, mode, -mode) or self._crossed_by([j], 2.0 * left, mode, mode)
 
-    def _crossed_by(self, j: int, left: float, begin: float, mode: float) -> bool:
-        """Move on by the time ``left`` until u = 0, and a little more, to where the mode is right, with the
-        accelerations of the one to ``begin`` with."""
+    def regular(self, guards: Sequence[int]) -> Array:
+        """Modes of guards whose arguments are 0 with which accelerations and their series are finite; the
+        present ones as far as that is possible."""
+        infinite = self._infinite()
+        for j in guards:
+            if not infinite:
+                break
+            if self.modes[j] != 0.0:
+                self.modes[j] = -self.modes[j]
+                others = self._infinite()
+                if others < infinite:
+                    infinite = others
+                else:
+                    self.modes[j] = -self.modes[j]
+        return self.modes[guards].copy()
+
+    def _infinite(self) -> int:
+        """The number of coefficients of velocities that are not finite."""
+        self._series()
+        velocities = self._coefficients_of(self._layout.v.start, self._layout.v.stop)
+        return int(np.count_nonzero(~np.isfinite(velocities)))
+
+    def _crossed_by(self, j: Sequence[int], left: float, begin: Array, mode: Array) -> bool:
+        """Move on by the time ``left`` until the arguments of guards are 0, and a little more, to where their
+        modes are right, with the accelerations of those to ``begin`` with."""
         layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
         q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
         self.modes[j] = begin
@@ -110,15 +139,15 @@ class Crossing(Modes):
         return False
 
     def _moved(
-        self, left: float, length: float, begin: float, mode: float, j: int, scales: tuple[float, float]
+        self, left: float, length: float, begin: Array, mode: Array, j: Sequence[int], scales: tuple[float, float]
     ) -> bool:
-        """Move by about this ``length``, with u = 0 after the time ``left``, where the mode to ``begin`` with
-        is changed; whether the other one is right then, and the error small. The ``scales`` of times and
+        """Move by about this ``length``, with u = 0 after the time ``left``, where the modes to ``begin``
+        with are changed; whether the others are right then, and the error small. The ``scales`` of times and
         velocities are those before."""
         layout, own = self._layout, self._layout.degrees
         length = ldexp(1.0, frexp(length)[1])  # so that velocities times it are exact
         self._series()
-        at_zero = [j, *np.flatnonzero(self.marks > 0.0)]
+        at_zero = [*j, *np.flatnonzero(self.marks > 0.0)]
         rates, slopes = self._rates_of_rows(), self._slopes(at_zero)
         if not np.all(np.isfinite(rates)):
             return False
@@ -142,8 +171,8 @@ class Crossing(Modes):
         self._add(layout.q, places[:own])
         self.modes[j] = mode
         self._series()
-        u, after = self._coefficients(self._rows.first + j)[0], self._rates_of_rows()
-        if not u * mode > 0.0 or not np.all(np.isfinite(after[:own])):
+        u, after = self._values(j), self._rates_of_rows()
+        if not np.all(u * mode > 0.0) or not np.all(np.isfinite(after[:own])) or not self._told(j, u):
             return False
         if not all(np.all(np.isfinite(self._coefficients(i))) for i in range(layout.v.start, layout.v.stop)):
             return False
@@ -164,8 +193,8 @@ class Crossing(Modes):
         return not unbounded
 
     def _unbounded(
-        self, start: Array, rates: Array, sides: Sequence[tuple[float, float, float]], j: int, least: float,
-        scales: tuple[float, float],
+        self, start: Array, rates: Array, sides: Sequence[tuple[float, Array, float]], j: Sequence[int],
+        least: float, scales: tuple[float, float],
     ) -> bool:  # fmt: skip
         """Whether an acceleration grows without bound, as 1/sqrt(u) does: velocities change by more than
         ``least``, which is not negligible, while rounding decides where u = 0 is. A side is the time when u =
@@ -184,13 +213,32 @@ class Crossing(Modes):
                     return True
         return False
 
-    def _accelerations(self, start: Array, rates: Array, t: float, mode: float, j: int) -> Array:
+    def _accelerations(
+        self, start: Array, rates: Array, t: float, mode: Array, j: Sequence[int]
+    ) -> Array:
         """The accelerations after the time t."""
         self.memory[:] = start
         self._move(t, rates)
         self.modes[j] = mode
         self._series()
         return self._rates_of_rows()[: self._layout.degrees]
+
+    def _values(self, guards: Sequence[int]) -> Array:
+        """The arguments of guards."""
+        return np.array([self._coefficients(self._rows.first + j)[0] for j in guards])
+
+    def _told(self, guards: Sequence[int], values: Array) -> bool:
+        """Whether doubles tell the arguments of guards from 0: without the low parts of coordinates, they
+        have about these ``values``, too."""
+        if self.machine.program.parts > 1:
+            return True
+        reached = self.memory.copy()
+        self.memory[self._layout.part(1)][self._layout.q] = 0.0
+        self._series()
+        told = np.all(np.abs(self._values(guards) - values) <= TOLD * np.abs(values))
+        self.memory[:] = reached
+        self._series()
+        return bool(told)
 
     def _slopes(self, guards: Sequence[int]) -> Array:
         """How fast the arguments of guards change."""

@@ -161,7 +161,18 @@ class Settling(Crossing):
         for j in free:
             self.modes[j] = first.get(j, self.modes[j])
         self.modes[able] = 0.0
-        good = True
+        self.regular(free)
+        found, entered = self._agreed(guards, able, first)
+        self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
+        self.prepare()
+        return found
+
+    def _agreed(
+        self, guards: Sequence[int], able: list[int], first: dict[int, float]
+    ) -> tuple[bool, list[int]]:
+        """Change modes until all guards lead to their sides; whether they do, and the guards that lead to a
+        side on which series are not finite here. Their modes are left as they are."""
+        entered: list[int] = []
         for _ in range(ROUNDS * (len(guards) + 1)):
             self._series()
             loose = [(self._holding(j), j) for j in able if self.modes[j] == 0.0]
@@ -175,18 +186,19 @@ class Settling(Crossing):
                 continue
             wrong = [j for j in guards if self.modes[j] != 0.0 and not self._leads(j)]
             if not wrong:
-                return good
+                return True, entered
             for j in wrong:
                 self.modes[j] = -self.modes[j]
-                self._series()
-                if not self._leads(j):
+                infinite = self._infinite()
+                if infinite or not self._leads(j):
                     if self._rows.guards[j].multiplier:
                         self.modes[j] = 0.0
                         able.append(j)
                     else:  # both sides lead back: it touches 0, and rounding decides
                         self.modes[j] = -self.modes[j]
                         guards = [one for one in guards if one != j]
-        return False
+                        entered += [j] if infinite else []
+        return False, entered
 
     def _stop_at(self, j: int) -> None:
         """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
