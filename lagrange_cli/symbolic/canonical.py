@@ -172,7 +172,7 @@ def is_reducible(base: sympy.Expr, exponent: Fraction) -> bool:
 
 def contract(terms: Terms) -> Terms:
     """The sum, contracted until no rule shortens it."""
-    return contract_by((contract_switches, contract_squares, contract_angles), terms)
+    return contract_by((contract_powers, contract_switches, contract_squares, contract_angles), terms)
 
 
 def contract_by(rules: Sequence[Callable[[Terms, Monomial], bool]], terms: Terms) -> Terms:
@@ -186,6 +186,21 @@ def contract_by(rules: Sequence[Callable[[Terms, Monomial], bool]], terms: Terms
                 while monomial in terms and rule(terms, monomial):
                     changed = True
     return terms
+
+
+def contract_powers(terms: Terms, monomial: Monomial) -> bool:
+    """x**p/x = x**(p - 1), where p is no number: apply it to one term, in place."""
+    for base, exponent in monomial:
+        if exponent != 1 or not base.is_Pow or base.exp.is_Rational:
+            continue
+        for other, power in monomial:
+            if other == base.base:
+                raised_base = other ** (base.exp + sympy.Rational(power.numerator, power.denominator))
+                both = frozenset({(base, Fraction(-1)), (other, -power)})
+                coefficient = terms.pop(monomial)
+                add_into(terms, multiply({combine(monomial, both): coefficient}, to_terms(raised_base)))
+                return True
+    return False
 
 
 def contract_switches(terms: Terms, monomial: Monomial) -> bool:

@@ -76,7 +76,7 @@ class Dual:
         return self * power(other, -1.0)
 
     def __pow__(self, other: Dual) -> Dual:
-        if other.value[1:] == (0, 0) and other.varied is NOTHING:
+        if not any(other.value[1:]) and not any(other.varied):
             return power(self, other.value[0])
         m = math if isinstance(self.value[0], float) else mpmath
         exponent = other * composed(FUNCTIONS["log"](m, self.value[0]), self)
@@ -99,7 +99,9 @@ def composed(derivatives: Sequence[Any], x: Dual) -> Dual:
 
 
 def power(base: Dual, exponent: float) -> Dual:
-    """``base`` to a constant power."""
+    """``base`` to a constant power; a base that stays 0, as max(0, x) does, has no slope that matters."""
+    if exponent > 0.0 and not any(base.value) and not any(base.varied):
+        return Dual(NOTHING)
     return composed(powers(base.value[0], exponent), base)
 
 

@@ -163,6 +163,7 @@ class Settling(Crossing):
         self.modes[able] = 0.0
         self.regular(free)
         found, entered = self._agreed(guards, able, first)
+        self._let_rest([j for j in free if j not in entered])
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
         self.prepare()
         return found
@@ -199,6 +200,19 @@ class Settling(Crossing):
                         guards = [one for one in guards if one != j]
                         entered += [j] if infinite else []
         return False, entered
+
+    def _let_rest(self, guards: Sequence[int]) -> None:
+        """Set the modes of guards to 0 whose arguments stay 0, beside forces that have no series there: these
+        act as soon as they are felt."""
+        for j in guards:
+            mode = float(self.modes[j])
+            self._series()
+            if mode != 0.0 and not np.any(self._coefficients(self._rows.first + j)):
+                self.modes[j] = -mode
+                singular = self._infinite()
+                self.modes[j] = 0.0 if singular else mode
+                if singular and self._infinite():
+                    self.modes[j] = mode
 
     def _stop_at(self, j: int) -> None:
         """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in

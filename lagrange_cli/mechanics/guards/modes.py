@@ -102,10 +102,9 @@ class Modes:
         return three_ways(graph, guard.mode, above, below, held)
 
     def _resting(self, argument: Node, above: Node, below: Node) -> tuple[Node, Node] | None:
-        """The common value of both branches where a velocity is 0, if they contain a root of it: it has no
-        series there, and the motion may come to rest in a finite time."""
-        if argument not in self.residual.model.v:
-            return None
+        """The common value of both branches where the argument is 0, if they contain a root of it, which has no
+        series there: a velocity may become 0 in a finite time and stay so, and bodies may touch without force
+        at first."""
         rooted = any(
             node.kind is Kind.PRODUCT
             and any(
