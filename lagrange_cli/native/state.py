@@ -15,6 +15,9 @@ from lagrange_cli.records import dataclass
 
 LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
+AT_REST = 2.0**-80
+"""An argument that rests at 0, with no force that holds it, moves again where it has become so large; or as
+large as its negative mark, where it is known less well."""
 CHANGES = 64.0
 """If so many modes change while t hardly does, the motion is held there, or ends."""
 BRIEF, NOWHERE = 2.0**-38, 2.0**-50

@@ -27,6 +27,8 @@ WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4
 """The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
 double-double. (There the longest come first, and they are parts of the time, too, if that is longer: proofs
 of steps know of u no more than doubles of both tell.)"""
+RESOLVED = 2.0**-44, 2.0**-96
+"""The shortest way, as a part of the time: further steps, which are parts of it, must not round to nothing."""
 NEAR = 2.0**-16
 """If u = 0 is farther away, in the same terms, something else stops the motion."""
 FELT = 2.0**-50, 2.0**-98
@@ -127,11 +129,12 @@ class Crossing(Modes):
         if not v > 0.0 or left > usual * NEAR:
             return False
         longest = max(usual, abs(float(memory[layout.time]))) if parts > 1 else usual
-        for way in WAYS[parts - 1]:
+        least = abs(float(memory[layout.time])) * RESOLVED[parts - 1]
+        for way in (one for one in WAYS[parts - 1] if longest * one >= least):
             self.memory[:] = memory
             self.modes[j] = begin
             if self._moved(left, left + longest * way, begin, mode, j, (usual, float(v))):
-                self.marks[:] = 0.0
+                self.marks[:] = np.minimum(self.marks, 0.0)
                 for number in BEGINNING:
                     self.memory[layout.at(number)] = 0.0
                 return True
@@ -172,7 +175,7 @@ class Crossing(Modes):
         self.modes[j] = mode
         self._series()
         u, after = self._values(j), self._rates_of_rows()
-        if not np.all(u * mode > 0.0) or not np.all(np.isfinite(after[:own])) or not self._told(j, u):
+        if not np.all(u * mode > 0.0) or not np.all(np.isfinite(after[:own])) or not self.told(j, u):
             return False
         if not all(np.all(np.isfinite(self._coefficients(i))) for i in range(layout.v.start, layout.v.stop)):
             return False
@@ -227,14 +230,15 @@ class Crossing(Modes):
         """The arguments of guards."""
         return np.array([self._coefficients(self._rows.first + j)[0] for j in guards])
 
-    def _told(self, guards: Sequence[int], values: Array) -> bool:
-        """Whether doubles tell the arguments of guards from 0: without the low parts of coordinates, they
-        have about these ``values``, too."""
+    def told(self, guards: Sequence[int], values: Array) -> bool:
+        """Whether the arguments of guards are not 0, and doubles tell: without the low parts of coordinates,
+        they have about these ``values``, too."""
         if self.machine.program.parts > 1:
-            return True
+            return bool(np.all(values != 0.0))
         reached = self.memory.copy()
         self.memory[self._layout.part(1)][self._layout.q] = 0.0
         self._series()
+        values = np.where(values == 0.0, np.nan, values)
         told = np.all(np.abs(self._values(guards) - values) <= TOLD * np.abs(values))
         self.memory[:] = reached
         self._series()

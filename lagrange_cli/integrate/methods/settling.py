@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.methods.crossing import Crossing
+from lagrange_cli.integrate.methods.crossing import FELT, TOLD, Crossing
 from lagrange_cli.integrate.methods.modes import SMALLEST
 from lagrange_cli.native.interface import Stop
-from lagrange_cli.native.state import BEGINNING, CHANGES, Clock, Role
+from lagrange_cli.native.state import AT_REST, BEGINNING, CHANGES, Clock, Role
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -27,6 +27,12 @@ HELD = 1.0 + 2.0**-40
 """Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
+LARGER = 2.0**4
+"""How much larger it must be then."""
+ROUNDED_OFF = 2.0**-52, 2.0**-104
+"""The unit of rounding of coordinates."""
+TRIALS = 8
+"""How often their rounding errors are drawn."""
 SOON = 2.0**-30
 """A velocity that becomes 0 within this fraction of the time is set to 0."""
 ROUNDED = 1e-16
@@ -115,11 +121,38 @@ class Settling(Crossing):
         marked = [j for j in range(self.count) if j != due and self.marks[j] > 0.0 and self.modes[j] != 0.0]
         if self.memory[self._layout.at(Clock.PASSES)] >= CHANGES and self._rows.guards[due].multiplier:
             self._stop_at(due)
+        if before == 0.0 and not self._rows.guards[due].multiplier and not self._has_left(due):
+            return True
         if before == 0.0:
             leaving = self._multiplier(due) if self._rows.guards[due].multiplier else self._arguments()[due]
             side = 1.0 if leaving > 0.0 else -1.0
             return self._choose([due, *marked], {due: side}, held=False)
         return self._choose([due, *marked], {due: -before})
+
+    def _has_left(self, j: int) -> bool:
+        """Whether the argument of a guard, which rested at 0, has become as large as its series tells.
+
+        If rounding hides that, and the force that acts beyond is not felt yet, the motion goes on as it is
+        until the argument is larger.
+        """
+        least = max(AT_REST, -float(self.marks[j]))
+        size = abs(float(self._arguments()[j]))
+        if abs(size - least) <= TOLD * least or self._feels(j):
+            return True
+        self.marks[j] = -LARGER * max(least, size)
+        return False
+
+    def _feels(self, j: int) -> bool:
+        """Whether one of the forces beyond a guard that rests at 0 changes velocities in a step."""
+        own, layout = self._layout.degrees, self._layout
+        accelerations = []
+        for mode in (1.0, -1.0, 0.0):
+            self.modes[j] = mode
+            accelerations.append(self._series()[:own])
+        changes = np.abs(np.array(accelerations) - accelerations[-1])
+        speed = np.max(np.abs(self.memory[layout.part(0)][layout.v]))
+        felt = np.nan_to_num(changes) * self.memory[layout.at(Clock.LENGTH)]
+        return bool(np.any(felt > FELT[self.machine.program.parts - 1] * speed))
 
     def rest(self) -> bool:
         """Let a velocity be 0 that a force has brought to rest which is 0 there, but has no series, such as
@@ -156,7 +189,7 @@ class Settling(Crossing):
         ``first``, or the other one."""
         able = [j for j in guards if self._rows.guards[j].multiplier] if held else []
         free = [j for j in guards if j not in able]
-        self.marks[: self.count] = 0.0
+        self.marks[: self.count] = np.minimum(self.marks[: self.count], 0.0)
         self.mark(guards)
         for j in free:
             self.modes[j] = first.get(j, self.modes[j])
@@ -204,6 +237,7 @@ class Settling(Crossing):
     def _let_rest(self, guards: Sequence[int]) -> None:
         """Set the modes of guards to 0 whose arguments stay 0, beside forces that have no series there: these
         act as soon as they are felt."""
+        resting = []
         for j in guards:
             mode = float(self.modes[j])
             self._series()
@@ -213,6 +247,20 @@ class Settling(Crossing):
                 self.modes[j] = 0.0 if singular else mode
                 if singular and self._infinite():
                     self.modes[j] = mode
+                resting += [j] if self.modes[j] == 0.0 else []
+        if resting:
+            self.marks[resting] = -LARGER * self._rounding()[resting]
+
+    def _rounding(self) -> Array:
+        """How much arguments change where all coordinates change by a rounding error of the largest one."""
+        q, memory = self.memory[self._layout.part(0)][self._layout.q], self.memory.copy()
+        unit = ROUNDED_OFF[self.machine.program.parts - 1] * np.max(np.abs(q))
+        before, source, found = self._arguments(), np.random.default_rng(0), np.zeros(self.count)
+        for _ in range(TRIALS):
+            self._add(self._layout.q, unit * source.uniform(-1.0, 1.0, len(q)))
+            found = np.fmax(found, np.abs(self._arguments() - before))
+            self.memory[:] = memory
+        return found
 
     def _stop_at(self, j: int) -> None:
         """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in

@@ -16,7 +16,7 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import BRIEF, NOWHERE, Clock, GuardRows, Role, StateLayout
+from lagrange_cli.native.state import AT_REST, BRIEF, NOWHERE, Clock, GuardRows, Role, StateLayout
 from lagrange_cli.native.stepping.actions import LEFT, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.roots import NONE, Roots
@@ -39,8 +39,7 @@ WIDER = 2.0**16
 """After a zero, a step is longer than the one before by no more than this factor."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
-AT_REST = 2.0**-80
-"""An argument that rests at 0, with no force that holds it, moves again where it has become so large."""
+
 
 
 @dataclass(frozen=True)
@@ -141,7 +140,7 @@ class GuardCode:
             with f.otherwise(), f.when(f.load_integer("@guard_roles", j).equals(Role.HOLD)):
                 self._look_at_multiplier(f, j, look)
             with f.when(mode.equals(0.0) & f.load_integer("@guard_roles", j).equals(Role.SWITCH)):
-                row, rest = f.load_integer("@guard_rows", j), f.constant(AT_REST)
+                row, rest = f.load_integer("@guard_rows", j), f.larger(f.constant(AT_REST), -mark)
                 for side in (-1.0, 1.0):
                     look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
         # a later guard's argument may be known for less of the step than to an earlier one's root
@@ -270,7 +269,7 @@ class GuardCode:
         with f.loop(0, self.rows.count, tested=False) as j:
             at = j + self.rows.fresh(self.layout)
             mark = f.load("%state", at)
-            leads = h > f.larger(mark * BRIEF, nowhere)
+            leads = (h > f.larger(mark * BRIEF, nowhere)) & (mark > 0.0)
             f.store(f.select(leads, f.constant(0.0), mark), "%state", at)
         f.give()
         return f
