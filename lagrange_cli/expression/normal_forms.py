@@ -238,9 +238,12 @@ class NormalForms(SwitchForms):
     # ------------------------------------------------------------------ functions
 
     def power(self, base: Node, exponent: Node) -> Node:
-        """``base ** exponent``; a numerical exponent makes a product, any other a power node."""
+        """``base ** exponent``; a numerical exponent makes a product, any other a power node, of a root that
+        of what is under it."""
         if exponent.kind is Kind.NUMBER:
             return self.product([(base, self.tidy(exponent.data))])
+        if base.kind is Kind.PRODUCT and len(base.arguments) == 1 and not whole(base.data[0]):
+            return self.power(base.arguments[0], base.data[0] * exponent)
         if base is self.one:
             return self.one
         return self._make(Kind.POWER, None, (base, exponent))

@@ -28,7 +28,7 @@ WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4
 double-double. (There the longest come first, and they are parts of the time, too, if that is longer: proofs
 of steps know of u no more than doubles of both tell.)"""
 RESOLVED = 2.0**-44, 2.0**-96
-"""The shortest way, as a part of the time: further steps, which are parts of it, must not round to nothing."""
+"""The shortest way, as a part of the time: further steps are parts of it."""
 NEAR = 2.0**-16
 """If u = 0 is farther away, in the same terms, something else stops the motion."""
 FELT = 2.0**-50, 2.0**-98
@@ -104,7 +104,8 @@ class Crossing(Modes):
                     infinite = others
                 else:
                     self.modes[j] = -self.modes[j]
-        return self.modes[guards].copy()
+        found: Array = self.modes[guards].copy()
+        return found
 
     def _infinite(self) -> int:
         """The number of coefficients of velocities that are not finite."""
@@ -142,7 +143,13 @@ class Crossing(Modes):
         return False
 
     def _moved(
-        self, left: float, length: float, begin: Array, mode: Array, j: Sequence[int], scales: tuple[float, float]
+        self,
+        left: float,
+        length: float,
+        begin: Array,
+        mode: Array,
+        j: Sequence[int],
+        scales: tuple[float, float],
     ) -> bool:
         """Move by about this ``length``, with u = 0 after the time ``left``, where the modes to ``begin``
         with are changed; whether the others are right then, and the error small. The ``scales`` of times and
@@ -216,9 +223,7 @@ class Crossing(Modes):
                     return True
         return False
 
-    def _accelerations(
-        self, start: Array, rates: Array, t: float, mode: Array, j: Sequence[int]
-    ) -> Array:
+    def _accelerations(self, start: Array, rates: Array, t: float, mode: Array, j: Sequence[int]) -> Array:
         """The accelerations after the time t."""
         self.memory[:] = start
         self._move(t, rates)

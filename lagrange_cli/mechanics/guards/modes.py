@@ -102,9 +102,8 @@ class Modes:
         return three_ways(graph, guard.mode, above, below, held)
 
     def _resting(self, argument: Node, above: Node, below: Node) -> tuple[Node, Node] | None:
-        """The common value of both branches where the argument is 0, if they contain a root of it, which has no
-        series there: a velocity may become 0 in a finite time and stay so, and bodies may touch without force
-        at first."""
+        """The common value of both branches where the argument is 0, if they contain a root of it: it has no
+        series there. Velocities become 0 in a finite time, and bodies touch without force at first."""
         rooted = any(
             node.kind is Kind.PRODUCT
             and any(

@@ -131,7 +131,11 @@ class Merging:
             return [(node, exponent)]
         if exponent != int(exponent):
             return [(self._raised(node, self.graph.constant(exponent)), 1)]
-        return [(node, exponent)] if scale == 1.0 else [(self.graph.constant(scale), exponent), (inner, exponent)]
+        return (
+            [(node, exponent)]
+            if scale == 1.0
+            else [(self.graph.constant(scale), exponent), (inner, exponent)]
+        )
 
     def _raised(self, base: Node, exponent: Node) -> Node:
         """A power of a number times a switch, as a switch between powers; a power of 0 has no series."""

@@ -41,7 +41,6 @@ JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 
 
-
 @dataclass(frozen=True)
 class GuardCode:
     """Writes the functions that ``@advance`` calls for guards."""
