@@ -130,7 +130,7 @@ class Merging:
         if not self._switches(inner):
             return [(node, exponent)]
         if exponent != int(exponent):
-            return [(self._raised(node, self.graph.constant(exponent)), 1)]
+            return self._without_scale(self._raised(node, self.graph.constant(exponent)), 1)
         return (
             [(node, exponent)]
             if scale == 1.0
