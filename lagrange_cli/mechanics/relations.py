@@ -90,7 +90,7 @@ class Relations:
             numbers = {i: rational(value) for i, value in vector.items()}
             made = None
             if None in numbers.values():
-                made = self._monomials(columns, last, vector, changed)
+                made = self._monomials(columns, last, vector, changed) or self._solved(columns, vector)
                 numbers = {i: rational(value, 1e-10, DECIMAL) for i, value in vector.items()}
             if made is None and None not in numbers.values():
                 exact = {i: one for i, one in numbers.items() if one is not None}
@@ -137,6 +137,21 @@ class Relations:
             else:
                 return None
         return made
+
+    def _solved(self, columns: Sequence[Column], vector: Mapping[int, float]) -> dict[int, Node] | None:
+        """The coefficients as any functions of parameters."""
+        from lagrange_cli.mechanics.coefficients import coefficients  # where they are no monomials
+
+        own = [columns[i] for i in sorted(vector)]
+        below = reachable([node for column in own for node in column])
+        symbols = [one for one in below if one.kind is Kind.SYMBOL]
+        names = [str(one.data) for one in symbols if self.variables and one.data not in self.variables]
+        if not names:
+            return None
+        variables = [one for one in symbols if one.data not in names]
+        basis = Basis([1.0] * len(own))
+        found = coefficients(self.graph, own, variables, self._parameters(names, {}), basis.extend)
+        return None if found is None else dict(zip(sorted(vector), found))
 
     def _sums(self, columns: Sequence[Column], names: Mapping[str, Node]) -> list[Node]:
         """Sums of parameters alone, such as R - r, that a coefficient may contain as a factor."""

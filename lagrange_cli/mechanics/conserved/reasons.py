@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 Named = Sequence[tuple[Node, "Trial"]]
 """Displacements of all particles, each times a factor."""
-LONGEST = 120
-"""Longer formulas are described."""
+LONGEST, LONGEST_CHANGE = 400, 120
+"""Longer formulas are described: those of currents, and of changes."""
 
 
 def is_constant(model: Model[Node], change: Change) -> bool:
@@ -114,7 +114,7 @@ def changes_text(model: Model[Node], change: Change) -> str:
     changed += [] if change.time is None else [("t", change.time)]
     moving = variables(model)
     text = ", ".join(f"{name} by {text_of(xi, moving=moving)}" for name, xi in changed)
-    return text if len(text) <= LONGEST else "the coordinates"
+    return text if len(text) <= LONGEST_CHANGE else "the coordinates"
 
 
 def in_lowest_terms(graph: Graph, ratio: Sequence[Node]) -> list[Node]:
