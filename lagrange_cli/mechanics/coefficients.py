@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.substitution import substituted
 
@@ -24,11 +24,15 @@ MOST_COUPLED = 4
 """Unknown coefficients that are found from as many equations at once."""
 NEGLIGIBLE = 1e-9
 """A value that is smaller, relative to the terms of its sum, is 0."""
+MOST_TERMS, HIGHEST = 80, 4
+"""Terms of a sum that is multiplied out, and powers of sums."""
 WORK = 4
 """Steps of work of a node at a state: its value, and what it becomes with these numbers."""
 
 Row = Sequence[Node]
 """The coefficients of an equation, without those that are 0 by their values."""
+Monomial = frozenset[tuple[Node, float]]
+"""Factors with their exponents."""
 
 
 def coefficients(
@@ -36,12 +40,13 @@ def coefficients(
     columns: Sequence[Sequence[Node]],
     variables: Sequence[Node],
     parameters: Mapping[str, float],
+    known: Mapping[int, Node],
     is_new: Callable[[Sequence[float]], bool],
 ) -> list[Node] | None:
     """Functions c_i of the parameters with sum_i c_i column_i = 0, where there is one such relation, and all
-    columns occur in it; None where they are not found. ``parameters`` are values at which this is so, and
-    ``is_new`` says of an equation whether it is no combination of those before it. The relation has to be
-    proven."""
+    columns occur in it; None where they are not found. Some may be ``known``, else the relation is found up
+    to a factor. ``parameters`` are values at which it is true, and ``is_new`` says of numbers in front of the
+    unknown ones whether they are no combination of those before. The relation has to be proven."""
     found = list[tuple[Row, list[float]]]()
     first: list[tuple[Row, list[float]]] | None = None
     for values in states(variables):
@@ -50,14 +55,15 @@ def coefficients(
         if first and len(here) == len(first):
             found += [differing(graph, one, other) for one, other in zip(here, first) if here is not first]
         found += here
-    fewest = sorted(found, key=lambda one: sum(map(bool, one[1])))
-    rows = [row for row, numbers in fewest if is_new(numbers)]
-    if len(rows) != len(columns) - 1:
+    unknown = [i for i in range(len(columns)) if i not in known]
+    some = [(row, [numbers[i] for i in unknown]) for row, numbers in found]
+    fewest = sorted(some, key=lambda one: sum(map(bool, one[1])))
+    rows = [row for row, numbers in fewest if any(numbers) and is_new(numbers)]
+    if len(rows) != len(unknown) - (not known):
         return None
     graph.work.charge(len(rows) ** 3)
-    first_known = (i for i, x in enumerate(rows[0]) if not x.is_zero)
-    solved = (solution(graph, rows, i) for i in first_known)
-    return next((one for one in solved if one is not None), None)
+    starts = [known] if known else [{i: graph.one} for i, x in enumerate(rows[0]) if not x.is_zero]
+    return next((one for one in (solution(graph, rows, start) for start in starts) if one is not None), None)
 
 
 def rows_at(
@@ -100,10 +106,10 @@ def states(variables: Sequence[Node]) -> Iterator[dict[str, float]]:
         yield {name: source.choice(SIMPLE) for name in names}
 
 
-def solution(graph: Graph, rows: Sequence[Row], first: int) -> list[Node] | None:
-    """The unknowns, of which the ``first`` one is 1: one after the other where an equation contains just one
-    that is not known, else several at once."""
-    known, left = {first: graph.one}, [*rows]
+def solution(graph: Graph, rows: Sequence[Row], start: Mapping[int, Node]) -> list[Node] | None:
+    """All unknowns, from some: one after the other where an equation contains just one that is not known,
+    else several at once."""
+    known, left = {**start}, [*rows]
     while left:
         unknown = [[j for j, x in enumerate(row) if not x.is_zero and j not in known] for row in left]
         wanted = min(unknown, key=len)
@@ -117,6 +123,65 @@ def solution(graph: Graph, rows: Sequence[Row], first: int) -> list[Node] | None
             return None
         for k, j in enumerate(wanted):
             replaced = [[*row[:k], x, *row[k + 1 :]] for row, x in zip(matrix, right)]
-            known[j] = determinant(graph, replaced) / below
+            known[j] = multiplied_out(graph, determinant(graph, replaced) / below)
         left = [row for row in left if not any(row is one for one in coupled)]
     return [known[j] for j in sorted(known)]
+
+
+def multiplied_out(graph: Graph, node: Node) -> Node:
+    """A sum of products, if that is shorter."""
+    terms = monomials(node)
+    if terms is None:
+        return node
+    largest = max(map(abs, terms.values()), default=0.0)
+    kept = [(one, c) for one, c in terms.items() if abs(c) > NEGLIGIBLE * largest]
+    found = graph.sum([(graph.product(one), c) for one, c in kept])
+    return found if len(reachable([found])) < len(reachable([node])) else node
+
+
+def monomials(node: Node) -> dict[Monomial, float] | None:
+    """The terms of an expression that is multiplied out, with numbers in front of them; None if there are too
+    many."""
+    if node.kind is Kind.NUMBER:
+        return {frozenset(): float(node.data)}
+    if node.kind is Kind.SUM:
+        constant, factors = node.data
+        found = {frozenset[tuple[Node, float]](): float(constant)}
+        for one, c in zip(node.arguments, factors):
+            inner = monomials(one)
+            if inner is None:
+                return None
+            for key, x in inner.items():
+                found[key] = found.get(key, 0.0) + float(c) * x
+        return found if len(found) <= MOST_TERMS else None
+    if node.kind is not Kind.PRODUCT:
+        return {frozenset([(node, 1)]): 1.0}
+    total: dict[Monomial, float] = {frozenset(): 1.0}
+    for one, exponent in zip(node.arguments, node.data):
+        inner = monomials(one)
+        if inner is None:
+            return None
+        if len(inner) > 1 and exponent in range(1, HIGHEST + 1):
+            for _ in range(int(exponent)):
+                total = times(total, inner)
+        elif len(inner) == 1 and exponent == int(exponent):
+            ((key, x),) = inner.items()
+            total = times(total, {frozenset((base, n * exponent) for base, n in key): x**exponent})
+        else:
+            total = times(total, {frozenset([(one, exponent)]): 1.0})
+        if len(total) > MOST_TERMS:
+            return None
+    return total
+
+
+def times(one: Mapping[Monomial, float], other: Mapping[Monomial, float]) -> dict[Monomial, float]:
+    """The product of two sums."""
+    found: dict[Monomial, float] = {}
+    for a, x in one.items():
+        for b, y in other.items():
+            powers = dict(a)
+            for base, exponent in b:
+                powers[base] = powers.get(base, 0) + exponent
+            key = frozenset((base, n) for base, n in powers.items() if n)
+            found[key] = found.get(key, 0.0) + x * y
+    return found

@@ -23,7 +23,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.noether import Noether
-from lagrange_cli.mechanics.conserved.reasons import term
+from lagrange_cli.mechanics.conserved.reasons import term, without_denominators
 from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -57,7 +57,8 @@ def hidden(found: Found) -> None:
     a tensor are all given; others only if they are no functions of what else is known."""
     given = candidates(found.model, found.noether) if "h" in found.names else []
     before, others = len(found.symmetries), list[tuple[Conserved, Node]]()
-    for relation in found.relations.relations([[one.rate] for one in given]):
+    for numbers in found.relations.relations([[one.rate] for one in given]):
+        relation = dict(zip(numbers, without_denominators(found.graph, [*numbers.values()])))
         parts = [(given[i], factor) for i, factor in relation.items()]
         rate = found.graph.sum([(factor * one.rate, 1.0) for one, factor in parts])
         name, text, because, sign = described(found.model, given, relation)

@@ -135,3 +135,26 @@ def term(factor: Node, name: str, moving: int = 0) -> str:
         return f"-{term(factor.arguments[0], name, moving)}"
     text = text_of(factor, moving=moving)
     return f"{text}*{name}" if single or factor.kind is not Kind.SUM else f"({text})*{name}"
+
+
+def without_denominators(graph: Graph, factors: Sequence[Node]) -> list[Node]:
+    """The same ratio, divided by what all have in common."""
+    powers: dict[Node, float] = {}
+    for factor in factors:
+        for base, exponent in factors_of(factor):
+            powers[base] = min(exponent, powers.get(base, 0))
+    common = [(base, -exponent) for base, exponent in powers.items() if exponent]
+    found = []
+    for factor in factors:
+        terms = [(factor, 1.0)]
+        if common and factor.kind is Kind.SUM:  # so that f + g/f is f**2 + g, times f
+            terms = [*zip(factor.arguments, factor.data[1]), (graph.one, factor.data[0])]
+        found.append(graph.sum([(graph.product([(one, 1), *common]), c) for one, c in terms]))
+    return found
+
+
+def factors_of(node: Node) -> list[tuple[Node, float]]:
+    """The factors of a product with their exponents, without a number."""
+    if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
+        return factors_of(node.arguments[0])
+    return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []
