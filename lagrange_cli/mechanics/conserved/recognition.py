@@ -1,7 +1,8 @@
 """Coefficients in terms of parameters, recognized from their values modulo a prime.
 
 The values of the parameters are prime numbers. A coefficient is then a fraction of whole numbers, which are
-divided by the parameters and by sums of two of them as often as possible. The quotients have to be small.
+divided by the parameters and by sums of two of them as often as possible, also by moments of inertia such as
+A + m*R**2. The quotients have to be small.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, permutations
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import fraction_of
@@ -56,13 +57,16 @@ class Recognition:
 
     @cached_property
     def factors(self) -> Mapping[Node, int]:
-        """The parameters, and sums of two, with their values."""
+        """The parameters, and sums of two terms, with their values."""
         known = dict(zip(self.parameters, PRIMES))
         found = dict(known)
         for (one, a), (other, b) in combinations([*known.items(), (self.graph.one, 1)], 2):
             for k in NUMBERS:
                 for n in (sign * n for n in NUMBERS if math.gcd(k, n) == 1 for sign in (1, -1)):
                     found[float(k) * one + float(n) * other] = k * a + n * b
+        for (one, a), (other, b), (size, r) in permutations(known.items(), 3):
+            found[one + other * size * size] = a + b * r * r
+            found[one - other * size * size] = a - b * r * r
         return found
 
     def coefficients(self, values: Sequence[int]) -> list[Node] | None:
