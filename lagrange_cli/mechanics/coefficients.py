@@ -129,13 +129,24 @@ def solution(graph: Graph, rows: Sequence[Row], start: Mapping[int, Node]) -> li
 
 
 def multiplied_out(graph: Graph, node: Node) -> Node:
-    """A sum of products, if that is shorter."""
+    """A sum of products over a common denominator, if that is shorter."""
     terms = monomials(node)
+    if terms is None:
+        return node
+    below: dict[Node, float] = {}
+    for one in terms:
+        for base, exponent in one:
+            if base.kind is Kind.SUM and exponent < 0:
+                below[base] = min(exponent, below.get(base, 0))
+    if below:
+        common = graph.product([(base, -exponent) for base, exponent in below.items()])
+        above = graph.sum([(graph.product([*one, (common, 1)]), c) for one, c in terms.items()])
+        terms = monomials(above)
     if terms is None:
         return node
     largest = max(map(abs, terms.values()), default=0.0)
     kept = [(one, c) for one, c in terms.items() if abs(c) > NEGLIGIBLE * largest]
-    found = graph.sum([(graph.product(one), c) for one, c in kept])
+    found = graph.sum([(graph.product(one), c) for one, c in kept]) * graph.product(below.items())
     return found if len(reachable([found])) < len(reachable([node])) else node
 
 

@@ -59,9 +59,13 @@ def combinations(found: Found) -> None:
 def translated(found: Found, change: Change) -> tuple[list[tuple[Node, Trial]], Change]:
     """A change of several coordinates that is a displacement of all particles, by the name of that; and what
     is left of it."""
-    for one in found.trials if len(change.directions) > 1 and change.time is None else ():
-        if one.change.gain is None and {**one.change.directions} == {**change.directions}:
-            return [(found.graph.one, one)], Change(gain=change.gain)
+    moved = {**change.directions}
+    for one in found.trials if len(moved) > 1 and change.time is None else ():
+        own = one.change.directions
+        if one.change.gain is None and own.keys() == moved.keys():
+            factors = {moved[k] / xi for k, xi in own.items()}
+            if len(factors) == 1 and not next(iter(factors)).symbols & variables(found.model):
+                return [(factors.pop(), one)], Change(gain=change.gain)
     return [], change
 
 
@@ -94,7 +98,11 @@ def gains(found: Found) -> Iterable[Node]:
     for one in reachable([energetics.lagrangian, *energetics.applied]):
         if one.kind is Kind.FUNCTION and one.symbols & variables(model) == time:
             pair = ("sin", "cos") if one.data in ("sin", "cos") else (one.data,) * (one.data == "exp")
-            yield from (graph.function(name, one.arguments) for name in pair)
+            known = [graph.function(name, one.arguments) for name in pair]
+            yield from (*known, *([known[0] * known[1]] if len(known) > 1 else []))
+    rate = energetics.lagrangian_rate(model.time)
+    if rate.symbols & time or not rate.is_zero:
+        yield from (model.time * model.time, model.time * model.time * model.time)
     if not all(force.is_zero for force in energetics.applied):  # of turning about an axis
         for each in model.particles:
             squares = [x * x for x in each.position]

@@ -158,6 +158,12 @@ def coefficients(potential: Node) -> list[tuple[Node, float]]:
     return [(one, c) for one, c in terms_of_sum(potential, 1.0) if one.symbols]
 
 
+def is_affine(model: Model[Node], node: Node) -> bool:
+    """Whether it is a sum of coordinates with constant factors."""
+    graph, moving = graph_of(model), variables(model)
+    return not any(graph.diff(node, q).symbols & moving for q in model.q)
+
+
 def squares_of(one: str, other: str) -> str:
     """The product of two components of r."""
     return f"{one}**2" if one == other else f"{one}*{other}"
@@ -219,6 +225,8 @@ def described(
             because = "the equations of motion separate in parabolic coordinates"
             name = f"A_{axis}"
             parts = coefficients(model.potential)
+            if sum(not one.body for one in model.particles) > 1:  # uniform fields do not act between them
+                parts = [part for part in parts if not is_affine(model, part[0])]
             whole = {times(model, axis, one): c * factor * pairs[first] for one, c in parts}
             if still.keys() == whole.keys() and all(is_zero(still[one] - whole[one]) for one in whole):
                 because = "a component of the Laplace-Runge-Lenz vector, v x L + U r"

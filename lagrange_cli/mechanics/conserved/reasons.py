@@ -118,7 +118,9 @@ def changes_text(model: Model[Node], change: Change) -> str:
 
 
 def in_lowest_terms(graph: Graph, ratio: Sequence[Node]) -> list[Node]:
-    """A ratio of whole numbers without a common divisor; any other one as it is."""
+    """A ratio of whole numbers without a common divisor, or of what is the same; any other one as it is."""
+    if len({*ratio}) == 1:
+        return [graph.one for _ in ratio]
     numbers = [float(xi.data) if xi.kind is Kind.NUMBER else math.nan for xi in ratio]
     if not all(number.is_integer() for number in numbers):
         return [*ratio]
@@ -138,19 +140,24 @@ def term(factor: Node, name: str, moving: int = 0) -> str:
 
 
 def without_denominators(graph: Graph, factors: Sequence[Node]) -> list[Node]:
-    """The same ratio, divided by what all have in common."""
+    """The same ratio without denominators."""
+    each = [terms_of(factor) for factor in factors]
     powers: dict[Node, float] = {}
-    for factor in factors:
-        for base, exponent in factors_of(factor):
+    for term, _ in (one for terms in each for one in terms):
+        for base, exponent in factors_of(term):
             powers[base] = min(exponent, powers.get(base, 0))
     common = [(base, -exponent) for base, exponent in powers.items() if exponent]
-    found = []
-    for factor in factors:
-        terms = [(factor, 1.0)]
-        if common and factor.kind is Kind.SUM:  # so that f + g/f is f**2 + g, times f
-            terms = [*zip(factor.arguments, factor.data[1]), (graph.one, factor.data[0])]
-        found.append(graph.sum([(graph.product([(one, 1), *common]), c) for one, c in terms]))
-    return found
+    if not common:
+        return [*factors]
+    return [graph.sum([(graph.product([(one, 1), *common]), c) for one, c in terms]) for terms in each]
+
+
+def terms_of(node: Node) -> list[tuple[Node, float]]:
+    """The terms of a sum, with numbers in front of them."""
+    if node.kind is not Kind.SUM:
+        return [(node, 1.0)]
+    constant, coefficients = node.data
+    return [*zip(node.arguments, coefficients), *([(node.graph.one, constant)] if constant else [])]
 
 
 def factors_of(node: Node) -> list[tuple[Node, float]]:

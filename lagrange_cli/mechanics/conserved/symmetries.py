@@ -140,6 +140,7 @@ def polynomials(found: Found) -> None:
         number = sum(name.startswith("I_") for name in found.names) + 1
         text = one.text if len(one.text) <= LONGEST_INTEGRAL else "a long sum"
         because = f"a hidden symmetry, of degree {one.degree} in the velocities: "
+        because = because if one.degree > 1 else "linear in the velocities: "
         where = "where the constraints hold, " if found.model.constraints else ""
         because += f"{where}it is constant by the equations of motion"
         found.store(Conserved(found.free_name(f"I_{number}"), text, because), one.node)
