@@ -12,27 +12,26 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.mechanics.laurent import multiplied_out
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.substitution import substituted
 
 SIMPLE = (0.0, 1.0, -1.0, 2.0, 0.5)
 """Values of variables that are tried."""
+MOST_IN_PAIRS = 7
+"""For so many variables, states are tried at which two of them are not 0."""
 DRAWN = 12
-"""States with such values at random, after those where at most one variable is not 0."""
-MOST_COUPLED = 4
+"""States with such values at random, after those where few variables are not 0."""
+MOST_COUPLED = 5
 """Unknown coefficients that are found from as many equations at once."""
 NEGLIGIBLE = 1e-9
 """A value that is smaller, relative to the terms of its sum, is 0."""
-MOST_TERMS, HIGHEST = 80, 4
-"""Terms of a sum that is multiplied out, and powers of sums."""
 WORK = 4
 """Steps of work of a node at a state: its value, and what it becomes with these numbers."""
 
 Row = Sequence[Node]
 """The coefficients of an equation, without those that are 0 by their values."""
-Monomial = frozenset[tuple[Node, float]]
-"""Factors with their exponents."""
 
 
 def coefficients(
@@ -98,8 +97,10 @@ def states(variables: Sequence[Node]) -> Iterator[dict[str, float]]:
     names = [str(one.data) for one in variables]
     still = dict.fromkeys(names, 0.0)
     yield still
-    for name in names:
+    for i, name in enumerate(names):
         yield {**still, name: 1.0}
+        if len(names) <= MOST_IN_PAIRS:
+            yield from ({**still, name: 1.0, other: 1.0} for other in names[:i])
     yield dict.fromkeys(names, 1.0)
     source = random.Random(len(names))
     for _ in range(DRAWN):
@@ -112,8 +113,11 @@ def solution(graph: Graph, rows: Sequence[Row], start: Mapping[int, Node]) -> li
     known, left = {**start}, [*rows]
     while left:
         unknown = [[j for j, x in enumerate(row) if not x.is_zero and j not in known] for row in left]
-        wanted = min(unknown, key=len)
-        coupled = [row for row, own in zip(left, unknown) if own and {*own} <= {*wanted}][: len(wanted)]
+        sets = [frozenset(own) for own in unknown if own]
+        closed = [one for one in sets if sum(other <= one for other in sets) >= len(one)]
+        least = min((*closed, frozenset().union(*sets)), key=len)
+        wanted, coupled = sorted(least), [row for row, own in zip(left, unknown) if own and {*own} <= least]
+        coupled = coupled[: len(wanted)]
         if not wanted or len(wanted) > min(MOST_COUPLED, len(coupled)):
             return None
         right = [graph.sum([(row[j] * x, -1.0) for j, x in known.items()]) for row in coupled]
@@ -126,73 +130,3 @@ def solution(graph: Graph, rows: Sequence[Row], start: Mapping[int, Node]) -> li
             known[j] = multiplied_out(graph, determinant(graph, replaced) / below)
         left = [row for row in left if not any(row is one for one in coupled)]
     return [known[j] for j in sorted(known)]
-
-
-def multiplied_out(graph: Graph, node: Node) -> Node:
-    """A sum of products over a common denominator, if that is shorter."""
-    terms = monomials(node)
-    if terms is None:
-        return node
-    below: dict[Node, float] = {}
-    for one in terms:
-        for base, exponent in one:
-            if base.kind is Kind.SUM and exponent < 0:
-                below[base] = min(exponent, below.get(base, 0))
-    if below:
-        common = graph.product([(base, -exponent) for base, exponent in below.items()])
-        above = graph.sum([(graph.product([*one, (common, 1)]), c) for one, c in terms.items()])
-        terms = monomials(above)
-    if terms is None:
-        return node
-    largest = max(map(abs, terms.values()), default=0.0)
-    kept = [(one, c) for one, c in terms.items() if abs(c) > NEGLIGIBLE * largest]
-    found = graph.sum([(graph.product(one), c) for one, c in kept]) * graph.product(below.items())
-    return found if len(reachable([found])) < len(reachable([node])) else node
-
-
-def monomials(node: Node) -> dict[Monomial, float] | None:
-    """The terms of an expression that is multiplied out, with numbers in front of them; None if there are too
-    many."""
-    if node.kind is Kind.NUMBER:
-        return {frozenset(): float(node.data)}
-    if node.kind is Kind.SUM:
-        constant, factors = node.data
-        found = {frozenset[tuple[Node, float]](): float(constant)}
-        for one, c in zip(node.arguments, factors):
-            inner = monomials(one)
-            if inner is None:
-                return None
-            for key, x in inner.items():
-                found[key] = found.get(key, 0.0) + float(c) * x
-        return found if len(found) <= MOST_TERMS else None
-    if node.kind is not Kind.PRODUCT:
-        return {frozenset([(node, 1)]): 1.0}
-    total: dict[Monomial, float] = {frozenset(): 1.0}
-    for one, exponent in zip(node.arguments, node.data):
-        inner = monomials(one)
-        if inner is None:
-            return None
-        if len(inner) > 1 and exponent in range(1, HIGHEST + 1):
-            for _ in range(int(exponent)):
-                total = times(total, inner)
-        elif len(inner) == 1 and exponent == int(exponent):
-            ((key, x),) = inner.items()
-            total = times(total, {frozenset((base, n * exponent) for base, n in key): x**exponent})
-        else:
-            total = times(total, {frozenset([(one, exponent)]): 1.0})
-        if len(total) > MOST_TERMS:
-            return None
-    return total
-
-
-def times(one: Mapping[Monomial, float], other: Mapping[Monomial, float]) -> dict[Monomial, float]:
-    """The product of two sums."""
-    found: dict[Monomial, float] = {}
-    for a, x in one.items():
-        for b, y in other.items():
-            powers = dict(a)
-            for base, exponent in b:
-                powers[base] = powers.get(base, 0) + exponent
-            key = frozenset((base, n) for base, n in powers.items() if n)
-            found[key] = found.get(key, 0.0) + x * y
-    return found

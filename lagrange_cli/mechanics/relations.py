@@ -90,7 +90,7 @@ class Relations:
             numbers = {i: rational(value) for i, value in vector.items()}
             made = None
             if None in numbers.values():
-                made = self._solved(columns, vector, self._monomials(columns, last, vector, changed))
+                made = self.solved(columns, vector, self._monomials(columns, last, vector, changed))
                 numbers = {i: rational(value, 1e-10, DECIMAL) for i, value in vector.items()}
             if made is None and None not in numbers.values():
                 exact = {i: one for i, one in numbers.items() if one is not None}
@@ -134,26 +134,29 @@ class Relations:
                     break
         return made
 
-    def _solved(
-        self, columns: Sequence[Column], vector: Mapping[int, float], known: Mapping[int, Node]
+    def solved(
+        self, columns: Sequence[Column], vector: Iterable[int], known: Mapping[int, Node]
     ) -> dict[int, Node] | None:
-        """The coefficients, of which some are ``known``, and others may be any functions of parameters."""
-        if known.keys() == vector.keys():
+        """The coefficients of the only relation between the columns in ``vector``. Some are ``known``, and
+        others may be any functions of parameters."""
+        vector = sorted(vector)
+        if known.keys() == {*vector}:
             return {**known}
-        own = [columns[i] for i in sorted(vector)]
+        own = [columns[i] for i in vector]
         below = reachable([node for column in own for node in column])
         symbols = [one for one in below if one.kind is Kind.SYMBOL]
         names = [str(one.data) for one in symbols if self.variables and one.data not in self.variables]
         if not names:
             return None
         variables = [one for one in symbols if one.data not in names]
-        given = {n: known[i] for n, i in enumerate(sorted(vector)) if i in known}
+        given = {n: known[i] for n, i in enumerate(vector) if i in known}
         given = given if len(given) > 1 else {}
         basis = Basis([1.0] * (len(own) - len(given)))
         from lagrange_cli.mechanics.coefficients import coefficients  # where they are no monomials
+        from lagrange_cli.mechanics.laurent import primitive
 
         found = coefficients(self.graph, own, variables, self._parameters(names, {}), given, basis.extend)
-        return None if found is None else dict(zip(sorted(vector), found))
+        return None if found is None else dict(zip(vector, primitive(self.graph, found)))
 
     def _sums(self, columns: Sequence[Column], names: Mapping[str, Node]) -> list[Node]:
         """Sums of parameters alone, such as R - r, that a coefficient may contain as a factor."""
