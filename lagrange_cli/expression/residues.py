@@ -46,6 +46,13 @@ class Residues:
         self._exponentials: list[tuple[int, Element]] = []
         self._angles: list[tuple[int, Element]] = []
 
+    def again(self) -> Residues:
+        """Other random values, except of functions that have values already."""
+        other = Residues(self.prime, self.source)
+        other._known, other._exponentials = {**self._known}, [*self._exponentials]
+        other._angles = [*self._angles]
+        return other
+
     def random(self) -> int:
         """Any number but 0."""
         return self.source.randrange(1, self.prime)

@@ -90,7 +90,7 @@ class Relations:
             numbers = {i: rational(value) for i, value in vector.items()}
             made = None
             if None in numbers.values():
-                made = self._monomials(columns, last, vector, changed)
+                made = self.solved(columns, vector, self._monomials(columns, last, vector, changed))
                 numbers = {i: rational(value, 1e-10, DECIMAL) for i, value in vector.items()}
             if made is None and None not in numbers.values():
                 exact = {i: one for i, one in numbers.items() if one is not None}
@@ -106,9 +106,9 @@ class Relations:
         last: int,
         vector: Mapping[int, float],
         changed: dict[str, dict[int, dict[int, float]]],
-    ) -> dict[int, Node] | None:
-        """The coefficients as rational numbers, perhaps with pi, times powers of parameters, and at most one
-        sum of parameters."""
+    ) -> dict[int, Node]:
+        """The coefficients that are rational numbers, perhaps with pi, times powers of parameters, and at
+        most one sum of parameters."""
         names = {
             str(one.data): one
             for one in reachable([node for column in columns for node in column])
@@ -126,17 +126,37 @@ class Relations:
         made: dict[int, Node] = {}
         for i, value in vector.items():
             others = [changed[name].get(last, {}).get(i) for name in names]
-            if None in others:
-                return None
-            for one, n in sums:
+            for one, n in sums if None not in others else ():
                 each = [x / size[one] ** n for x, size in zip((value, *others), sizes) if x is not None]
                 monomial = self._monomial(names, each)
                 if monomial is not None:
                     made[i] = monomial * self.graph.product([(one, n)])
                     break
-            else:
-                return None
         return made
+
+    def solved(
+        self, columns: Sequence[Column], vector: Iterable[int], known: Mapping[int, Node]
+    ) -> dict[int, Node] | None:
+        """The coefficients of the only relation between the columns in ``vector``. Some are ``known``, and
+        others may be any functions of parameters."""
+        vector = sorted(vector)
+        if known.keys() == {*vector}:
+            return {**known}
+        own = [columns[i] for i in vector]
+        below = reachable([node for column in own for node in column])
+        symbols = [one for one in below if one.kind is Kind.SYMBOL]
+        names = [str(one.data) for one in symbols if self.variables and one.data not in self.variables]
+        if not names:
+            return None
+        variables = [one for one in symbols if one.data not in names]
+        given = {n: known[i] for n, i in enumerate(vector) if i in known}
+        given = given if len(given) > 1 else {}
+        basis = Basis([1.0] * (len(own) - len(given)))
+        from lagrange_cli.mechanics.coefficients import coefficients  # where they are no monomials
+        from lagrange_cli.mechanics.laurent import primitive
+
+        found = coefficients(self.graph, own, variables, self._parameters(names, {}), given, basis.extend)
+        return None if found is None else dict(zip(vector, primitive(self.graph, found)))
 
     def _sums(self, columns: Sequence[Column], names: Mapping[str, Node]) -> list[Node]:
         """Sums of parameters alone, such as R - r, that a coefficient may contain as a factor."""

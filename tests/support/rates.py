@@ -17,12 +17,14 @@ from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 
 STATES = 12
+NEWTON = 12
+"""Steps towards the holonomic constraints."""
 
 
 def rates(
     model: Model[Node], nodes: Sequence[Node], seed: int = 0, level: Node | None = None
 ) -> Iterator[tuple[list[float], list[float]]]:
-    """df/dt of the nodes at random states that nonholonomic constraints allow, and the sizes of their terms.
+    """df/dt of the nodes at random states that constraints allow, and the sizes of their terms.
 
     Without constraints, a ``level`` that is proportional to velocities may be 0 at these states.
     """
@@ -33,13 +35,15 @@ def rates(
         energetics.lagrangian_rate(q) + force - noether.rate(p)
         for q, force, p in zip(model.q, energetics.applied, energetics.momenta)
     ]
+    holonomic = [i for i, one in enumerate(model.constraints) if one.holonomic]
+    bound = [model.constraints[i].expression for i in holonomic]
     slopes = [[row.get(k, graph.zero) for k in range(n)] for row in constraints.slopes]
     turning = [noether.rate(speed) for speed in constraints.speeds]
     drift = [noether.rate(one) for one in nodes]
     steep = [[graph.diff(one, v) for v in model.v] for one in nodes]
     parts = [[graph.diff(one, q) for q in model.q] for one in nodes]
     steps = [] if level is None else [graph.diff(level, one) for one in model.v]
-    groups = [steps, *matrix, forces, *slopes, turning, [*constraints.drifts], drift, *steep, *parts]
+    groups = [bound, steps, *matrix, forces, *slopes, turning, [*constraints.drifts], drift, *steep, *parts]
     wanted = [one for group in groups for one in group]
     symbols = [str(one.data) for one in reachable(wanted) if one.kind is Kind.SYMBOL]
     source = random.Random(seed)
@@ -47,6 +51,11 @@ def rates(
         given = {name: source.uniform(0.4, 1.3) for name in symbols}
         v = np.array([given.setdefault(str(one.data), source.uniform(0.4, 1.3)) for one in model.v])
         value, _ = evaluate(wanted, given)
+        for _ in range(NEWTON if bound else 0):
+            a, f = numbers([slopes[i] for i in holonomic], value), numbers([bound], value)[0]
+            step = np.linalg.lstsq(a, f, rcond=None)[0]
+            given |= {str(x.data): given.get(str(x.data), 1.0) - float(d) for x, d in zip(model.q, step)}
+            value, _ = evaluate(wanted, given)
         if slopes:
             a = numbers(slopes, value)
             b = np.array([float(value[one]) for one in constraints.drifts])

@@ -11,14 +11,19 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.residues import LARGE, SMALL
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.mechanics.conserved.ansatz import Powers, Term, Variables
+from lagrange_cli.mechanics.conserved.reasons import without_denominators
 from lagrange_cli.mechanics.conserved.recognition import Recognition
 from lagrange_cli.mechanics.conserved.residue_states import State, States
+from lagrange_cli.mechanics.matrices import determinant
+from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.records import dataclass
 
 SPARE = 4
 """States beyond those that are needed."""
 PRODUCTS = 4
 """Products modulo a prime that count as one step of work."""
+MOST_SOLVED, MOST_COORDINATES = 10, 3
+"""Terms of a sum whose coefficients are found by elimination, and coordinates of its system."""
 
 Moving = tuple[int, int]
 """A value and its rate of change."""
@@ -107,10 +112,35 @@ def conserved_sums(
         columns = Columns(states, given, some)
         recognition = Recognition(states.graph, columns.parameters, LARGE)
         solutions = columns.solutions(LARGE, recognition.values) if recognition.possible else []
+        coefficients = None
         if len(solutions) == 1:
             coefficients = recognition.coefficients([solutions[0].get(i, 0) for i in range(len(some))])
-            if coefficients is not None:
-                yield some, coefficients
+        if coefficients is None and 1 < len(some) <= MOST_SOLVED:
+            coefficients = by_elimination(columns)
+        if coefficients is not None:
+            yield some, coefficients
+
+
+def by_elimination(columns: Columns) -> list[Node] | None:
+    """Coefficients of the only sum that is constant, as any functions of parameters; None where they are not
+    found."""
+    states, model, graph = columns.states, columns.states.model, columns.states.graph
+    n = len(model.q)
+    if model.constraints or n > MOST_COORDINATES:
+        return None
+    below = determinant(graph, states.matrix)
+    accelerations = [  # by Cramer's rule, times the determinant
+        determinant(graph, [[*row[:k], f, *row[k + 1 :]] for row, f in zip(states.matrix, states.forces)])
+        for k in range(n)
+    ]
+    rates = [states.rate(columns.node(term)) for term in columns.ansatz]
+    given = [
+        [graph.sum([(rest * below, 1.0), *((s * a, 1.0) for s, a in zip(slopes, accelerations))])]
+        for rest, slopes in rates
+    ]
+    relations = Relations(graph, (model.time, *model.q, *model.v))
+    found = relations.solved(given, range(len(given)), {})
+    return None if found is None else without_denominators(graph, [*found.values()])
 
 
 def independent(states: States, given: Variables, ansatz: Sequence[Term]) -> list[Term]:

@@ -12,7 +12,13 @@ from collections.abc import Iterable, Sequence
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.conserved.found import Found, Trial
 from lagrange_cli.mechanics.conserved.noether import Change
-from lagrange_cli.mechanics.conserved.reasons import current_text, is_constant, reason
+from lagrange_cli.mechanics.conserved.reasons import (
+    current_text,
+    factors_of,
+    is_constant,
+    reason,
+    without_denominators,
+)  # fmt: skip
 from lagrange_cli.mechanics.relations import rational
 from lagrange_cli.mechanics.variables import variables
 
@@ -53,9 +59,13 @@ def combinations(found: Found) -> None:
 def translated(found: Found, change: Change) -> tuple[list[tuple[Node, Trial]], Change]:
     """A change of several coordinates that is a displacement of all particles, by the name of that; and what
     is left of it."""
-    for one in found.trials if len(change.directions) > 1 and change.time is None else ():
-        if one.change.gain is None and {**one.change.directions} == {**change.directions}:
-            return [(found.graph.one, one)], Change(gain=change.gain)
+    moved = {**change.directions}
+    for one in found.trials if len(moved) > 1 and change.time is None else ():
+        own = one.change.directions
+        if one.change.gain is None and own.keys() == moved.keys():
+            factors = {moved[k] / xi for k, xi in own.items()}
+            if len(factors) == 1 and not next(iter(factors)).symbols & variables(found.model):
+                return [(factors.pop(), one)], Change(gain=change.gain)
     return [], change
 
 
@@ -66,9 +76,7 @@ def elementary(found: Found) -> Iterable[Change]:
     yield from (Change({k: one}) for k in range(len(model.q)))
     yield from along_constraints(found)
     if small:
-        gains = dict.fromkeys((*model.q, *(x for each in model.particles for x in each.position)))
-        yield from (Change(gain=x) for x in gains if any(x.symbols & q.symbols for q in model.q))
-        yield Change(gain=model.time)
+        yield from (Change(gain=one) for one in gains(found))
     yield from (one.change for one in found.trials)
     yield from turns_of_spheres(found) if small else ()
     if "h" not in found.names:
@@ -76,6 +84,29 @@ def elementary(found: Found) -> Iterable[Change]:
     if small:
         yield from (Change({k: factor}) for factor in (model.time, *model.q) for k in range(len(model.q)))
         yield from (Change(time=factor) for factor in (model.time, *model.q))
+
+
+def gains(found: Found) -> Iterable[Node]:
+    """Functions of q and t by whose rates changes may add to L: for uniform forces, also those that change
+    with t, and magnetic fields."""
+    model, graph = found.model, found.graph
+    places = sum(q.symbols for q in model.q)
+    given = [*model.q, *(x for each in model.particles for x in each.position)]
+    yield from (x for x in dict.fromkeys(given) if x.symbols & places)
+    yield model.time
+    time, energetics = model.time.symbols, found.noether.energetics
+    for one in reachable([energetics.lagrangian, *energetics.applied]):
+        if one.kind is Kind.FUNCTION and one.symbols & variables(model) == time:
+            pair = ("sin", "cos") if one.data in ("sin", "cos") else (one.data,) * (one.data == "exp")
+            known = [graph.function(name, one.arguments) for name in pair]
+            yield from (*known, *([known[0] * known[1]] if len(known) > 1 else []))
+    rate = energetics.lagrangian_rate(model.time)
+    if rate.symbols & time or not rate.is_zero:
+        yield from (model.time * model.time, model.time * model.time * model.time)
+    if not all(force.is_zero for force in energetics.applied):  # of turning about an axis
+        for each in model.particles:
+            squares = [x * x for x in each.position]
+            yield from (a + b for i, a in enumerate(squares) for b in squares[i + 1 :])
 
 
 def along_constraints(found: Found) -> Iterable[Change]:
@@ -120,13 +151,9 @@ def turns_of_spheres(found: Found) -> Iterable[Change]:
 
 def scaled(found: Found, parts: Sequence[tuple[Node, Change]]) -> list[tuple[Node, Change]]:
     """The same with coefficients that have no denominators, the first of them positive."""
-    powers: dict[Node, float] = {}
-    for factor, _ in parts:
-        for base, exponent in factors_of(factor):
-            powers[base] = min(exponent, powers.get(base, 0))
-    common = [(base, -exponent) for base, exponent in powers.items() if exponent]
-    sign = -1.0 if found.graph.split_coefficient(parts[0][0])[0] < 0 else 1.0
-    return [(sign * found.graph.product([(factor, 1), *common]), change) for factor, change in parts]
+    factors = without_denominators(found.graph, [factor for factor, _ in parts])
+    sign = -1.0 if found.graph.split_coefficient(factors[0])[0] < 0 else 1.0
+    return [(sign * factor, change) for factor, (_, change) in zip(factors, parts)]
 
 
 def in_lowest_terms(found: Found, change: Change) -> Change:
@@ -195,10 +222,3 @@ def momentum_of(found: Found, change: Change) -> str:
         return ""
     ((k, xi),) = change.directions.items()
     return f"p_{found.model.coordinates[k]}" if xi is found.graph.one else ""
-
-
-def factors_of(node: Node) -> list[tuple[Node, float]]:
-    """The factors of a product with their exponents, without a number."""
-    if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
-        return factors_of(node.arguments[0])
-    return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []

@@ -23,7 +23,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.noether import Noether
-from lagrange_cli.mechanics.conserved.reasons import term
+from lagrange_cli.mechanics.conserved.reasons import term, without_denominators
 from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -57,7 +57,8 @@ def hidden(found: Found) -> None:
     a tensor are all given; others only if they are no functions of what else is known."""
     given = candidates(found.model, found.noether) if "h" in found.names else []
     before, others = len(found.symmetries), list[tuple[Conserved, Node]]()
-    for relation in found.relations.relations([[one.rate] for one in given]):
+    for numbers in found.relations.relations([[one.rate] for one in given]):
+        relation = dict(zip(numbers, without_denominators(found.graph, [*numbers.values()])))
         parts = [(given[i], factor) for i, factor in relation.items()]
         rate = found.graph.sum([(factor * one.rate, 1.0) for one, factor in parts])
         name, text, because, sign = described(found.model, given, relation)
@@ -157,6 +158,12 @@ def coefficients(potential: Node) -> list[tuple[Node, float]]:
     return [(one, c) for one, c in terms_of_sum(potential, 1.0) if one.symbols]
 
 
+def is_affine(model: Model[Node], node: Node) -> bool:
+    """Whether it is a sum of coordinates with constant factors."""
+    graph, moving = graph_of(model), variables(model)
+    return not any(graph.diff(node, q).symbols & moving for q in model.q)
+
+
 def squares_of(one: str, other: str) -> str:
     """The product of two components of r."""
     return f"{one}**2" if one == other else f"{one}*{other}"
@@ -218,6 +225,8 @@ def described(
             because = "the equations of motion separate in parabolic coordinates"
             name = f"A_{axis}"
             parts = coefficients(model.potential)
+            if sum(not one.body for one in model.particles) > 1:  # uniform fields do not act between them
+                parts = [part for part in parts if not is_affine(model, part[0])]
             whole = {times(model, axis, one): c * factor * pairs[first] for one, c in parts}
             if still.keys() == whole.keys() and all(is_zero(still[one] - whole[one]) for one in whole):
                 because = "a component of the Laplace-Runge-Lenz vector, v x L + U r"

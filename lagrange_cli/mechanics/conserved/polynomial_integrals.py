@@ -95,6 +95,14 @@ class PolynomialIntegrals:
         """Whether masses are constant."""
         return has_constant_masses(self.model, self.states.matrix)
 
+    @cached_property
+    def _is_odd(self) -> bool:
+        """Whether L or the forces change when all velocities are reversed."""
+        energetics = self.noether.energetics
+        nodes = [energetics.lagrangian, *energetics.applied]
+        reversed_ = substituted(self.graph, nodes, {v: -v for v in self.model.v})
+        return any(one is not other for one, other in zip(nodes, reversed_))
+
     def _uniform(self) -> list[Node]:
         """t p_k - sum_l M_kl q_l of coordinates that change uniformly, which need not be reported."""
         if not self._steady:
@@ -126,6 +134,11 @@ class PolynomialIntegrals:
                 given, ansatz = separable(model, self.noether, functions)
                 if len(ansatz) <= MOST_TERMS:
                     yield given, ansatz
+        if model.spec is not None and model.spec.bodies:
+            from lagrange_cli.mechanics.conserved.body_terms import terms_of_body, variables_of_body
+
+            for given in variables_of_body(model, self.noether):
+                yield given, independent(self.states, given, terms_of_body(odd=self._is_odd))
 
     def _polynomials(self, given: Variables, material: Material) -> list[list[Term]]:
         if not given.flat:

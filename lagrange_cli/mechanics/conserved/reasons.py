@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 Named = Sequence[tuple[Node, "Trial"]]
 """Displacements of all particles, each times a factor."""
-LONGEST = 120
-"""Longer formulas are described."""
+LONGEST, LONGEST_CHANGE = 400, 120
+"""Longer formulas are described: those of currents, and of changes."""
 
 
 def is_constant(model: Model[Node], change: Change) -> bool:
@@ -114,11 +114,13 @@ def changes_text(model: Model[Node], change: Change) -> str:
     changed += [] if change.time is None else [("t", change.time)]
     moving = variables(model)
     text = ", ".join(f"{name} by {text_of(xi, moving=moving)}" for name, xi in changed)
-    return text if len(text) <= LONGEST else "the coordinates"
+    return text if len(text) <= LONGEST_CHANGE else "the coordinates"
 
 
 def in_lowest_terms(graph: Graph, ratio: Sequence[Node]) -> list[Node]:
-    """A ratio of whole numbers without a common divisor; any other one as it is."""
+    """A ratio of whole numbers without a common divisor, or of what is the same; any other one as it is."""
+    if len({*ratio}) == 1:
+        return [graph.one for _ in ratio]
     numbers = [float(xi.data) if xi.kind is Kind.NUMBER else math.nan for xi in ratio]
     if not all(number.is_integer() for number in numbers):
         return [*ratio]
@@ -135,3 +137,31 @@ def term(factor: Node, name: str, moving: int = 0) -> str:
         return f"-{term(factor.arguments[0], name, moving)}"
     text = text_of(factor, moving=moving)
     return f"{text}*{name}" if single or factor.kind is not Kind.SUM else f"({text})*{name}"
+
+
+def without_denominators(graph: Graph, factors: Sequence[Node]) -> list[Node]:
+    """The same ratio without denominators."""
+    each = [terms_of(factor) for factor in factors]
+    powers: dict[Node, float] = {}
+    for term, _ in (one for terms in each for one in terms):
+        for base, exponent in factors_of(term):
+            powers[base] = min(exponent, powers.get(base, 0))
+    common = [(base, -exponent) for base, exponent in powers.items() if exponent]
+    if not common:
+        return [*factors]
+    return [graph.sum([(graph.product([(one, 1), *common]), c) for one, c in terms]) for terms in each]
+
+
+def terms_of(node: Node) -> list[tuple[Node, float]]:
+    """The terms of a sum, with numbers in front of them."""
+    if node.kind is not Kind.SUM:
+        return [(node, 1.0)]
+    constant, coefficients = node.data
+    return [*zip(node.arguments, coefficients), *([(node.graph.one, constant)] if constant else [])]
+
+
+def factors_of(node: Node) -> list[tuple[Node, float]]:
+    """The factors of a product with their exponents, without a number."""
+    if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
+        return factors_of(node.arguments[0])
+    return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []

@@ -1,7 +1,8 @@
 """Coefficients in terms of parameters, recognized from their values modulo a prime.
 
 The values of the parameters are prime numbers. A coefficient is then a fraction of whole numbers, which are
-divided by the parameters and by sums of two of them as often as possible. The quotients have to be small.
+divided by the parameters and by sums of two of them as often as possible, also by moments of inertia such as
+A + m*R**2. The quotients have to be small.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, permutations
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import fraction_of
@@ -32,8 +33,10 @@ SQUARES = (1, 2, 3, 5, 6)
 LARGEST = 10**6
 """Numerators and denominators of numbers."""
 
-Factored = tuple[Fraction, int, Mapping[Node, int]]
-"""(x, n, exponents): x sqrt(n) times powers of expressions."""
+Factor = tuple[tuple[float, tuple[tuple[Node, int], ...]], ...]
+"""The terms of a sum: a number, and parameters with their exponents."""
+Factored = tuple[Fraction, int, Mapping[Factor, int]]
+"""(x, n, exponents): x sqrt(n) times powers of factors."""
 
 
 @dataclass(frozen=True)
@@ -55,15 +58,21 @@ class Recognition:
         return {str(one.data): value for one, value in zip(self.parameters, PRIMES)}
 
     @cached_property
-    def factors(self) -> Mapping[Node, int]:
-        """The parameters, and sums of two, with their values."""
+    def factors(self) -> Mapping[Factor, int]:
+        """The parameters, and sums of two terms, with their values."""
         known = dict(zip(self.parameters, PRIMES))
-        found = dict(known)
+        found: dict[Factor, int] = {((1.0, ((one, 1),)),): value for one, value in known.items()}
         for (one, a), (other, b) in combinations([*known.items(), (self.graph.one, 1)], 2):
             for k in NUMBERS:
                 for n in (sign * n for n in NUMBERS if math.gcd(k, n) == 1 for sign in (1, -1)):
-                    found[float(k) * one + float(n) * other] = k * a + n * b
+                    found[(float(k), ((one, 1),)), (float(n), ((other, 1),))] = k * a + n * b
+        for (one, a), (other, b), (size, r) in permutations(known.items(), 3):
+            for n in (1, -1):
+                found[(1.0, ((one, 1),)), (float(n), ((other, 1), (size, 2)))] = a + n * b * r * r
         return found
+
+    def _node(self, factor: Factor) -> Node:
+        return self.graph.sum([(self.graph.product(powers), number) for number, powers in factor])
 
     def coefficients(self, values: Sequence[int]) -> list[Node] | None:
         """The expressions with these values, times one factor that removes denominators; the last one is
@@ -74,11 +83,12 @@ class Recognition:
         each = [one for one in found if one is not None]
         factors = dict.fromkeys(factor for _, _, powers in each for factor in powers)
         least = {factor: min(powers.get(factor, 0) for _, _, powers in each) for factor in factors}
+        nodes = {one: self._node(one) for one in factors}
         whole = math.lcm(*(number.denominator for number, _, _ in each))
         common = math.gcd(*(int(whole * number) for number, _, _ in each))
         scale = Fraction(whole, common if each[-1][0] > 0 else -common)
         return [
-            self.graph.product([(one, powers.get(one, 0) - least[one]) for one in factors])
+            self.graph.product([(nodes[one], powers.get(one, 0) - least[one]) for one in factors])
             * (float(scale * number) * math.sqrt(square))
             for number, square, powers in each
         ]
@@ -94,9 +104,9 @@ class Recognition:
                 return number, square, {one: up.get(one, 0) - down.get(one, 0) for one in {**up, **down}}
         return None
 
-    def _divided(self, number: int) -> tuple[int, dict[Node, int]]:
+    def _divided(self, number: int) -> tuple[int, dict[Factor, int]]:
         """A whole number as a small one times powers of factors."""
-        found: dict[Node, int] = {}
+        found: dict[Factor, int] = {}
         for factor, value in self.factors.items():
             while abs(number) > LARGEST and number % value == 0:
                 number //= value

@@ -13,7 +13,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.residues import LARGE, NoValue, Residues
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
@@ -51,7 +51,7 @@ class States:
         return [[self.graph.diff(p, v) for v in self.model.v] for p in self.noether.energetics.momenta]
 
     @cached_property
-    def _forces(self) -> Sequence[Node]:
+    def forces(self) -> Sequence[Node]:
         """The mass matrix times the accelerations, without forces of constraint."""
         energetics = self.noether.energetics
         return [
@@ -92,7 +92,7 @@ class States:
     def needed(self) -> Sequence[Node]:
         """The nodes from which accelerations are computed."""
         slopes = [slope for row in self.noether.constraints.slopes for slope in row.values()]
-        return [*chain.from_iterable(self.matrix), *self._forces, *self._turning, *slopes]
+        return [*chain.from_iterable(self.matrix), *self.forces, *self._turning, *slopes]
 
     def rate(self, node: Node) -> tuple[Node, list[Node]]:
         """df/dt of a function of the state: a part without accelerations, and the factors of these."""
@@ -113,16 +113,25 @@ class States:
     def random(
         self, prime: int, nodes: Iterable[Node], parameters: Mapping[str, int] | None = None
     ) -> Iterator[State]:
-        """Random ones with values of ``nodes``; parameters are random, too, but for given ones."""
+        """Random ones with values of ``nodes``; parameters are random, too, but for given ones. Functions of
+        these have the same values in all states."""
         graph, known = self.graph, self.eliminated
         if known is None:
             return
         first, inside = reachable(known.values()), reachable([*nodes, *self.needed])
         names = {one.data for one in (*first, *inside) if one.kind is Kind.SYMBOL}
         source, fails = random.Random(len(inside)), 0
+        fixed = Residues(prime, source)
+        if parameters:
+            moving = variables(self.model)
+            constant = [one for one in (*first, *inside) if not one.symbols & moving]
+            try:
+                fixed.values(constant, {**dict.fromkeys(names, 1), **parameters})
+            except NoValue:
+                return
         while fails < TRIES:
             graph.work.charge(len(inside) * (2 + prime.bit_length() // BITS))
-            residues = Residues(prime, source)
+            residues = fixed.again()
             given = {**{name: residues.random() for name in names}, **(parameters or {})}
             try:
                 solution = residues.values(first, given)
@@ -144,7 +153,7 @@ class States:
             for k, slope in slopes.items():
                 matrix[k][n + i] = -values[slope]
             matrix.append([values[slopes[k]] if k in slopes else 0 for k in range(n)] + [0] * len(rows))
-        right = [values[force] for force in self._forces] + [-values[one] for one in self._turning]
+        right = [values[force] for force in self.forces] + [-values[one] for one in self._turning]
         found = solved(matrix, right, prime)
         return None if found is None else found[:n]
 

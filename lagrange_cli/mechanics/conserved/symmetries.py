@@ -29,8 +29,8 @@ from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 
-MOST_IN_POLYNOMIALS = 5
-"""The largest number of coordinates for which polynomials are tried."""
+MOST_IN_POLYNOMIALS, MOST_WITH_BODIES = 5, 7
+"""The largest numbers of coordinates for which polynomials are tried, without and with a rigid body."""
 LONGEST_INTEGRAL = 600
 """Characters of its formula."""
 ROUNDED = 2.0**-44
@@ -128,7 +128,10 @@ def on_motions(model: Model[Node], values: Mapping[str, float]) -> tuple[Conserv
 def polynomials(found: Found) -> None:
     """Other polynomials in the velocities."""
     freedoms = len(found.model.q) - len(found.model.constraints)
-    if "h" not in found.names or freedoms < 2 or len(found.model.q) > MOST_IN_POLYNOMIALS:
+    turning = any(one.body for one in found.model.particles)
+    if "h" not in found.names or freedoms < 2:
+        return
+    if len(found.model.q) > (MOST_WITH_BODIES if turning else MOST_IN_POLYNOMIALS):
         return
     from lagrange_cli.mechanics.conserved.polynomial_integrals import PolynomialIntegrals
 
@@ -137,6 +140,7 @@ def polynomials(found: Found) -> None:
         number = sum(name.startswith("I_") for name in found.names) + 1
         text = one.text if len(one.text) <= LONGEST_INTEGRAL else "a long sum"
         because = f"a hidden symmetry, of degree {one.degree} in the velocities: "
+        because = because if one.degree > 1 else "linear in the velocities: "
         where = "where the constraints hold, " if found.model.constraints else ""
         because += f"{where}it is constant by the equations of motion"
         found.store(Conserved(found.free_name(f"I_{number}"), text, because), one.node)

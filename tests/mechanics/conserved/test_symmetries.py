@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.expression.exact import ExactGraphAlgebra
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import conservation
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
 from lagrange_cli.model.build import build_model
@@ -663,3 +664,61 @@ def test_the_search_is_bounded():
     found = symmetries(residual.model, residual.conserved)
     assert {one.conserved.quantity for one in found} == set(TEN)
     assert residual.graph.work.spent - before < 1_200_000
+
+
+FALLING = """
+parameters: {m1: 1, m2: 2, m3: 4, M: 3, g: 9.81, alpha: 0.5, beta: 0.3}
+coordinates: {u: {initial: 0.1, velocity: 0.4}, w: {initial: 0.2, velocity: 0.3}}
+"""
+BLOCKS = {
+    "a block on an incline, and another one": (
+        "lagrangian: m1/2*u_dot**2 + m1*g*sin(alpha)*u + m2/2*w_dot**2 - m2*g*tanh(beta)*w**2",
+        "m1*u_dot - m1*g*sin(alpha)*t",
+    ),
+    "a wedge that slides": (
+        "masses: {wedge: M, block: m1}\nembedding:\n  wedge: [u, 0]\n"
+        "  block: [u + w*cos(alpha), -w*sin(alpha)]\npotential: m1*g*block.y",
+        "m1*(w_dot + u_dot*cos(alpha)) - m1*g*sin(alpha)*t",
+    ),
+    "Atwood's double machine": (
+        "masses: {a: m1, b: m2, c: m3}\nembedding: {a: [-u], b: [u - w], c: [u + w]}\n"
+        "potential: g*(m1*a.x + m2*b.x + m3*c.x)",
+        "m1*u_dot - m2*(w_dot - u_dot) + m3*(u_dot + w_dot) - g*(m1 - m2 - m3)*t",
+    ),
+    "two blocks with a spring on an incline": (
+        "masses: {a: m1, b: m2}\nembedding: {a: [u*cos(beta), u*sin(beta)], b: [w*cos(beta), w*sin(beta)]}\n"
+        "potential: m1*g*a.y + m2*g*b.y + M*cosh(w - u)",
+        "m1*u_dot + m2*w_dot + (m1 + m2)*g*sin(beta)*t",
+    ),
+    "a field that swings": (
+        "lagrangian: m1/2*u_dot**2 + m2/2*w_dot**2 - cosh(u - w) + g*cos(M*t)*(beta*u + alpha*w)",
+        "M*(m1*u_dot + m2*w_dot) - g*(alpha + beta)*sin(M*t)",
+    ),
+    "a magnetic force": (
+        "masses: {a: m1}\nembedding: {a: [u, w]}\npotential: -m2*norm(a)**1.5\n"
+        "forces: {a: [g*M*w_dot, -g*M*u_dot]}",
+        "m1*(u*w_dot - w*u_dot) + g*M*(u**2 + w**2)/2",
+    ),
+    "normal modes of different masses": (
+        "lagrangian: m1/2*u_dot**2 + m2/2*w_dot**2 - M/2*u**2 - g/2*(u - w)**2",
+        "-2*m1*m2*g*u_dot*w_dot + (m1*m2*M + (m2 - m1)*m1*g)*u_dot**2 + m2*g**2*w**2 - 2*m2*g*(M + g)*u*w"
+        " + (m2*(M + g)**2 - m1*M*g)*u**2",
+    ),
+    "Stark's effect in a tilted field": (
+        "masses: {a: m1}\nembedding: {a: [u, w]}\npotential: -M/norm(a) - g*(u*cos(beta) + w*sin(beta))",
+        "2*m1*(u*w_dot - w*u_dot)*(w_dot*cos(beta) - u_dot*sin(beta))"
+        " - 2*M*(u*cos(beta) + w*sin(beta))/norm(a) + g*(w*cos(beta) - u*sin(beta))**2",
+    ),
+}
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("case", BLOCKS)
+def test_coefficients_may_be_functions_of_parameters(case):
+    """What is found holds for all values of the parameters."""
+    text, expected = BLOCKS[case]
+    model = residual_of(f'{FALLING}{text}\nobservables: {{known: "{expected}"}}\n').model
+    found = [one.node for one in symmetries(model, conservation(model)[1])]
+    known = model.observables["known"]
+    factors = (1, -1, 2, -2, 0.5, -0.5)
+    assert any(is_zero(one - factor * known) for one in found for factor in factors)
