@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
+from lagrange_cli.drawing.drawing import Drawing
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
@@ -12,6 +13,7 @@ from lagrange_cli.expression.vocabulary import TIME
 from lagrange_cli.integrate.methods.workspace import outer_rows
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.native.compilation.webassembly import compile_webassembly
+from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import INFO, Interface
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.observation import write_map, write_prepare, write_values
@@ -22,30 +24,27 @@ from lagrange_cli.page.packed import packed
 from lagrange_cli.spec.spec import Spec
 
 
-def engine(
-    spec: Spec,
-    program: Program | None,
-    points: Sequence[Node],
-    sizes: Sequence[Node],
-    free: Sequence[str] = (),
-) -> dict[str, Any]:
+def engine(spec: Spec, program: Program | None, drawing: Drawing | None) -> dict[str, Any]:
     """The module of ``program``, and the layout of its arrays, in terms of JSON.
 
-    Besides ``program``'s own functions it has ``@place``, which computes ``points``, functions of q, t and
-    parameters, at states, and of what is ``free``, which has rows behind those of q; ``@derive``, which
-    computes what the file gives as expressions in parameters: the parameters themselves, q and v; and
-    ``@measure``, which computes ``sizes``. Without a ``program`` it has these alone, for pages that replay.
+    Besides ``program``'s own functions it has ``@place``, which computes the points of the ``drawing``,
+    functions of q, t and parameters, at states, and of what is free, which has rows behind those of q;
+    ``@derive``, which computes what the file gives as expressions in parameters: the parameters themselves, q
+    and v; and ``@measure``, which computes the drawing's sizes. Without a ``program`` it has these alone, for
+    pages that replay.
     """
-    placing, constants = place(spec, points, free)
+    sizes = () if drawing is None else drawing.sizes
+    free = () if drawing is None else drawing.free
+    placing, constants = ("", 0) if drawing is None else placed(spec, drawing)
     text = "\n".join(["" if program is None else program.text, placing, derived(spec, sizes)])
-    module = compile_webassembly(text)
+    module = compile_webassembly(text + definitions(text))
     degrees = len(spec.coordinates)
     described = NOTHING if program is None else layout(spec, program)
     return described | {
         "heap": module.heap,
         "degrees": degrees,
         "parameters": [one.name for one in spec.parameters],
-        "points": len(points),
+        "points": 0 if drawing is None else drawing.count * drawing.dimension,
         "free": len(free),
         "derived": len(spec.parameters) + 2 * degrees,
         "measured": len(sizes),
@@ -54,8 +53,17 @@ def engine(
     }
 
 
+def placed(spec: Spec, drawing: Drawing) -> tuple[str, int]:
+    """``@place`` and ``@prepare_place`` for a drawing, and how many constants they take."""
+    if drawing.located is None:
+        return place(spec, drawing.nodes, drawing.free)
+    from lagrange_cli.native.families.placing import write_placing
+
+    return write_placing(drawing.located.system, drawing.located.axes)
+
+
 def place(spec: Spec, points: Sequence[Node], free: Sequence[str] = ()) -> tuple[str, int]:
-    """``@place`` and ``@prepare_place``, and how many constants they take."""
+    """The same for points that are expressions."""
     if not points:
         return "", 0
     symbol, constants = symbols_like(points[0]), Constants()
