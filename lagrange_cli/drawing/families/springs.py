@@ -87,7 +87,7 @@ def terms(crowd: Crowd) -> Iterator[tuple[Domain, Array, bool, Sequence[tuple[No
 
 def whole(crowd: Crowd, one: Stretched, axes: list[tuple[Places, Places, int]]) -> Iterator[Lines]:
     """The springs whose elongation a length is, up to its sign. What is a component of a distance instead is
-    added to ``axes``: two particles, and which component."""
+    added to ``axes``: two particles, and which component; one particle twice for its distance from 0."""
     moved = shortened(crowd, one.length)
     rest = np.abs(crowd.probe(one.domain, one.length))
     long = np.abs(crowd.probe(one.domain, moved))
@@ -107,9 +107,10 @@ def whole(crowd: Crowd, one: Stretched, axes: list[tuple[Places, Places, int]]) 
             piece = Piece(one.domain, start.place, np.arange(one.domain.count), crowd.families[0])
             part = part_of(crowd, piece, good)
             yield Lines(end.particles[good], None, part.domain, part.place, slack=slack)
-    for a, b in combinations(crowd.near(one.domain, one.length), 2):
+    near = crowd.near(one.domain, one.length)
+    for a, b in (*combinations(near, 2), *zip(near, near)):
         for k in range(crowd.dimension):
-            across = crowd.places[a, k] - crowd.places[b, k]
+            across = crowd.places[a, k] - (0.0 if a is b else crowd.places[b, k])
             good = left[equal(np.abs(across), rest)[left]]
             if len(good):
                 axes.append((a[good], b[good], k))
@@ -125,11 +126,15 @@ def complete(crowd: Crowd, axes: Sequence[tuple[Places, Places, int]], crooked: 
     there = np.zeros((len(pairs), crowd.dimension), dtype=bool)
     there[which, k] = True
     first, second = np.divmod(pairs, crowd.count)
-    across = crowd.places[first] - crowd.places[second]
+    alone = first == second
+    across = crowd.places[first] - np.where(alone[:, None, None], 0.0, crowd.places[second])
     due = ~steady(across.reshape(-1, across.shape[2])).reshape(there.shape)
-    good = ~np.any(due & ~there, axis=1) & ~crooked[first] & ~crooked[second]
-    if np.any(good):
-        yield Lines(second[good], first[good], slack=True)
+    good = ~np.any(due & ~there, axis=1) & np.logical_not(crooked[first] | crooked[second])
+    if np.any(good & ~alone):
+        yield Lines(second[good & ~alone], first[good & ~alone], slack=True)
+    held = second[good & alone]
+    if len(held):
+        yield Lines(held, None, Domain(len(held)), (crowd.graph.zero,) * crowd.dimension, slack=True)
 
 
 def shortened(crowd: Crowd, node: Node) -> Node:

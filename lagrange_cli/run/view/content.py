@@ -172,12 +172,10 @@ def written(spec: Spec) -> str:
     """The equations as HTML; a sentence where they are too large."""
     from html import escape
 
-    from lagrange_cli.limits import Work
-    from lagrange_cli.run.equations import as_page, derive, least_steps
+    from lagrange_cli.run.family_equations import as_page
 
     try:
-        Work(READING).foresee(least_steps(spec))
-        return as_page(derive(spec, most=READING))
+        return as_page(spec, READING)
     except LagrangeError as error:
         large = isinstance(error, TooLarge) or isinstance(error.__cause__, TooLarge)
         return f"<p>{UNREADABLE if large else escape(str(error).splitlines()[0])}</p>"
