@@ -6,7 +6,7 @@ from lagrange_cli.drawing.abstract import sketch
 from lagrange_cli.drawing.bodies import shape_of
 from lagrange_cli.drawing.curves import floors_of, tracks_of
 from lagrange_cli.drawing.distances import End
-from lagrange_cli.drawing.drawing import Drawing, Solid
+from lagrange_cli.drawing.drawing import TRAILS, Drawing, Solid
 from lagrange_cli.drawing.line import spread
 from lagrange_cli.drawing.rods import Rod, rods_of
 from lagrange_cli.drawing.scene import Place, Scene
@@ -16,8 +16,8 @@ from lagrange_cli.drawing.springs import Spring, springs_of
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values
 
-TRAILS = 6
-"""With more particles, only the last one leaves a trail."""
+MANY = 60
+"""Particles from which on those of families are drawn all at once, without the curves that they are on."""
 
 
 def draw(spec: Spec, values: Values, start: float = 0.0) -> Drawing:
@@ -30,11 +30,24 @@ def draw(spec: Spec, values: Values, start: float = 0.0) -> Drawing:
             section ``draw`` that make no sense.
         TooLarge: where the expressions are too many.
     """
+    found = at_once(spec, values, start)
+    if found is not None:
+        return found
     scene = Scene(spec, values, start)
     section = Section(scene)
     if spec.embedding or section.has_places:
         return section.completed(_sheet(scene, section))
     return section.completed(sketch(scene))
+
+
+def at_once(spec: Spec, values: Values, start: float = 0.0) -> Drawing | None:
+    """The drawing of many particles of families, without going through them one by one; None where they are
+    few, or of another kind, or the file says what is drawn."""
+    if spec.draw is not None or len(spec.embedding) < MANY:
+        return None
+    from lagrange_cli.drawing.families.draw import family_drawing
+
+    return family_drawing(spec, values, start)
 
 
 def _sheet(scene: Scene, section: Section) -> Sheet:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.records import dataclass, field
 
+if TYPE_CHECKING:
+    from lagrange_cli.drawing.located import Located
+
 FREE = ("curve 0", "curve 1")
 """The names of the parameters of curves; no name of a file is like them."""
+TRAILS = 6
+"""With more particles, only the last one leaves a trail."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +112,7 @@ class Drawing:
     parameters, by the names that the system file has for them (the first ones of a family are ``theta[0]``,
     ``t`` is the time). ``sizes`` are masses and lengths, in parameters alone. All else refers to these by
     number. Some points are directions: the axes of solids. ``places`` are the numbers of those that must be
-    seen.
+    seen. Points of families are ``located`` by arrays; then there are no others.
 
     ``coordinates`` are the names of the coordinates in the order of q, ``free`` those of what runs along
     curves besides: points that curves are made of may depend on them. ``trails`` are the points that leave a
@@ -133,6 +138,12 @@ class Drawing:
     sliders: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     free: tuple[str, ...] = ()
     abstract: bool = False
+    located: Located | None = None
+
+    @property
+    def count(self) -> int:
+        """How many points there are."""
+        return len(self.points) if self.located is None else self.located.count
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -146,7 +157,7 @@ class Drawing:
             "up": self.up,
             "coordinates": list(self.coordinates),
             "free": len(self.free),
-            "points": len(self.points),
+            "points": self.count,
             "sizes": len(self.sizes),
             "places": list(self.places),
             "dots": [_plain(one) for one in self.dots],

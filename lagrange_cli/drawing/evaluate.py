@@ -44,6 +44,8 @@ class Extent:
 
 def points(drawing: Drawing, t: Array, q: Array, parameters: Mapping[str, float]) -> Array:
     """All points (points, dimension, samples) at the times ``t`` (samples,) with ``q`` (samples, n)."""
+    if drawing.located is not None:
+        return drawing.located.at(t, q, parameters)
     values = evaluate(drawing.nodes, _symbols(drawing, t, q, parameters))
     shape = len(drawing.points), drawing.dimension, len(t)
     return np.array([np.broadcast_to(one, t.shape) for one in values]).reshape(shape)

@@ -7,6 +7,7 @@ that holds a spring without a length at rest is drawn away from it, too.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 from lagrange_cli.drawing.scene import Place, Scene
@@ -25,7 +26,7 @@ def spread(scene: Scene, springs: list[Spring]) -> list[Spring]:
     that they have then."""
     flat = [name for name in scene.positions if name in scene.flat]
     alone = len(flat) == 1
-    if not flat or scene.dimension != 2 or not (alone or _lie_together(scene, flat)):
+    if not flat or scene.dimension != 2 or not (alone or lie_together(_starts(scene, flat))):
         return springs
     size, along = scene.swing(), 1 if scene.upright else 0
     last = len(flat) - 1
@@ -51,10 +52,14 @@ def spread(scene: Scene, springs: list[Spring]) -> list[Spring]:
     return found
 
 
-def _lie_together(scene: Scene, flat: list[str]) -> bool:
-    """Whether particles start in another order than that of the file, or some of them at one place."""
+def _starts(scene: Scene, flat: list[str]) -> list[float]:
+    """Where flat particles start."""
     along = 1 if scene.upright else 0
-    start = [scene.now(scene.positions[name])[along] for name in flat]
+    return [scene.now(scene.positions[name])[along] for name in flat]
+
+
+def lie_together(start: Sequence[float]) -> bool:
+    """Whether particles start in another order than that of the file, or some of them at one place."""
     steps = [b - a for a, b in pairwise(start)]
     one_way = all(step > 0 for step in steps) or all(step < 0 for step in steps)
     return not one_way or min(map(abs, steps)) < 0.05 * max(map(abs, steps))

@@ -19,6 +19,7 @@ from lagrange_cli.drawing.probe import equal, steady
 from lagrange_cli.drawing.scene import Place, Scene, lengths
 from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Spec
 
 PAIRS = 24
 """Up to this many particles, all pairs are compared; otherwise neighbours in the file's order."""
@@ -120,7 +121,7 @@ def _same(scene: Scene, a: Place, b: Place) -> bool:
 
 def _on_a_hoop(scene: Scene, name: str, place: Place, joint: Place) -> bool:
     """Whether a point at a fixed distance from ``joint`` slides on a hoop rather than swings on a rod."""
-    if _slides(scene, name):
+    if slides(scene.spec, name):
         return True
     turned = scene.symbols(scene.difference(place, joint)) & scene.time
     return bool(turned) and len(scene.depends(place)) == 1
@@ -149,13 +150,13 @@ def constrained(scene: Scene) -> list[Rod]:
     found = []
     for expression in scene.spec.constraints.values():
         ends = distance_in(scene, scene.scope.scalar(expression), owners)
-        if ends is not None and not (isinstance(ends[0], tuple) and _slides(scene, ends[1])):
+        if ends is not None and not (isinstance(ends[0], tuple) and slides(scene.spec, ends[1])):
             found.append(Rod(*ends))
     return found
 
 
-def _slides(scene: Scene, name: str) -> bool:
+def slides(spec: Spec, name: str) -> bool:
     """Whether a particle is called like one that slides on a wire, or the system like one that has a wire."""
-    told = f"{scene.spec.name}. {scene.spec.description}"
+    told = f"{spec.name}. {spec.description}"
     wired = WIRES.search(told) is not None and "pendul" not in told.lower()
     return wired or any(word in name.lower() for word in ON_A_WIRE)

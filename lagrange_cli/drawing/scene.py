@@ -10,6 +10,7 @@ import numpy as np
 from lagrange_cli.drawing.drawing import FREE
 from lagrange_cli.drawing.probe import Probe
 from lagrange_cli.expression.arrays import Array, evaluate
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.indices import integer
 from lagrange_cli.expression.node import Kind, Node
@@ -148,21 +149,7 @@ class Scene:
 
     def without(self, place: Place, mask: int) -> Place:
         """The place less all of its terms that depend on the symbols of ``mask``."""
-        return tuple(self._without(component, mask) for component in place)
-
-    def _without(self, node: Node, mask: int) -> Node:
-        if not node.symbols & mask:
-            return node
-        if node.kind is Kind.SUM:
-            constant, coefficients = node.data
-            kept = [(one, c) for one, c in zip(node.arguments, coefficients) if not one.symbols & mask]
-            return self.graph.sum([*kept, (self.graph.constant(constant), 1.0)])
-        if node.kind is Kind.PRODUCT:  # a factor before a sum
-            sums = [one for one, e in zip(node.arguments, node.data) if one.kind is Kind.SUM and e == 1]
-            if len(sums) == 1 and not any(one.symbols & mask for one in node.arguments if one is not sums[0]):
-                inner = self._without(sums[0], mask)
-                return self.graph.product([(node, 1), (sums[0], -1), (inner, 1)])
-        return self.graph.zero
+        return tuple(without(self.graph, component, mask) for component in place)
 
     def without_constants(self, node: Node) -> Node:
         """A sum less those of its terms that depend neither on a coordinate nor on t."""
@@ -174,6 +161,22 @@ class Scene:
     def difference(self, a: Place, b: Place) -> Place:
         """a - b."""
         return tuple(x - y for x, y in zip(a, b))
+
+
+def without(graph: Graph, node: Node, mask: int) -> Node:
+    """A node less all of its terms that depend on the symbols of ``mask``."""
+    if not node.symbols & mask:
+        return node
+    if node.kind is Kind.SUM:
+        constant, coefficients = node.data
+        kept = [(one, c) for one, c in zip(node.arguments, coefficients) if not one.symbols & mask]
+        return graph.sum([*kept, (graph.constant(constant), 1.0)])
+    if node.kind is Kind.PRODUCT:  # a factor before a sum
+        sums = [one for one, e in zip(node.arguments, node.data) if one.kind is Kind.SUM and e == 1]
+        if len(sums) == 1 and not any(one.symbols & mask for one in node.arguments if one is not sums[0]):
+            inner = without(graph, sums[0], mask)
+            return graph.product([(node, 1), (sums[0], -1), (inner, 1)])
+    return graph.zero
 
 
 def lengths(values: Array) -> Array:

@@ -56,10 +56,15 @@ class Group:
 
 def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
     """The members of a family as they are written."""
-    parts = [(numbers_of(family, part), part) for part in parts_of(family, written)]
+    return placed_parts(family, parts_of(family, written))
+
+
+def placed_parts(family: Family, given: Sequence[Part[Expression]]) -> Group:
+    """The members of a family in parts; those in none have the label -1."""
+    parts = [(numbers_of(family, part), part) for part in given]
     parts.sort(key=lambda one: int(one[0].min()))
     seen: dict[int, int] = {}
-    labels = np.zeros(len(family.members), dtype=np.int64)
+    labels = np.full(len(family.members), -1, dtype=np.int64)
     names = dict.fromkeys(name for _, part in parts for name in part.indices if name)
     indices = {name: np.zeros(len(family.members), dtype=np.int64) for name in names}
     for numbers, part in parts:

@@ -44,26 +44,28 @@ class Described(Protocol):
 
 class FamilyValues:
     """The values at one state: ``q``, ``v`` (coordinates,), t, ``parameters`` in the file's order, and those
-    of ``others``."""
+    of ``others``. At several states q and v are (coordinates, states), t is (states,), and so are values: of
+    each member, those at all states."""
 
     def __init__(
         self,
         system: Described,
-        t: float,
+        t: float | Values,
         q: Values,
         v: Values,
         parameters: Values,
         others: Mapping[Array, Values] | None = None,
     ) -> None:
         self.slots = system.slots
-        self._arrays: dict[Array, Values] = {system.q: q, system.v: v, system.given: parameters}
+        self._states = q.shape[1:]
+        self._arrays: dict[Array, Values] = {system.q: q, system.v: v, system.given: self._each(parameters)}
         self._arrays |= others or {}
         names = names_of(system.spec.parameters).starts
         self._scalars: dict[Node, Any] = {system.time: t}
         self._scalars |= {node: parameters[names[name]] for name, node in system.parameters.items()}
 
     def of(self, total: Total) -> Values:
-        """The sums of a total (count,)."""
+        """The sums of a total (count,), or (count, states)."""
         if total not in self._arrays:
             values = self.added(total.count, total.terms)
             self._arrays[total] = along(total, values) if isinstance(total, Chain) else values
@@ -71,11 +73,21 @@ class FamilyValues:
 
     def added(self, count: int, terms: Sequence[Term], *, sizes: bool = False) -> Values:
         """The sums of terms at ``count`` places; with ``sizes``, of the terms' absolute values."""
-        made = np.zeros(count)
+        made = np.zeros((count, *self._states))
         for term in terms:
-            values = np.broadcast_to(self.node(term.node), term.domain.count)
-            made += np.bincount(term.targets, np.abs(values) if sizes else values, count)
+            values = np.broadcast_to(self.node(term.node), (term.domain.count, *self._states))
+            values = np.abs(values) if sizes else values
+            if not self._states:
+                made += np.bincount(term.targets, values, count)
+            elif np.all(np.diff(term.targets) > 0):
+                made[term.targets] += values
+            else:
+                np.add.at(made, term.targets, values)
         return made
+
+    def _each(self, numbers: Values) -> Values:
+        """Numbers of members as they stand beside those at all states."""
+        return numbers.reshape(-1, *(1 for _ in self._states))
 
     def node(self, node: Node) -> Any:
         """An expression of each member of a domain (members,), or a number that all have."""
@@ -90,7 +102,7 @@ class FamilyValues:
                 return self._scalars[node]
             slot = self.slots.of[node]
             if slot.array.source is Source.WHOLE:
-                return slot.table.astype(np.float64)
+                return self._each(slot.table.astype(np.float64))
             array = self.of(slot.array) if isinstance(slot.array, Total) else self._arrays[slot.array]
             return array[slot.table]
         return OPERATIONS[node.kind](node.data, arguments)
@@ -99,15 +111,17 @@ class FamilyValues:
 def along(chain: Chain, values: Values) -> Values:
     """Numbers added up along a chain."""
     assert chain.tree is not None
-    listed, parents = values.tolist(), chain.tree.parents.tolist()
+    if np.array_equal(chain.tree.parents, np.arange(-1, len(values) - 1)):
+        return np.flip(np.cumsum(np.flip(values, 0), axis=0), 0) if chain.back else np.cumsum(values, axis=0)
+    listed, parents = [*values] if values.ndim > 1 else values.tolist(), chain.tree.parents.tolist()
     order = chain.tree.order.tolist()
     for member in reversed(order) if chain.back else order:
         parent = parents[member]
         if parent != NONE:
             if chain.back:
-                listed[parent] += listed[member]
+                listed[parent] = listed[parent] + listed[member]
             else:
-                listed[member] += listed[parent]
+                listed[member] = listed[member] + listed[parent]
     return np.array(listed)
 
 

@@ -1,7 +1,8 @@
 """From what a page shows to the page: one file that needs nothing else.
 
 Texts of the user are in the data alone, which scripts put into the page as text; what stands in the HTML
-itself, and in the equations, is escaped. Scripts and equations are packed, but for the one that unpacks them.
+itself, and in the equations, is escaped. Scripts, equations and tables are packed, but for the script that
+unpacks them.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ FIRST = "unpack"
 """The script that adds the others."""
 STAGE, SPACE = "stage", ("three", "space")
 """Pages in space have these, too: ``SPACE`` on its own, for browsers that can show it."""
+TABLES = ("coordinates", "velocities", "drawing", "engine")
+"""What has an entry for each coordinate or particle: packed, as members of a family have much in common."""
 TEMPLATE, STYLE = "page.html", "style.css"
 
 
@@ -37,10 +40,11 @@ def document(data: Mapping[str, Any], equations: str) -> str:
     texts = {"equations": equations, "script": scripts(space)}
     if space:
         texts["space"] = joined(SPACE)
+    tables = {name: packed(embedded(data[name]).encode()) for name in TABLES}
     parts = {
         "title": escape(str(data["name"])),
         "style": asset(STYLE),
-        "data": embedded({**data, **{name: packed(text.encode()) for name, text in texts.items()}}),
+        "data": embedded({**data, **{name: packed(text.encode()) for name, text in texts.items()}, **tables}),
         "script": joined([FIRST]),
     }
     page = asset(TEMPLATE)
@@ -63,7 +67,7 @@ def joined(names: Sequence[str]) -> str:
     return "\n".join(asset(f"{name}.js") for name in names)
 
 
-def embedded(data: Mapping[str, Any]) -> str:
+def embedded(data: Any) -> str:
     """JSON that may stand in a script element: no tag and no comment can begin in it."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     for letter in "<>&":

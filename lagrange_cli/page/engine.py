@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, cast
 
+from lagrange_cli.drawing.draw import MANY
+from lagrange_cli.drawing.drawing import Drawing
+from lagrange_cli.errors import TooLarge
+from lagrange_cli.expression.build import Builder
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.index_arrays import Differ
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import TIME
+from lagrange_cli.families.starts import initial_state
 from lagrange_cli.integrate.methods.workspace import outer_rows
-from lagrange_cli.model.scope import Scope
 from lagrange_cli.native.compilation.webassembly import compile_webassembly
+from lagrange_cli.native.families.pages import write_deriving, write_placing
+from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import INFO, Interface
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.observation import write_map, write_prepare, write_values
@@ -19,43 +29,49 @@ from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import Role
 from lagrange_cli.page.packed import packed
-from lagrange_cli.spec.spec import Spec
+from lagrange_cli.spec.spec import Expression, Spec
 
 
-def engine(
-    spec: Spec,
-    program: Program | None,
-    points: Sequence[Node],
-    sizes: Sequence[Node],
-    free: Sequence[str] = (),
-) -> dict[str, Any]:
+def engine(spec: Spec, program: Program | None, drawing: Drawing | None) -> dict[str, Any]:
     """The module of ``program``, and the layout of its arrays, in terms of JSON.
 
-    Besides ``program``'s own functions it has ``@place``, which computes ``points``, functions of q, t and
-    parameters, at states, and of what is ``free``, which has rows behind those of q; ``@derive``, which
-    computes what the file gives as expressions in parameters: the parameters themselves, q and v; and
-    ``@measure``, which computes ``sizes``. Without a ``program`` it has these alone, for pages that replay.
+    Besides ``program``'s own functions it has ``@place``, which computes the points of the ``drawing``,
+    functions of q, t and parameters, at states, and of what is free, which has rows behind those of q;
+    ``@derive``, which computes what the file gives as expressions in parameters: the parameters themselves, q
+    and v; and ``@measure``, which computes the drawing's sizes. Without a ``program`` it has these alone, for
+    pages that replay.
     """
-    placing, constants = place(spec, points, free)
-    text = "\n".join(["" if program is None else program.text, placing, derived(spec, sizes)])
-    module = compile_webassembly(text)
+    sizes = () if drawing is None else drawing.sizes
+    free = () if drawing is None else drawing.free
+    placing, constants = ("", 0) if drawing is None else placed(spec, drawing)
+    deriving, filled = derived(spec)
+    text = "\n".join(["" if program is None else program.text, placing, deriving, measured(spec, sizes)])
+    module = compile_webassembly(text + definitions(text))
     degrees = len(spec.coordinates)
     described = NOTHING if program is None else layout(spec, program)
     return described | {
         "heap": module.heap,
         "degrees": degrees,
         "parameters": [one.name for one in spec.parameters],
-        "points": len(points),
+        "points": 0 if drawing is None else drawing.count * drawing.dimension,
         "free": len(free),
         "derived": len(spec.parameters) + 2 * degrees,
+        "results": max(filled, len(sizes), 1),
         "measured": len(sizes),
         "sizes": ({} if program is None else array_sizes(program)) | {"placing": max(1, constants)},
         "code": packed(module.code),
     }
 
 
+def placed(spec: Spec, drawing: Drawing) -> tuple[str, int]:
+    """``@place`` and ``@prepare_place`` for a drawing, and how many constants they take."""
+    if drawing.located is None:
+        return place(spec, drawing.nodes, drawing.free)
+    return write_placing(drawing.located.system, drawing.located.axes)
+
+
 def place(spec: Spec, points: Sequence[Node], free: Sequence[str] = ()) -> tuple[str, int]:
-    """``@place`` and ``@prepare_place``, and how many constants they take."""
+    """The same for points that are expressions."""
     if not points:
         return "", 0
     symbol, constants = symbols_like(points[0]), Constants()
@@ -71,18 +87,32 @@ def symbols_like(node: Node) -> Callable[[str], Node]:
     return cast(Graph, node.graph).symbol
 
 
-def derived(spec: Spec, sizes: Sequence[Node]) -> str:
-    """``@derive``: each parameter as the file has it, q and v; and ``@measure``: the sizes."""
-    scope = Scope(spec, GraphAlgebra())
-    zero = scope.algebra.number("0")
-    given = [one.value for one in spec.parameters]
-    state = [one.initial for one in spec.coordinates] + [one.velocity for one in spec.coordinates]
-    nodes = [zero if one is None else scope.scalar(one) for one in (*given, *state)]
-    parts = [function("derive", scope.parameters, nodes)]
-    if sizes:
-        symbol = symbols_like(sizes[0])
-        parts.append(function("measure", {one.name: symbol(one.name) for one in spec.parameters}, sizes))
-    return "\n".join(parts)
+def derived(spec: Spec) -> tuple[str, int]:
+    """``@derive``: each parameter as the file has it, q and v; and the doubles that it fills."""
+    algebra = GraphAlgebra()
+    symbols = {one.name: algebra.symbol(one.name) for one in spec.parameters}
+    builder = Builder(symbols.__getitem__, algebra, spec.sizes)
+
+    def written(listed: Iterable[Expression | None]) -> list[Node]:
+        zero: Node = algebra.number("0")
+        return [zero if one is None else builder.build(one.tree, one.indices) for one in listed]
+
+    given = written(one.value for one in spec.parameters)
+    if len(spec.coordinates) >= MANY:
+        with suppress(Unsuited, Differ, ExpressionError, TooLarge):
+            system, *state = initial_state(spec)
+            return write_deriving(system, symbols, given, state)
+    given += written(one.initial for one in spec.coordinates)
+    given += written(one.velocity for one in spec.coordinates)
+    return function("derive", symbols, given), len(given)
+
+
+def measured(spec: Spec, sizes: Sequence[Node]) -> str:
+    """``@measure``: the sizes of a drawing."""
+    if not sizes:
+        return ""
+    symbol = symbols_like(sizes[0])
+    return function("measure", {one.name: symbol(one.name) for one in spec.parameters}, sizes)
 
 
 def function(name: str, parameters: Mapping[str, Node], nodes: Sequence[Node]) -> str:

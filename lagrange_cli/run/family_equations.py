@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from lagrange_cli.errors import TooLargeSystem, UsageError
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import located
-from lagrange_cli.run.equations import EMPTY, FORMS, Derived, as_data, as_written, derive, verify_system
+from lagrange_cli.run.equations import (
+    EMPTY,
+    FORMS,
+    Derived,
+    as_data,
+    as_written,
+    derive,
+    least_steps,
+    verify_system,
+)
+from lagrange_cli.run.equations import as_page as members_as_page
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
@@ -267,6 +277,21 @@ def families_as_written(
         from lagrange_cli.symbolic.families.report import as_page
 
         return as_page(derived.equations, format_, form)
+
+
+def as_page(spec: Spec, most: float) -> str:
+    """The equations as a part of a web page, with indices where families are large; at most so many steps of
+    work. Raises ``SpecError`` and ``TooLarge`` where they are too large."""
+    from lagrange_cli.limits import Work
+
+    found = derive_families(spec, most=most)
+    if found is None:
+        Work(most).foresee(least_steps(spec))
+        return members_as_page(derive(spec, most=most))
+    from lagrange_cli.symbolic.families.report import as_mathml
+
+    with found.bounded():
+        return as_mathml(found.equations)
 
 
 def verify_families(derived: DerivedFamilies, overrides: Mapping[str, str]) -> Verification:

@@ -7,16 +7,21 @@ from collections.abc import Sequence
 from html import escape
 
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.notations import GREEK, dotted, split_index
+from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
+from lagrange_cli.symbolic.indexed.whole import number
+from lagrange_cli.symbolic.notations import GREEK, component, dotted, split_index
 from lagrange_cli.symbolic.render import Level, Notation
 from lagrange_cli.symbolic.report import sections
-from lagrange_cli.symbolic.statements import Statement
+from lagrange_cli.symbolic.statements import Section, Statement
 
 FUNCTIONS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "log": "ln", "sign": "sgn"}
 APPLY, TIMES = "<mo>&#x2061;</mo>", "<mo>&#x2062;</mo>"
 """The invisible operators between a function and its argument, and between factors."""
 NUMBER = re.compile(r"<mn>[^<]*</mn>")
 BETWEEN = re.compile(r"(<[^>]*>[^<]*</m[ion]>|<[^>]*>)|([^<\s]+)")
+WHOLE = re.compile(r"(\d+)|([^\W\d]\w*(?:\[[^\]]*\])?)|(//|[-+*%(),])")
+SIGNS = {"-": "−", "*": "⋅", "%": "mod"}
+RELATIONS = {"==": "=", "!=": "≠", "<=": "≤", ">=": "≥"}
 LONGEST = 100_000
 """Characters of MathML that a page takes; further sections are left out."""
 
@@ -39,16 +44,74 @@ class MathML(Notation):
     powers_of_functions = functions_last = bars_enclose = True
 
     def symbol(self, name: str) -> str:
-        bare, dots = dotted(name)
+        if name.startswith("("):  # a whole number
+            return self.parentheses(self.whole(name[1:-1]))
+        bare, dots = dotted(component(name))
         stem, indices = split_index(bare)
         letter = GREEK.get(stem, stem)
         text = f"<mi>{escape(letter)}</mi>"
         if dots:
             text = f'<mover accent="true">{text}<mo>{"˙" if dots == 1 else "¨"}</mo></mover>'
         if indices:
-            below = operator(",").join(self.symbol(index) if index else "" for index in indices)
+            below = operator(",").join(self.index(index) if index else "" for index in indices)
             text = f"<msub>{text}{row(below)}</msub>"
         return text
+
+    def index(self, text: str) -> str:
+        """An index: a name, a number, or one that is computed."""
+        return self.symbol(text) if re.fullmatch(r"\w+(\[[^\]]*\])?", text) else self.whole(text)
+
+    def whole(self, text: str) -> str:
+        """A whole number that is computed of indices and sizes."""
+        found = []
+        for digits, name, sign in WHOLE.findall(text):
+            if name:
+                found.append(self.symbol(name))
+            else:
+                found.append(f"<mn>{digits}</mn>" if digits else operator(SIGNS.get(sign, sign)))
+        return row(*found)
+
+    summand, sum_level = Level.PRODUCT, Level.POWER
+
+    def summed(self, body: str, loops: Sequence[Loop]) -> str:
+        return row(*map(self.sign, loops), numbered(body))
+
+    def sign(self, loop: Loop) -> str:
+        """The sign of a sum with its bounds, and conditions below it."""
+        start, last = (self.whole(one.text) for one in (loop.start, loop.stop + number(-1)))
+        below = [row(self.symbol(loop.index), operator("="), start), *map(self.condition, loop.conditions)]
+        if loop.step != 1:
+            below[0] = row(below[0], self.going_on(loop))
+        lines = "".join(f"<mtr><mtd>{one}</mtd></mtr>" for one in below)
+        under = below[0] if len(below) == 1 else f"<mtable>{lines}</mtable>"
+        return f"<munderover>{operator('∑')}{under}{last}</munderover>"
+
+    def going_on(self, loop: Loop) -> str:
+        """The second value of an index, and dots."""
+        return (
+            operator(",") + self.whole((loop.start + number(loop.step)).text) + operator(",") + operator("…")
+        )
+
+    def members(self, loops: Sequence[Loop]) -> str:
+        said = []
+        for loop in loops:
+            start, last = (self.whole(one.text) for one in (loop.start, loop.stop + number(-1)))
+            more = operator(",") + operator("…") if loop.step == 1 else self.going_on(loop)
+            said.append(row(self.symbol(loop.index), operator("="), start, more, operator(","), last))
+            said += map(self.condition, loop.conditions)
+        return ", ".join(f"<math>{one}</math>" for one in said)
+
+    def condition(self, condition: Condition) -> str:
+        """A condition on indices."""
+        if isinstance(condition, Joined):
+            parts = [self.condition(one) for one in condition.parts]
+            if condition.operator == "not":
+                return row("<mtext>not&#xA0;</mtext>", self.parentheses(parts[0]))
+            return row(self.joined(parts, condition.operator))
+        text = self.whole(condition.operands[0].text)
+        for sign, operand in zip(condition.operators, condition.operands[1:]):
+            text += operator(RELATIONS.get(sign, sign)) + self.whole(operand.text)
+        return row(text)
 
     def decimal(self, digits: str) -> str:
         mantissa, _, exponent = digits.partition("e")
@@ -134,8 +197,13 @@ def numbered(text: str) -> str:
 
 def as_mathml(equations: Equations, form: str = "lagrange") -> str:
     """A fragment of a page: a section each for L, p_k and so on, as many as are not too long together."""
+    return fragment(sections(equations, form, MathML()))
+
+
+def fragment(content: Sequence[Section]) -> str:
+    """Sections as a fragment of a page, likewise."""
     found, size = list[str](), 0
-    for section in sections(equations, form, MathML()):
+    for section in content:
         lines = [line(one, verbal=section.verbal) for one in section.statements]
         text = "".join(lines)
         if size + len(text) > LONGEST:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 from unittest import mock
 
+import numpy as np
 import pytest
 
 import lagrange_cli as lagrange
-from lagrange_cli.page.document import asset
+from lagrange_cli.drawing.drawing import Drawing
+from lagrange_cli.drawing.evaluate import points
+from lagrange_cli.page.document import TABLES, asset
+from lagrange_cli.page.packed import packed
 from lagrange_cli.run import shipped
+from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.view import content as shown_content
 from lagrange_cli.run.view import page as shown_page
-from lagrange_cli.run.view.motion import read_shown, watched
+from lagrange_cli.run.view.motion import Followed, read_shown, watched
 from lagrange_cli.run.view.page import Page, view
 from tests.support.command import SYSTEMS
 from tests.support.v8 import Engine, data_of, unpacked
@@ -96,6 +102,44 @@ def test_a_page_computes_families_as_loops(name, members, stop):
         found = engine.end(**changes)
         assert found["reason"] == found["note"] == ""
         assert_same(found, name, {"N": members}, **changes)
+
+
+def drawn_page(members: int) -> tuple[Motion, Drawing, Followed]:
+    """A motion of pendulums, what is drawn of it, and its beginning."""
+    content = (
+        (SYSTEMS / "n_pendulum.yaml").read_bytes().replace(b"2.0 + 0.1*i", b"g*sum(l for j in range(i))")
+    )
+    request = Request(sizes={"N": str(members)}, overrides={"l": "0.5"})
+    motion = watched(read_shown(content, "chain.yaml", request))
+    q = np.array([motion.values.q])
+    followed = Followed(np.zeros(1), q, 0 * q, {}, "", 1)
+    drawing = shown_content.drawn(motion, followed)
+    assert drawing is not None and drawing.located is not None
+    return motion, drawing, followed
+
+
+def test_a_page_draws_families_by_loops_and_prints_them_with_their_indices():
+    """Where particles are, and initial values for other parameters."""
+    motion, drawing, followed = drawn_page(60)
+    engine = Engine(shown_page.page(motion, followed).text)
+    assert "<munderover>" in unpacked(engine.data["equations"]).decode()
+    parameters = {"m": 1.0, "l": 0.25, "g": 2.0}
+    listed = [parameters[name] for name in engine.data["engine"]["parameters"]]
+    engine.v8.eval(f"opened.engine.prepare({listed})")
+    q = np.random.default_rng(0).normal(size=60)
+    places = engine.run(f"Array.from(opened.engine.place(0.7, {q.tolist()}))")
+    assert np.allclose(places, points(drawing, np.array([0.7]), q[None], parameters).ravel(), atol=1e-13)
+    found = engine.run(f"Array.from(opened.engine.derive({listed}))")
+    assert np.allclose(found[3:], [*(0.5 * np.arange(60)), *np.zeros(60)], atol=1e-13)
+
+
+def test_a_page_has_few_bytes_for_each_further_member():
+    sizes = []
+    for members in (100, 1100):
+        motion, drawing, followed = drawn_page(members)
+        data = shown_content.described(motion, drawing, followed)
+        sizes.append(len("".join(packed(json.dumps(data[name]).encode()) for name in TABLES if name in data)))
+    assert sizes[1] - sizes[0] < 60 * 1000
 
 
 def test_the_program_of_a_family_is_as_long_for_any_number_of_members():

@@ -10,7 +10,7 @@ from typing import Any
 
 from py_mini_racer import MiniRacer
 
-from lagrange_cli.page.document import asset
+from lagrange_cli.page.document import TABLES, asset
 
 SCRIPTS = ("engine", "motion", "settling", "happenings", "start", "player", "link")
 DRIVER = """
@@ -47,7 +47,7 @@ def data_of(page: str) -> dict[str, Any]:
     found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
     assert found is not None
     data: dict[str, Any] = json.loads(found[1])
-    return data
+    return data | {name: json.loads(unpacked(data[name])) for name in TABLES}
 
 
 def unpacked(text: str) -> bytes:

@@ -34,6 +34,7 @@ class Control {
   }
 
   give(value, change) { this.show(value); change(this.name, value); }
+  enable(enabled) { this.slider.disabled = this.box.disabled = !enabled; }
 
   show(value) {
     this.value = value;
@@ -67,6 +68,8 @@ class Controls {
   // `change(name, value)` is told what the reader does.
   constructor(parent, data, change) {
     this.byName = new Map();
+    this.values = new Map(); // what is shown, for controls that are not there yet
+    this.disabled = false;
     const given = data.drawing?.sliders ?? {};
     const group = (title, entries) => {
       if (!entries.length) return;
@@ -74,11 +77,16 @@ class Controls {
       const head = document.createElement(many ? "summary" : "legend");
       head.textContent = many ? `${title} (${entries.length})` : title;
       box.append(head);
-      for (const entry of entries) {
-        const control = new Control({ ...entry, range: given[entry.name] ?? entry.range, change });
-        this.byName.set(entry.name, control);
-        box.append(control.element);
-      }
+      const fill = () => {
+        for (const entry of entries) {
+          const control = new Control({ ...entry, range: given[entry.name] ?? entry.range, change });
+          control.enable(!this.disabled);
+          if (this.values.has(entry.name)) control.show(this.values.get(entry.name));
+          this.byName.set(entry.name, control);
+          box.append(control.element);
+        }
+      };
+      if (many) box.addEventListener("toggle", fill, { once: true }); else fill();
       parent.append(box);
     };
     const span = data.time.stop - data.time.start;
@@ -100,9 +108,14 @@ class Controls {
     }].map((one) => ({ ...one, name: STOP })));
   }
 
-  show(name, value) { this.byName.get(name)?.show(value); }
+  show(name, value) {
+    this.values.set(name, value);
+    this.byName.get(name)?.show(value);
+  }
+
   disable(disabled) {
-    for (const { slider, box } of this.byName.values()) slider.disabled = box.disabled = disabled;
+    this.disabled = disabled;
+    for (const control of this.byName.values()) control.enable(!disabled);
   }
 }
 

@@ -23,7 +23,7 @@ class Engine {
     this.top = data.heap;
     this.places = {};
     for (const [name, size] of Object.entries(data.sizes)) this.places[name] = this.room(size);
-    this.results = this.room(Math.max(data.derived, data.measured, 1));
+    this.results = this.room(data.results);
     this.given = this.room(Math.max(data.parameters.length + data.room, 1));
     this.moment = this.room(2);
     this.state = this.room(Math.max(data.rows, data.degrees + data.free, 1));

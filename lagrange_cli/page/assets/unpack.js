@@ -16,6 +16,7 @@ async function addScript(text) {
 
 async function begin() {
   const data = JSON.parse(document.getElementById("data").textContent);
+  for (const name of ["coordinates", "velocities", "drawing", "engine"]) data[name] = JSON.parse(await unpackedText(data[name]));
   await addScript(data.script);
   await main(data);
 }

@@ -28,7 +28,9 @@ READING = 8_000_000
 """Steps of work for the printed equations: some 8 s."""
 UNREADABLE = "The equations are too large to be shown here."
 DRAWN = 4_000
-"""Nodes of all that is drawn: a thousand rods, whose code takes some 10 s."""
+"""Nodes of all that is drawn one by one: a thousand rods, whose code takes some 10 s."""
+MANY_DRAWN = 20_000
+"""Coordinates of families that are drawn at once: a browser would not move more of them."""
 RECORDED = 20_000
 """Numbers in a page that replays a motion."""
 PLAYED = 200
@@ -40,16 +42,17 @@ def drawn(motion: Motion, followed: Followed) -> Drawing | None:
 
     Raises ``SpecError`` for numbers of the section ``draw`` that make no sense.
     """
-    from lagrange_cli.drawing.draw import draw
+    from lagrange_cli.drawing.draw import at_once, draw
     from lagrange_cli.drawing.evaluate import extent, fitted
     from lagrange_cli.expression.node import reachable
 
-    parameters = motion.values.parameters
-    if motion.spec.draw is None and len(motion.spec.coordinates) > DRAWN:
-        return None  # each of them has a node
+    parameters, given = motion.values.parameters, (motion.spec, motion.values, motion.settings.start)
+    count = 0 if motion.spec.draw is not None else len(motion.spec.coordinates)
+    if count > MANY_DRAWN:
+        return None
     try:
-        drawing = draw(motion.spec, motion.values, motion.settings.start)
-        if len(reachable(drawing.nodes)) > DRAWN:
+        drawing = at_once(*given) if count > DRAWN else draw(*given)  # each of them would have a node
+        if drawing is None or (drawing.located is None and len(reachable(drawing.nodes)) > DRAWN):
             return None
         return fitted(drawing, extent(drawing, followed.t, followed.q, parameters), parameters)
     except TooLarge:
@@ -64,7 +67,7 @@ def described(motion: Motion, drawing: Drawing | None, followed: Followed) -> di
     """The contents of a page on a system and its motion, as JSON."""
     spec, values, settings = motion.spec, motion.values, motion.settings
     units = units_of(spec)
-    numbers = 4 * len(spec.coordinates) + 4 + (0 if drawing is None else len(drawing.nodes))
+    numbers = 4 * len(spec.coordinates) + 4 + (0 if drawing is None else drawing.count * drawing.dimension)
     most = max(FEWEST // 4, min(MOST, NUMBERS // numbers))
     count = max(settings.count, FEWEST, SAMPLES_A_STEP * followed.steps)
     return {
@@ -169,12 +172,10 @@ def written(spec: Spec) -> str:
     """The equations as HTML; a sentence where they are too large."""
     from html import escape
 
-    from lagrange_cli.limits import Work
-    from lagrange_cli.run.equations import as_page, derive, least_steps
+    from lagrange_cli.run.family_equations import as_page
 
     try:
-        Work(READING).foresee(least_steps(spec))
-        return as_page(derive(spec, most=READING))
+        return as_page(spec, READING)
     except LagrangeError as error:
         large = isinstance(error, TooLarge) or isinstance(error.__cause__, TooLarge)
         return f"<p>{UNREADABLE if large else escape(str(error).splitlines()[0])}</p>"

@@ -135,11 +135,8 @@ def assembled(
     from lagrange_cli.page.document import document
     from lagrange_cli.page.engine import engine
 
-    points = () if drawing is None else drawing.nodes
-    sizes = () if drawing is None else drawing.sizes
-    free = () if drawing is None else drawing.free
     with ThreadPoolExecutor(1) as other:  # LLVM compiles while sympy derives
-        compiled = other.submit(engine, motion.spec, program, points, sizes, free)
+        compiled = other.submit(engine, motion.spec, program, drawing)
         text = written(motion.spec) if equations is None else equations
     data = described(motion, drawing, followed) | {"engine": compiled.result(), **more}
     if drawing is None:

@@ -18,6 +18,7 @@ from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import names_in
 from lagrange_cli.symbolic.latex import Latex, blocks, displayed
 from lagrange_cli.symbolic.layouts import lines_of
+from lagrange_cli.symbolic.mathml import MathML, fragment
 from lagrange_cli.symbolic.notations import IndexedSympy, Text, Unicode
 from lagrange_cli.symbolic.render import Notation, render
 from lagrange_cli.symbolic.report import changing_statement, conserved_statement
@@ -33,6 +34,11 @@ def as_page(equations: FamilyEquations, format_: str, form: str) -> str:
     if isinstance(notation, Latex):
         return blocks(equations.name, content)
     return lines_of(equations.name, equations.degrees_of_freedom, content)
+
+
+def as_mathml(equations: FamilyEquations) -> str:
+    """The equations as a part of a web page."""
+    return fragment(sections(equations, "lagrange", MathML()))
 
 
 def as_display(equations: FamilyEquations) -> str:
