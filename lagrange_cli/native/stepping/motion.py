@@ -193,6 +193,11 @@ class Steps(ABC):
             f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
 
     @property
+    def noise_at(self) -> int:
+        """How far behind velocities it is written how much of their rates is rounding; 0 if that is not."""
+        return self.noise.place if self.noise else 0
+
+    @property
     def noise_is_floor(self) -> bool:
         """Whether velocities are measured by at least what rounding changes them, as if they were as fast."""
         return bool(self.lengths.floor) and not self.given.related
@@ -208,7 +213,12 @@ class Steps(ABC):
                 self.noise.floors(f, now.previous)
             elif self.lengths.floor:
                 write_floors(f, self.lengths, self.given.related)
-        elif self.given.floors:
+        else:
+            self.floors(f)
+
+    def floors(self, f: Function) -> None:
+        """The same where they are computed by ``Given.floors``."""
+        if self.given.floors:
             place = f.place("%work", self.lengths.floor, "double")
             f.call(None, "floors", f.pointer("%constants"), f.pointer("%state"), place)
 
