@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
@@ -64,13 +65,13 @@ class DoubleSteps(Steps):
         self.measure(f, now)
         return now, f.call(Bit, "jet", f.pointer("%constants"), now.t + now.low, *self.places(f))
 
-    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+    def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
         usual, met = chosen_step(f, now.previous, self.places(f))
         h, sound = f.variable(usual), met < ENDLESS
         with f.when(~sound):
             h.set(f.call(Real, "shortened_step", *self.places(f), usual))
             with f.when(~(h.get() > 0.0)):
-                fail()
+                fail(Stop.NOT_FINITE)
         self._sound = sound
         return now, h.get(), sound
 

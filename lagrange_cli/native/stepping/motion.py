@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.interface import HALTED, records_at
+from lagrange_cli.native.interface import HALTED, Stop, records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
@@ -148,9 +148,9 @@ class Steps(ABC):
         ``brief``, nothing but accelerations is needed."""
 
     @abstractmethod
-    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+    def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
         """The step by its series, perhaps in another unit, and whether all coefficients are finite; ``fail``
-        if so many are not that there is none."""
+        if so many are not that there is none, or if steps lead no further."""
 
     @abstractmethod
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:

@@ -13,6 +13,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
@@ -167,10 +168,12 @@ class RateSteps(DoubleSteps):
             )
         return now, regular
 
-    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+    def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
         h = self.retried(f, f.constant(0.0))
+        with f.when(h < 0.0):
+            fail(Stop.STUCK)
         with f.when(~(h > 0.0)):
-            fail()
+            fail(Stop.NOT_FINITE)
         return now, h, Bit(f, "true")
 
     def retried(self, f: Function, exact: Real) -> Real:
@@ -263,7 +266,7 @@ class RateSteps(DoubleSteps):
 
     def _tried(self) -> Function:
         """``@tried(constants, state, work, exact)``: the length of the step, with its polynomials in
-        ``%work``; 0 where there is none so short that its rates are finite, or where the motion is stuck.
+        ``%work``; 0 where there is none so short that its rates are finite, -1 where the motion is stuck.
         If ``exact`` is not 0, the step has been tried before, and is taken again with this length."""
         places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
         f = Function(f"define internal double @tried({places}, double %exact) #0")
@@ -281,7 +284,7 @@ class RateSteps(DoubleSteps):
         h.set(f.select(given, exact, h.get()))
         with f.when(~given):
             with f.when(self.stalling.stuck(f)):
-                f.give(f.constant(0.0))
+                f.give(f.constant(-1.0))
             f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
             self.rounding.forget(f)
             self.begin(f, first)
