@@ -92,8 +92,8 @@ def section(
     as CSV if there is one motion.
 
     Without further options there is one motion, that of the file. Many motions may differ in parameters or
-    initial values, as for 'lagrange sweep'. Each crossing is found to the precision of the motion, and none is
-    missed by the default method, taylor.
+    initial values, as for 'lagrange sweep'. Each crossing is found to the precision of the motion, and none
+    is missed by the default method, taylor.
 
     \b
     lagrange section henon_heiles.yaml --where x --crossings 10000
