@@ -68,6 +68,7 @@ def section(
     start: Value | None = None,
     stop: Value | None = None,
     tolerance: float | None = None,
+    method: str | None = None,
     outputs: str | Iterable[str] | None = None,
     precision: str = DOUBLE,
     project_initial: bool = False,
@@ -90,7 +91,7 @@ def section(
         The number of crossings of each motion.
     over, random, table, members, seed, jobs
         As for ``sweep``; without them the motion is that of the file.
-    set, size, start, stop, tolerance, outputs, precision, project_initial, cache
+    set, size, start, stop, tolerance, method, outputs, precision, project_initial, cache
         As for ``solve``.
 
     Returns
@@ -118,6 +119,7 @@ def section(
         size=size,
         times={"start": start, "stop": stop},
         tolerance=tolerance,
+        method=method,
         outputs=outputs,
         precision=precision,
         project_initial=project_initial,

@@ -20,6 +20,10 @@ class Ending(Enum):
         "(a collision, a singularity, or a discontinuity of the force at which the motion sticks)"
     )
     CRAWLING = "the motion changes faster and faster: its steps become shorter without end"
+    STUCK = (
+        "thousands of steps together hardly lead on, and no coordinate moves by more than the tolerance "
+        "(a discontinuity of the force at which the motion sticks)"
+    )
     NOT_A_NUMBER = "the equations of motion gave a value that is not a finite number"
     OVERFLOW = "a coordinate or a velocity exceeds the largest double, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
@@ -52,6 +56,7 @@ DONE = ("complete", "stopped")
 WAYS_OUT = {
     Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates",
     Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",
+    Ending.STUCK: "{before}, smooth the discontinuity, or try another --method",
     Ending.CRAWLING: "{before}, or smooth the singularity",
     Ending.NOT_A_NUMBER: "{before}; look for an overflow, a division by zero, or a "
     "root or logarithm of a negative number",

@@ -50,6 +50,7 @@ class Stop(IntEnum):
     UNDERFLOW = 5
     GUARD = 6
     CRAWL = 7  # told by the caller of ``@advance``
+    STUCK = 8
 
 
 class Board(IntEnum):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 CLOSE = 1e-4
 """The sine of the angle between slopes of constraints at which a motion that ends is close to where they
 depend on each other."""
-STUCK = Ending.SINGULAR_MASS_MATRIX, Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER
+STUCK = Ending.SINGULAR_MASS_MATRIX, Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.STUCK
 MATRIX = "singular matrix of masses and constraints"
 """What is singular where there are constraints, and ``Ending`` has the mass matrix."""
 

@@ -57,6 +57,7 @@ EVENTS = {
     Ending.OFF_CONSTRAINTS,
     Ending.INCONSISTENT,
     Ending.CRAWLING,
+    Ending.STUCK,
 }
 """Those of systems with events, of sections, and of members, which have tests of their own."""
 STATUS = {"complete": 0, "failed": 4, "interrupted": 130}

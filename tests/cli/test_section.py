@@ -25,7 +25,7 @@ coordinates: {x: {initial: 0.0, velocity: w}}
 definitions: {both: x + x_dot}
 lagrangian: x_dot**2/2 - w**2*x**2/2
 time: {unit: s}
-solve: {stop: 2*pi/w, step: 0.1, method: DOP853}
+solve: {stop: 2*pi/w, step: 0.1}
 """
 
 
@@ -131,6 +131,24 @@ def test_a_stroboscopic_section_has_the_periods_of_its_members(tmp_path, spring)
         periods = math.pi / 2 / np.array([1.0, 3.0])
         assert np.abs(file["t"][()] - periods[:, None] * np.arange(1, 5)).max() < 1e-14
         assert np.abs(file["q/x"][()] - [[1, 0, -1, 0]] * 2).max() < 1e-14
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
+def test_a_section_is_taken_with_the_method_that_the_file_or_an_option_asks_for(tmp_path, spring, method):
+    """x = sin(w t)/w from x = 0: crossings after each period."""
+    asked = spring.with_name("asked.yaml")
+    asked.write_text(spring.read_text().replace("step: 0.1", f"step: 0.1, method: {method}"))
+    for file, option in ((asked, ()), (spring, ("--method", method))):
+        for cut in (("--where", "x"), ("--every", "2*pi/w")):
+            more = *cut, "--crossings", "5", "--over", "w=1,2", "-o", "a.h5", "--force"
+            section(file, *more, *option, cwd=tmp_path)
+            with h5py.File(tmp_path / "a.h5") as found:
+                assert found.attrs["method"] == method
+                period = 2 * np.pi / np.array([[1], [2]])
+                first = 0 if cut[0] == "--where" and found["t"][0, 0] == 0 else 1
+                assert found["t"][()] == pytest.approx(period * (first + np.arange(5)), abs=1e-7)
+                assert np.abs(found["q/x"][()]).max() < 1e-7
 
 
 def test_the_same_section_has_the_same_bytes_whatever_the_jobs(tmp_path):

@@ -30,6 +30,7 @@ CASES = {
     "backward, in a lane": (HENON, ("--where", "x", "--stop", "-1e7")),
     "a surface, with events": (FLOOR, ("--where", "x", "--direction", "either")),
     "a period, with events": (FLOOR, ("--every", "0.3")),
+    "by steps on rates": (FLOOR, ("--where", "x", "--direction", "either", "--method", "DOP853")),
     "in double-double": (FLOOR, ("--where", "x", "--direction", "either", "--precision", "double-double")),
 }
 WANTED, MANY, ENOUGH = 3 * 10**5, 10**6, 300

@@ -227,7 +227,8 @@ def test_a_block_stops_on_an_incline_and_stays(method: str, tolerance: float) ->
 def test_a_motion_that_sticks_at_a_jump_of_its_friction_ends(method: str, tolerance: float) -> None:
     """It is brought to rest where friction exceeds gravity along the circle, after two turns."""
     motion = stepped(TENSION, 10, method, tolerance)
-    assert motion.outcome.ending is Ending.STEP_UNDERFLOW
+    assert motion.outcome.ending is Ending.STUCK
+    assert "no coordinate moves by more than the tolerance" in motion.outcome.message
     assert motion.outcome.t == pytest.approx(2.4547, abs=1e-4)
     speeds = motion.outcome.final.v.values()
     assert max(map(abs, speeds)) < 1e-8 and motion.outcome.steps < 10000
@@ -243,3 +244,40 @@ def test_short_steps_in_which_something_moves_are_no_sticking(method: str, toler
     """
     motion = stepped(text, 3.02, method, tolerance)
     assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps > 10000
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance", "steps"),
+    [("ias15", 2.0**-52, 12000), ("DOP853", 1e-12, 5000), ("Radau", 1e-9, 2000)],
+)
+@pytest.mark.parametrize(
+    "force", ["max(0, -k*x - c*x_dot*where(x < 0, 1, 0))", "where(x < 0, -k*x - c*x_dot, 0)"]
+)
+def test_what_rests_on_a_hard_spring_rests(method: str, tolerance: float, steps: int, force: str) -> None:
+    """Its acceleration is nothing but rounding, and so are the zeros of its velocity."""
+    text = f"""
+    parameters: {{k: 1e6, c: 400}}
+    coordinates: {{x: {{initial: 1}}}}
+    masses: {{b: 1}}
+    embedding: {{b: [0, x]}}
+    generalized_forces: {{x: "-9.81 + {force}"}}
+    events: {{turn: x_dot}}
+    """
+    motion = stepped(text, 4.0, method, tolerance)
+    assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps < steps
+    assert motion["q/x"][-4:] == pytest.approx(-9.81e-6, abs=10 * tolerance)
+    known = follow(text, 1.5, 3)["events/turn/t"]
+    assert motion["events/turn/t"][:4] == pytest.approx(known[:4], abs=1e-7)
+
+
+@METHODS
+def test_steps_are_not_shorter_than_rounding_explains(method: str, tolerance: float) -> None:
+    """Forces of 1e10 cancel: no step is as precise as the tolerance asks."""
+    text = """
+    coordinates: {x: {initial: 1.001}}
+    lagrangian: x_dot**2/2 - 1e10*(x - 1/3)**2/2 + 1e10*x*2/3
+    dissipation: 1e4*x_dot**2/2
+    """
+    motion = stepped(text, 0.05, method, tolerance, 6)
+    assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps < 50000
+    assert motion["q/x"][1:] == pytest.approx(1, abs=1e-12)

@@ -74,7 +74,7 @@ DIRECTIONS = "rising", "falling", "either"
     output="The file to write [SYSTEM_section.h5 in the current directory]; - is standard output, with "
     "--format csv.",
     outputs=f"What to write at each crossing, as {list_of_outputs()}.",
-    without=("stop", "samples", "step", "method", "proven"),
+    without=("stop", "samples", "step", "proven"),
 )
 def section(
     system: str,
@@ -92,8 +92,8 @@ def section(
     as CSV if there is one motion.
 
     Without further options there is one motion, that of the file. Many motions may differ in parameters or
-    initial values, as for 'lagrange sweep'. No crossing is missed, and each is found to the precision of the
-    motion.
+    initial values, as for 'lagrange sweep'. Each crossing is found to the precision of the motion, and none
+    is missed by the default method, taylor.
 
     \b
     lagrange section henon_heiles.yaml --where x --crossings 10000

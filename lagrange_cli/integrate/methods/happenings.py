@@ -141,7 +141,7 @@ class Happenings:
             sides.flip(event)
             if event not in self._resting.released:
                 self._sink.grazed(event, sides.now)
-            return None
+            return self._recurs(event, sides.now)
         if sides.side(event) * guard.direction > 0.0:
             sides.flip(event)
             return None

@@ -82,7 +82,7 @@ class Settling(Crossing):
             return not self.breaks(due) and self.passes(due)
         if stop is Stop.GUARD:
             return self.settle(due) or self.rest() or self.cross()
-        return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE) and (self.rest() or self.cross())
+        return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK) and (self.rest() or self.cross())
 
     def begins_beyond(self) -> bool:
         """Whether the motion begins at y = 0 and leads below, where an energy jumps."""

@@ -198,7 +198,7 @@ class Stepper:
                 if not interrupt(space.t):
                     continue
                 stop = Stop.PAUSE
-            if self._passes and stop in (Stop.SINGULAR, Stop.UNDERFLOW, Stop.NOT_FINITE):
+            if self._passes and stop in (Stop.SINGULAR, Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
                 on_the_way = self._passed(times[done : len(wanted)])
                 if on_the_way is not None:
                     space.samples[:, done : done + on_the_way.shape[1]] = on_the_way

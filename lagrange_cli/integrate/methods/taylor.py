@@ -25,6 +25,7 @@ ENDINGS = {
     Stop.UNDERFLOW: Ending.STEP_UNDERFLOW,
     Stop.GUARD: Ending.STEP_UNDERFLOW,
     Stop.CRAWL: Ending.CRAWLING,
+    Stop.STUCK: Ending.STUCK,
 }
 GREAT = 1e280
 """If coordinates or velocities are as large as this, coefficients of their series overflow."""
@@ -137,7 +138,7 @@ class TaylorMethod:
 def stopped(end: End, accelerations: Array) -> End:
     """The end of a motion that could not go on."""
     largest = np.fmax.reduce(np.abs(end.state))
-    if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER) and largest > GREAT:
+    if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.STUCK) and largest > GREAT:
         return replace(end, ending=Ending.OVERFLOW)
     return replace(end, accelerations=accelerations)
 

@@ -187,7 +187,7 @@ def advance(steps: Steps) -> str:
             leave(Stop.SINGULAR, taken.get())
 
         gap = clock(Clock.GAP)
-        now, by_series, sound = steps.choose(f, now, lambda: leave(Stop.NOT_FINITE, taken.get()))
+        now, by_series, sound = steps.choose(f, now, lambda why: leave(why, taken.get()))
         left = (stop - t) - low
         h = steps.vet(f, now, by_series, left, gap.equals(0.0))
         reach, passed = f.smaller(h, left), f.magnitude(t)

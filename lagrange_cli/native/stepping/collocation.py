@@ -115,7 +115,7 @@ class CollocationSteps(ImplicitSteps):
         tolerance = self.given.tolerance
         goal = max(10 * 2.0**-52 / tolerance, min(0.03, math.sqrt(tolerance)))
         places = f.pointers("constants", "state", "work")
-        self._predict(f, Real(f, "%ratio"), h)
+        rounding = self._predict(f, Real(f, "%ratio"), h)
         slowness, before = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
         rounds, last_ratio = f.variable(f.constant(0.0)), f.variable(f.constant(0.0))
         self.note(f, f.constant(0.0), THETA, "cache")
@@ -129,6 +129,8 @@ class CollocationSteps(ImplicitSteps):
             with f.when(~(size < math.inf)):
                 f.give(f.constant(UNSOUND))
             rounds.set(rounds.get() + 1.0)
+            with f.when(size <= rounding):
+                iterations.leave()
             with f.when(rounds.get() > 1.0):
                 ratio = size / before.get()
                 usual = f.select(rounds.get() > 2.0, last_ratio.get(), ratio)
@@ -151,13 +153,15 @@ class CollocationSteps(ImplicitSteps):
         f.give(rounds.get())
         return f
 
-    def _predict(self, f: Function, ratio: Real, h: Real) -> None:
-        """Increments from the polynomials of the step before, and how they are measured."""
+    def _predict(self, f: Function, ratio: Real, h: Real) -> Real:
+        """Increments from the polynomials of the step before, and how they are measured; by what rounding
+        errors of rates, as far as known, change them."""
         layout, lanes, degrees = self.state, self.lengths.lanes, self.state.degrees
         ratio = f.select(ratio < AHEAD, ratio, f.constant(0.0))
         zero, one = f.zero(lanes), f.splat(f.constant(1.0), lanes)
         wide, part = f.splat(h, lanes), 1.0 / self.given.tolerance
         scales = [f.splat(ratio * node, lanes) for node in NODES]
+        squares = f.variable(zero)
         with f.loop(0, degrees, lanes, tested=False) as i:
             terms = [f.load_row("%state", i + place, lanes) for place in self.terms(layout)]
             z = []
@@ -169,7 +173,11 @@ class CollocationSteps(ImplicitSteps):
                 self.put_row(f, weighed(f, z, PARTS[k]), f"w{k}", i)
             q, v = (f.magnitude(f.load_row("%state", i + shift, lanes)) for shift in (0, degrees))
             share = f.larger(one / (v + 1.0), wide / (q + 1.0)) * part
-            self.put_row(f, f.select(self._among(f, i, degrees), share, zero), "shares", i)
+            share = f.select(self._among(f, i, degrees), share, zero)
+            self.put_row(f, share, "shares", i)
+            change = self.rounding.of(f, i) * wide * share
+            squares.set(f.fused(change, change, squares.get()))
+        return f.function("sqrt", f.reduce("fadd", squares.get(), f.constant(0.0)) * (1.0 / degrees))
 
     def _right_sides(self, f: Function, h: Real) -> None:
         """What Newton's equations are to give."""

@@ -40,7 +40,7 @@ class Dop853Steps(RateSteps):
     """Steps of ``DOP853``."""
 
     order = DEGREE + 1  # velocities are polynomials of this degree, too: q's have one more, which is 0
-    most, shorter = 10.0, 0.2
+    most, shorter, patience = 10.0, 0.2, 1
 
     @staticmethod
     def room(given: Given) -> Places:
@@ -63,7 +63,7 @@ class Dop853Steps(RateSteps):
         assert first is not None
         return first if second is None else first + second
 
-    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
         layout, at, lanes = self.state, self._places, self.lengths.lanes
         with f.loop(0, layout.degrees, lanes, tested=False) as i:
             f.store_row(f.load_row("%state", i + layout.degrees, lanes), "%work", i + at.own)
@@ -73,7 +73,7 @@ class Dop853Steps(RateSteps):
         for k in range(1, STAGES + 1):
             regular.set(regular.get() & self.stage(f, k, t, low, h))
         self.spend(f, f.constant(float(STAGES)))
-        factor, finite = self._factor(f, h)
+        factor, finite = self.judged(f, doubtful & regular.get(), SAFETY, lambda: self._factor(f, h))
         return Trial(factor, factor < SAFETY, regular.get() & finite)
 
     def stage(self, f: Function, k: int, t: Real, low: Real, h: Real) -> Bit:
@@ -102,8 +102,11 @@ class Dop853Steps(RateSteps):
             )))  # fmt: skip
             share = f.splat(f.constant(1.0 / self.given.tolerance), lanes) / (size + 1.0)
             inside = self._among(f, i, layout.rows)
+            rounding = f.load_row("%state", i + self.rounding.place, lanes)
             for one, weights in ((fifth, FIFTH), (third, THIRD)):
-                error = f.select(inside, self.total(f, weights, i) * share, zero)
+                known = f.magnitude(self.total(f, weights, i))
+                known = f.larger(f.fused(rounding, -sum(map(abs, weights.values())), known), zero)
+                error = f.select(inside, known * share, zero)
                 one.set(f.fused(error, error, one.get()))
         five, three = (f.reduce("fadd", one.get(), f.constant(0.0)) for one in (fifth, third))
         both = f.fused(three, 0.01, five)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
@@ -230,7 +231,7 @@ class DoubleDoubleSteps(Steps):
         self.measure(f, now)
         return now, self.computed(f, (now.t, now.low), unit)
 
-    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+    def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
         unit, h, fresh = f.variable(now.unit), f.variable(now.previous), f.variable(Bit(f, "true"))
 
         def again(other: Real) -> None:
@@ -243,7 +244,7 @@ class DoubleDoubleSteps(Steps):
             scaled, met = chosen_step(f, now.previous * (1.0 / used), self.places(f))
             with f.when(~(met < ENDLESS)):
                 with f.when(~(used > NARROWEST)):
-                    fail()
+                    fail(Stop.NOT_FINITE)
                 again(used * NARROWER)
                 rounds.go_on()
             longest = f.constant(LONGEST)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
@@ -11,7 +12,6 @@ from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import AT_REST, Given, Steps
-from lagrange_cli.native.stepping.noise import Noise
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
@@ -65,13 +65,13 @@ class DoubleSteps(Steps):
         self.measure(f, now)
         return now, f.call(Bit, "jet", f.pointer("%constants"), now.t + now.low, *self.places(f))
 
-    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+    def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
         usual, met = chosen_step(f, now.previous, self.places(f))
         h, sound = f.variable(usual), met < ENDLESS
         with f.when(~sound):
             h.set(f.call(Real, "shortened_step", *self.places(f), usual))
             with f.when(~(h.get() > 0.0)):
-                fail()
+                fail(Stop.NOT_FINITE)
         self._sound = sound
         return now, h.get(), sound
 
@@ -136,7 +136,7 @@ class DoubleSteps(Steps):
             self.noise.count(f)
         nothing = self.bounds.nothing(f, h) if self.proof else None
         return moved(
-            f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing, noise=self.noise
+            f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing, noise=self.noise_at
         )
 
 
@@ -149,13 +149,13 @@ def moved(
     low: int,
     nothing: Real | None = None,
     moving: Bit | None = None,
-    noise: Noise | None = None,
+    noise: int = 0,
 ) -> Real:
     """Take the state to the end of the step, and write down what is expected there; the place farthest from
     0.
 
     Low parts are ``low`` rows behind. Errors of the accelerations up to ``nothing`` are allowed whatever
-    moves, and ``noise`` is. Only motions that are ``moving`` change.
+    moves, and what is ``noise`` rows behind velocities. Only motions that are ``moving`` change.
     """
     degrees, (rates, allowances) = lengths.degrees, expected
     h = lengths.wide(f, h)
@@ -181,7 +181,7 @@ def moved(
             speed = rate(f, c[:-1], h, RATE_CHAINS if lengths.together > 1 else 1)
             most = allowed.of(f, lengths, f.magnitude(speed) + f.magnitude(c[0]), row.floored(lesser))
             if noise:
-                most = most + row.at("%state", noise.place)
+                most = most + row.at("%state", noise)
             row.put(speed, rates)
             row.put(most if nothing is None else most + lengths.wide(f, nothing), allowances)
 

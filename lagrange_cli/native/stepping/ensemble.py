@@ -258,7 +258,8 @@ class Follower:
             if self.noise:
                 self.noise.count(f, f.select(moving, 1.0, zero))
             width = self.pack.width
-            farthest = moved(f, self.lengths, step, allowed, expected, width, moving=moving, noise=self.noise)
+            noise = self.noise.place if self.noise else 0
+            farthest = moved(f, self.lengths, step, allowed, expected, width, moving=moving, noise=noise)
             later, rest = two_sum(t, low + step)
             for name, value in (
                 ("time", f.select(moving, later, t)),

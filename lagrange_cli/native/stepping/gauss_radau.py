@@ -33,6 +33,8 @@ CONVERGED = 1e-12
 of that, and the state by less than its rounding. (Rates that are rounded change it by as much.)"""
 ROUNDS, FEWEST = 12, 2
 """Iterations at most; and how many there are before it counts that they do not come closer any more."""
+SENSITIVITY = {TERMS - 2: 38800.0, TERMS - 1: 11600.0}
+"""What rounding errors of rates change a term by at most, as multiples of them."""
 LEAST = 0.8
 """A step is taken again that should have been shorter by this factor."""
 BESIDE = 2.0**-10
@@ -45,7 +47,7 @@ AHEAD = 8.0
 class GaussRadauSteps(RateSteps):
     """Steps of ``ias15``."""
 
-    order = ORDER
+    order, compares = ORDER, True
     most, shorter = 2.0, 0.0625
 
     @staticmethod
@@ -76,10 +78,10 @@ class GaussRadauSteps(RateSteps):
         """The step over the size of each velocity."""
         return self.differences + TERMS * self.span
 
-    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
         self._predict(f, h, ratio)
         regular = self._iterate(f, t, low, h)
-        factor, finite = self._factor(f)
+        factor, finite = self.judged(f, doubtful & regular, LEAST, lambda: self._factor(f))
         return Trial(factor, factor < LEAST, regular & finite)
 
     def _term(self, f: Function, first: int, k: int, i: Integer) -> Real:
@@ -197,9 +199,11 @@ class GaussRadauSteps(RateSteps):
         total = f.variable(f.zero(lanes))
         with self._each(f, self._count) as i:
             scale = f.load_row("%work", i + self.scale, lanes)
+            errors = self.rounding.of(f, i)
             for one, k in zip(most, (TERMS - 2, TERMS - 1)):
                 b = f.magnitude(self._term(f, self.terms, k, i))
-                one.set(f.larger(b * scale, one.get()))
+                known = f.larger(f.fused(errors, -SENSITIVITY[k], b), f.zero(lanes))
+                one.set(f.larger(known * scale, one.get()))
             moving = self._among(f, i, self.lengths.degrees)
             total.set(total.get() + f.select(moving, b, f.zero(lanes)))
         goal = math.log2(self._last_term)

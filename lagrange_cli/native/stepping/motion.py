@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.interface import HALTED, records_at
+from lagrange_cli.native.interface import HALTED, Stop, records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
@@ -148,9 +148,9 @@ class Steps(ABC):
         ``brief``, nothing but accelerations is needed."""
 
     @abstractmethod
-    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+    def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
         """The step by its series, perhaps in another unit, and whether all coefficients are finite; ``fail``
-        if so many are not that there is none."""
+        if so many are not that there is none, or if steps lead no further."""
 
     @abstractmethod
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
@@ -193,6 +193,11 @@ class Steps(ABC):
             f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
 
     @property
+    def noise_at(self) -> int:
+        """How far behind velocities it is written how much of their rates is rounding; 0 if that is not."""
+        return self.noise.place if self.noise else 0
+
+    @property
     def noise_is_floor(self) -> bool:
         """Whether velocities are measured by at least what rounding changes them, as if they were as fast."""
         return bool(self.lengths.floor) and not self.given.related
@@ -208,7 +213,12 @@ class Steps(ABC):
                 self.noise.floors(f, now.previous)
             elif self.lengths.floor:
                 write_floors(f, self.lengths, self.given.related)
-        elif self.given.floors:
+        else:
+            self.floors(f)
+
+    def floors(self, f: Function) -> None:
+        """The same where they are computed by ``Given.floors``."""
+        if self.given.floors:
             place = f.place("%work", self.lengths.floor, "double")
             f.call(None, "floors", f.pointer("%constants"), f.pointer("%state"), place)
 

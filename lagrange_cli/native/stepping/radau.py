@@ -23,7 +23,6 @@ from lagrange_cli.native.stepping.radau_constants import ERROR as ERROR_WEIGHTS
 from lagrange_cli.native.stepping.radau_constants import PLACE_ERROR, POLYNOMIAL, REAL, STAGES
 from lagrange_cli.native.stepping.rate_places import HEADER, Places
 from lagrange_cli.native.stepping.rate_steps import Trial
-from lagrange_cli.native.stepping.steps import Now
 
 ORDER = STAGES + 2
 """The degree of polynomials, of which q's have one less: what guards look at has a cubic one."""
@@ -33,6 +32,8 @@ KEPT = 1.2
 """A step that should be longer by less than this factor is as long as the one before: with its matrices."""
 SLOW = 1e-3
 """If Newton's steps become shorter by no more than this factor, the next step takes new derivatives."""
+SENSITIVITY = 1.0 + sum(map(abs, ERROR_WEIGHTS))
+"""What rounding errors of rates change an error by at most, as multiples of what they do where it begins."""
 SMALL_ERROR = 0.01
 """Smaller ones count as this one for the control of lengths."""
 
@@ -41,7 +42,7 @@ class RadauSteps(CollocationSteps):
     """Steps of ``Radau``."""
 
     order = ORDER
-    most, shorter = 10.0, 0.2
+    most, shorter, patience = 10.0, 0.2, 1
 
     @classmethod
     def room(cls, given: Given) -> Places:
@@ -50,30 +51,28 @@ class RadauSteps(CollocationSteps):
     def helpers(self) -> list[Function]:
         return [*super().helpers(), self._filter(), self._estimate()]
 
-    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
-        """Whether the rates at the end of a step are finite: its error has been estimated."""
-        total = f.variable(f.zero(self.lengths.lanes))
-        with self._each(f, self._count) as i:
-            rate = f.magnitude(f.load_row("%work", i + self._places.begin, self.lengths.lanes))
-            inside = self._among(f, i, self._count)
-            total.set(total.get() + f.select(inside, rate, f.zero(self.lengths.lanes)))
-        return f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
-
     # a step
 
-    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
         places = f.pointers("constants", "state", "work")
         iterations = f.variable(f.constant(DIVERGED))
         with f.forever() as again:
             self.factored(f, h)
             iterations.set(f.call(Real, "collocate", *places, h, ratio))
-            failed = iterations.get().equals(DIVERGED)
-            with f.when(~failed | (self.noted(f, CURRENT, "cache") > 0.0)):
+            failed, current = iterations.get().equals(DIVERGED), self.noted(f, CURRENT, "cache") > 0.0
+            with f.when(~failed | (current & self.rounding.known(f))):
                 again.leave()
-            self.renew(f)
+            with f.when(current):
+                self.rounding.measure(f)
+            with f.otherwise():
+                self.renew(f)
         converged, square = iterations.get() > DIVERGED, f.variable(f.constant(1.0))
         with f.when(converged):
             square.set(f.call(Real, "estimate", *places, h))
+            large = (square.get() > 1.0) & (square.get() < math.inf)
+            with f.when(doubtful & large & ~self.rounding.known(f)):
+                self.rounding.measure(f)
+                square.set(f.call(Real, "estimate", *places, h))
         sound = (iterations.get() > UNSOUND) & (square.get() < math.inf)
         self.note(f, f.constant(1.0), TRIED, "cache")
         factor = self._factor(f, h, square.get(), iterations.get())
@@ -134,8 +133,10 @@ class RadauSteps(CollocationSteps):
             speed, inside = self.row(f, "rows1", i), self._among(f, i, n)
             place = f.fused(speed, scale, self.row(f, "rows0", i))
             self.put_row(f, place, "rows0", i)
-            for shift, value in ((0, place), (n, speed)):
-                error = f.select(inside, value * self.row(f, "shares", i + shift), f.zero(lanes))
+            rounding = self.rounding.of(f, i) * scale * SENSITIVITY
+            for shift, value, known in ((0, place, rounding * scale), (n, speed, rounding)):
+                left = f.larger(f.magnitude(value) - known, f.zero(lanes))
+                error = f.select(inside, left * self.row(f, "shares", i + shift), f.zero(lanes))
                 squares.set(f.fused(error, error, squares.get()))
         f.give(f.reduce("fadd", squares.get(), f.constant(0.0)))
         return f

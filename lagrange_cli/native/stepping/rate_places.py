@@ -7,9 +7,10 @@ from lagrange_cli.native.state import CARRIED_COUNT, StateLayout
 from lagrange_cli.records import dataclass
 
 NEXT, LENGTH, HEADER = 0, 1, LANES
-EVALUATIONS, STALLED, SPAN, PATH, LONGEST = range(CARRIED_COUNT, CARRIED_COUNT + 5)
+EVALUATIONS, STALLED, SPAN, PATH, LONGEST, ROUNDED = range(CARRIED_COUNT, CARRIED_COUNT + 6)
 """What is carried: the length that is asked for, that of the last step, how often rates were computed, and
-what tells whether the motion is stuck (``stalling``)."""
+what tells whether the motion is stuck (``stalling``), and whether rounding errors of rates are known
+(``rate_noise``)."""
 
 
 def span_of(layout: StateLayout) -> int:
@@ -75,6 +76,11 @@ class Places:
         return self.floor + wide_of(self.layout)
 
     @property
+    def spare(self) -> int:
+        """Room for two numbers of each row."""
+        return self.values + LANES * -(-self.watched // LANES)
+
+    @property
     def jet(self) -> int:
         """What ``@jet`` works on."""
-        return self.values + LANES * -(-self.watched // LANES)
+        return self.spare + 2 * wide_of(self.layout)

@@ -8,10 +8,12 @@ memory, behind all else (``StateLayout.carried``).
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
@@ -20,6 +22,7 @@ from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.motion import Given, Steps
+from lagrange_cli.native.stepping.rate_noise import RateNoise
 from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEADER, LENGTH, NEXT, Places
 from lagrange_cli.native.stepping.stalling import Stalling
 from lagrange_cli.native.stepping.steps import Now, clear_function
@@ -53,6 +56,10 @@ class RateSteps(DoubleSteps):
     """The degree of q's polynomials."""
     implicit = False
     """Whether it needs ``Given.coupling``."""
+    patience = 0
+    """How often a step is taken again before rounding errors of rates are measured."""
+    compares = False
+    """Whether rates at the end of a step are compared with those that its polynomials have there."""
     most: float
     """How much the next one is longer at most."""
     shorter: float
@@ -63,10 +70,11 @@ class RateSteps(DoubleSteps):
         lengths = side_by_side(layout.degrees, layout.rows, order, places.floor if given.floors else 0)
         Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
         self.quadratures = None  # integrals are followed as velocities are
-        self.noise = None
         self.lengths = lengths
         self._work, self._rates, self._places = given.work, rates, places
         self._count = layout.rows - layout.degrees
+        self.noise = None
+        self.rounding = RateNoise(self, places.begin, places.spare, places.state)
         self.stalling = Stalling(layout.carried_at, given.tolerance)
         self.watching = None
         if self.guards:
@@ -75,7 +83,13 @@ class RateSteps(DoubleSteps):
             self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
-        made = [accepted(self.lengths), *self.helpers(), self._tried(), self._carry()]
+        made = [
+            accepted(self.lengths),
+            *self.helpers(),
+            self.rounding.function(),
+            self._tried(),
+            self._carry(),
+        ]
         texts = [clear_function(), self.given.project, self.given.floors]
         if self.guards and self.watching:
             texts += self.guards.functions()
@@ -109,8 +123,24 @@ class RateSteps(DoubleSteps):
         """Prepare for the trials of a step, perhaps the ``first`` one of a motion."""
 
     @abstractmethod
-    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real) -> Trial:
-        """Try a step of ``h``, ``ratio`` times as long as the one before (0 at first)."""
+    def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
+        """Try a step of ``h``, ``ratio`` times as long as the one before (0 at first). If ``doubtful``, it is
+        not to be shorter because of rounding."""
+
+    def judged(
+        self, f: Function, doubtful: Bit, least: float, factor: Callable[[], tuple[Real, Bit]]
+    ) -> tuple[Real, Bit]:
+        """The ``factor`` by which a step should be longer, and whether its rates are finite. If it is below
+        the ``least`` one, and ``doubtful``, what rounding explains is measured first."""
+        kept, finite = f.variable(f.constant(0.0)), f.variable(Bit(f, "true"))
+        with f.forever() as judging:
+            found, sound = factor()
+            kept.set(found)
+            finite.set(sound)
+            with f.when(~((found < least) & sound & doubtful) | self.rounding.known(f)):
+                judging.leave()
+            self.rounding.measure(f)
+        return kept.get(), finite.get()
 
     @abstractmethod
     def finish(self, f: Function, h: Real) -> None:
@@ -124,7 +154,7 @@ class RateSteps(DoubleSteps):
     def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
         """The rates; the polynomials follow with the length of the step."""
         state, work, at = f.pointer("%state"), f.pointer("%work"), self._places
-        self.measure(f, now)
+        self.floors(f)
         regular = self._evaluate(f, now.t + now.low, state, work)
         rates = self._rates_at(f, work)
         with self._each(f, self._count) as i:
@@ -138,10 +168,12 @@ class RateSteps(DoubleSteps):
             )
         return now, regular
 
-    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+    def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
         h = self.retried(f, f.constant(0.0))
+        with f.when(h < 0.0):
+            fail(Stop.STUCK)
         with f.when(~(h > 0.0)):
-            fail()
+            fail(Stop.NOT_FINITE)
         return now, h, Bit(f, "true")
 
     def retried(self, f: Function, exact: Real) -> Real:
@@ -153,6 +185,18 @@ class RateSteps(DoubleSteps):
         assert self.watching
         return self.watching.first(f, h)
 
+    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
+        """Whether the rates at the end of a step are those expected, or if its error has been estimated in
+        units of what is allowed, whether they are finite."""
+        if self.compares:
+            return super().agree(f, now, uneven, slack, unexplained, floor)
+        total = f.variable(f.zero(self.lengths.lanes))
+        with self._each(f, self._count) as i:
+            rate = f.magnitude(f.load_row("%work", i + self._places.begin, self.lengths.lanes))
+            inside = self._among(f, i, self._count)
+            total.set(total.get() + f.select(inside, rate, f.zero(self.lengths.lanes)))
+        return f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
+
     def straighten(self, f: Function) -> None:
         first, last = STRAIGHT * self.lengths.term, self._places.own
         with f.loop(first, last, self.lengths.lanes, tested=False) as i:
@@ -162,6 +206,10 @@ class RateSteps(DoubleSteps):
         farthest = super().move(f, now, h, final, allowed)
         f.call(None, "carry", f.pointer("%state"), f.pointer("%work"), h)
         return farthest
+
+    @property
+    def noise_at(self) -> int:
+        return self.rounding.place
 
     # rates
 
@@ -218,7 +266,7 @@ class RateSteps(DoubleSteps):
 
     def _tried(self) -> Function:
         """``@tried(constants, state, work, exact)``: the length of the step, with its polynomials in
-        ``%work``; 0 where there is none so short that its rates are finite, or where the motion is stuck.
+        ``%work``; 0 where there is none so short that its rates are finite, -1 where the motion is stuck.
         If ``exact`` is not 0, the step has been tried before, and is taken again with this length."""
         places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
         f = Function(f"define internal double @tried({places}, double %exact) #0")
@@ -232,16 +280,17 @@ class RateSteps(DoubleSteps):
         h = f.variable(f.select(first, self._first_length(f), asked))
         with f.when(~gap.equals(0.0)):  # what is beyond a critical point must not count
             h.set(f.smaller(h.get(), gap * 0.5))
-        trials, one = f.variable(f.count(0)), f.constant(1.0)
+        trials, refused, one = f.variable(f.count(0)), f.variable(f.count(0)), f.constant(1.0)
         h.set(f.select(given, exact, h.get()))
         with f.when(~given):
             with f.when(self.stalling.stuck(f)):
-                f.give(f.constant(0.0))
+                f.give(f.constant(-1.0))
             f.store(f.constant(0.0), "%work", at.chosen + EVALUATIONS)
+            self.rounding.forget(f)
             self.begin(f, first)
         with f.forever() as attempts:
             ratio = f.select(first, f.constant(0.0), h.get() / f.select(first, one, last))
-            trial = self.attempt(f, t, low, h.get(), ratio)
+            trial = self.attempt(f, t, low, h.get(), ratio, refused.get() >= self.patience)
             factor = trial.factor
             with f.when(given):
                 f.store(h.get(), "%work", at.chosen + LENGTH)
@@ -254,6 +303,7 @@ class RateSteps(DoubleSteps):
                     f.give(f.constant(0.0))
                 attempts.go_on()
             with f.when(trial.again):
+                refused.set(refused.get() + 1)
                 h.set(h.get() * f.larger(factor, f.constant(self.shorter)))
                 attempts.go_on()
             early = first & (factor > self.most) & (trials.get() < TRIALS) & gap.equals(0.0)

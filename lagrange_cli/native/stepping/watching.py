@@ -27,6 +27,9 @@ before; and how often it is taken again at most."""
 FARTHER, AHEAD, LOST = 1.25, 16.0, 3
 """The root may be so much beyond the end of the step. If it is not, it is looked for so much farther, so
 often."""
+NEARER, DOUBTS = 0.0625, 8
+"""Where an argument begins at 0 and seems to lead back, the step is taken again, so much shorter, so often:
+polynomials of long steps have errors in which what rests is lost."""
 AT_ONCE = 2.0**-36
 """Up to this part of the step, polynomials are as precise as its end."""
 
@@ -162,18 +165,27 @@ class Watching:
         where the step has been taken again so that it ends at the root."""
         places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work", "trial"))
         f = Function(f"define internal {{ double, i64, double }} @located({places}, double %h) #0")
-        assert self.steps.guards
-        h, unit, none = Real(f, "%h"), f.constant(1.0), f.constant(NONE)
-        root, which, known = self.steps.guards.first(f, h, unit)
+        steps, guards = self.steps, self.steps.guards
+        assert guards
+        unit, none, length = f.constant(1.0), f.constant(NONE), f.variable(Real(f, "%h"))
+        with f.section() as sure, f.loop(0, DOUBTS, tested=False):
+            root, which, known = guards.first(f, length.get(), unit)
+            with f.when(~(root < 0.0)):
+                sure.leave()
+            with f.when(~(steps.retried(f, length.get() * NEARER) > 0.0)):
+                f.give(none, which, length.get())
+            length.set(length.get() * NEARER)
+        h = length.get()
+        root, which, known = guards.first(f, h, unit)
         with f.when(~((root > h * AT_ONCE) & (root <= known))):
             f.give(root, which, known)
         end, guard, apart = f.variable(root), f.variable(which), f.variable(h)
         lost = f.variable(f.count(0))
         with f.section() as found, f.loop(0, TIMES, tested=False):
             x = end.get()
-            with f.when(~(self.steps.retried(f, x) > 0.0)):
+            with f.when(~(steps.retried(f, x) > 0.0)):
                 f.give(none, which, x)  # @advance goes back from where rates are not finite
-            root, which, known = self.steps.guards.first(f, f.smaller(h, x * FARTHER), unit)
+            root, which, known = guards.first(f, f.smaller(h, x * FARTHER), unit)
             with f.when((root > 0.0) & (root <= known)):
                 guard.set(which)
                 distance = f.magnitude(root - x)
@@ -184,8 +196,8 @@ class Watching:
             with f.otherwise():
                 lost.set(lost.get() + 1)
                 with f.when((x >= h) | (lost.get() >= LOST)):
-                    self.steps.retried(f, h)
-                    root, which, known = self.steps.guards.first(f, h, unit)
+                    steps.retried(f, h)
+                    root, which, known = guards.first(f, h, unit)
                     f.give(f.select(self._crosses(f, which, h), root, none), which, known)
                 end.set(f.smaller(x * AHEAD, h))
         f.give(end.get(), guard.get(), h)

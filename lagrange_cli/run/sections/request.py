@@ -6,12 +6,13 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods.table import TAYLOR
+from lagrange_cli.integrate.methods.table import AUTO, TAYLOR
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.domains import within_domain
 from lagrange_cli.run.ensembles.ensemble import Cut, Ensemble, families_of, with_common_times
+from lagrange_cli.run.settings.methods import check_method, resolve_method
 from lagrange_cli.run.start import consistent_ensemble
 from lagrange_cli.spec.surface import with_surface
 
@@ -93,7 +94,10 @@ def with_start_only(spec: Spec, values: EnsembleValues, request: Request) -> tup
 
 def settings_of(spec: Spec, values: EnsembleValues, request: Request) -> Settings:
     """The settings of all motions; they stop at no time if none is asked for."""
-    request = replace(request, options=replace(request.options, method=TAYLOR))
+    method = resolve_method(request.options.method or spec.solve.method)
+    method = TAYLOR if method == AUTO else method
+    check_method(method, "a section", lambda row: row.finds_events)
+    request = replace(request, options=replace(request.options, method=method))
     settings = request.settings(spec, values.common)
     stop = settings.stop if "stop" in request.times else math.inf
     return replace(settings, stop=stop, step=math.nan)

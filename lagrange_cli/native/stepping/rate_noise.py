@@ -1,0 +1,120 @@
+"""Rounding errors of rates: what no step is short enough to follow.
+
+Where forces cancel, as those on what rests on a hard spring, rates are nothing but rounding. Errors of steps
+that are estimated from differences of such rates do not become smaller with the step as they should, and may
+stay above what a tolerance allows for ever. So a step that would be taken again, shorter, is first looked at
+once more: by how much do its rates change where coordinates and velocities change in their last digits
+(``rounding_errors``)? What this alone explains is no error of the step. What rates depend on smoothly changes
+half as much by half the change; jumps and poles do not, and stay errors.
+
+The changes are in the state's memory at the rows of rates (``StateLayout.errors``), for one step.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.stepping.lengths import Row
+from lagrange_cli.native.stepping.rate_places import ROUNDED, wide_of
+from lagrange_cli.native.stepping.rounding_errors import share
+from lagrange_cli.native.stepping.step_size import ENDLESS
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.watching import Trials
+
+SIZE = 2.0**-50
+"""By what part coordinates and velocities are changed at most."""
+WAYS = 3
+"""They are in so many ways: in one of them rates may change less by chance."""
+SMOOTH = 0.8
+"""Twice half a change may differ from the whole one by this part of it where it is smooth (as in
+``noise``)."""
+
+
+@dataclass(frozen=True)
+class RateNoise:
+    """Measures rounding errors in ``steps``. The rates where the step begins are in ``%work`` from ``begin``
+    on, there is room for two numbers of each row from ``spare`` on, and the state at a node, which is left as
+    it was, is at ``node``."""
+
+    steps: Trials
+    begin: int
+    spare: int
+    node: int
+
+    @property
+    def place(self) -> int:
+        """How far behind velocities it is written how much of their rates is rounding."""
+        return self.steps.state.errors
+
+    def function(self) -> Function:
+        """``@rounding(constants, state, work)``: measure."""
+        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
+        f = Function(f"define internal void @rounding({places}) #0")
+        steps, lengths, now = self.steps, self.steps.lengths, self.steps.now(f)
+        width, lanes, degrees = steps.state.width, lengths.lanes, lengths.degrees
+        half, kept = (f.place("%work", self.spare + part * wide_of(steps.state), "double") for part in (0, 1))
+        node = f.place("%work", self.node, "double")
+
+        def copy(origin: Pointer, to: Pointer) -> None:
+            with f.loop(0, width, lanes, tested=False) as i:
+                f.store_row(f.load_row(origin, i, lanes), to, i)
+
+        copy(node, kept)
+        with f.loop(0, WAYS, tested=False) as way:
+            for size in (0.5 * SIZE, SIZE):
+                with f.loop(0, width, lanes, tested=False) as i:
+                    row = Row(lengths, f, i)
+                    change = f.select(
+                        row.among(0, 2 * degrees),
+                        row.at("%state") * share(f, row, way) * size,
+                        f.zero(lanes),
+                    )
+                    steps.put_state(f, i, change, row.at("%state", width))
+                rates, _ = steps.node(f, now)
+                with lengths.velocities(f) as row:
+                    change = row.at(rates, -degrees) - row.at("%work", self.begin - degrees)
+                    if size < SIZE:
+                        row.put(change, half)
+                    else:
+                        self._keep(row, row.at(half), change)
+        copy(kept, node)
+        steps.spend(f, f.constant(2.0 * WAYS))
+        f.store(f.constant(1.0), "%state", steps.state.carried_at + ROUNDED)
+        f.give()
+        return f
+
+    def _keep(self, row: Row, half: Real, whole: Real) -> None:
+        """Keep the larger change, where rates are smooth."""
+        f, steps = row.f, self.steps
+        change = f.magnitude(whole)
+        steady = (f.magnitude((whole - half) - half) <= change * SMOOTH) & (change < ENDLESS)
+        before = row.at("%state", self.place)
+        rates = row.among(steps.lengths.degrees, steps.state.rows - steps.lengths.degrees)
+        row.put(f.select(steady & rates, f.larger(change, before), before), "%state", self.place)
+
+    def known(self, f: Function) -> Bit:
+        """Whether it has been measured in this step."""
+        return f.load("%state", self.steps.state.carried_at + ROUNDED) > 0.0
+
+    def of(self, f: Function, i: Integer) -> Real:
+        """How much of the rates from the ``i``-th on is rounding."""
+        lengths, state = self.steps.lengths, self.steps.state
+        numbers = Row(lengths, f, i).beyond(0)
+        errors = f.load_row("%state", i + (self.place + state.degrees), lengths.lanes)
+        return f.select(numbers < state.rows - state.degrees, errors, f.zero(lengths.lanes))
+
+    def measure(self, f: Function) -> None:
+        """A call of ``@rounding``."""
+        f.call(None, "rounding", *f.pointers("constants", "state", "work"))
+
+    def forget(self, f: Function) -> None:
+        """Where the next step begins."""
+        lengths, flag = self.steps.lengths, self.steps.state.carried_at + ROUNDED
+        with f.when(self.known(f)):
+            with lengths.each(f) as row:
+                row.put(f.zero(lengths.lanes), "%state", self.place)
+            f.store(f.constant(0.0), "%state", flag)
