@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
@@ -11,7 +11,9 @@ from lagrange_cli.limits import way_out, whole
 from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import loops, needed
+from lagrange_cli.native.families.rounds import Rounds, rounds_of, turn_of
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
+from lagrange_cli.native.families.sharing import STRIP, given
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling, tiling_of
@@ -41,11 +43,13 @@ JET, BRIEF, BESIDE = "jet", "accelerations", "beside"
 
 @dataclass(frozen=True, eq=False)
 class Jet:
-    """The text of ``@jet``, its doubles of ``%work``, and its operations."""
+    """The text of ``@jet``, its doubles of ``%work``, and its operations; its ``rounds``, with the function that
+    computes one, if threads share them."""
 
     text: str
     work: int
     operations: int
+    rounds: tuple[Rounds, str] | None = None
 
 
 def velocity_planes(rows: int) -> tuple[int, int]:
@@ -79,24 +83,29 @@ class SeriesJet:
         order: int,
         kind: type[Vectors] = DoubleVectors,
         name: str = JET,
+        board: Callable[[Function], Pointer] | None = None,
     ) -> None:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
-        self.f = Function(HEAD.format(name, kind.times))
-        self.vectors = kind(self.f)
-        self.emitter: LaneEmitter = self.vectors.kind
+        self.kind, self.lasts, self.board = kind, places, board
+        self.enter(Function(HEAD.format(name, kind.times)))
         self.local = self.local and kind.parts == 1
         self.width, self.degrees, self.rates = layout.width, system.q.count, layout.rows - layout.degrees
         self.work = 0
-        base = self.vectors.place("%constants", self.f.load_integer("@scratch"))
-        self.places = {array: self.vectors.place(base, at) for array, at in places.items()}
-        self.time = self.vectors.operand(self.vectors.splat(self.vectors.now(), LANES))
         self.planes: dict[Array, tuple[int, int]] = self.of_state()
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
         self.tiling: Tiling | None = None
         self.waiting: list[int] = []
         """Where the registers of each loop wait between blocks, for each order."""
+
+    def enter(self, f: Function) -> None:
+        """Write into this function from here on."""
+        self.f, self.vectors = f, self.kind(f)
+        self.emitter: LaneEmitter = self.vectors.kind
+        base = self.vectors.place("%constants", f.load_integer("@scratch"))
+        self.places = {array: self.vectors.place(base, at) for array, at in self.lasts.items()}
+        self.time = self.vectors.operand(self.vectors.splat(self.vectors.now(), LANES))
 
     def take(self, doubles: int) -> int:
         """So many further ones of ``%work``."""
@@ -152,7 +161,8 @@ class SeriesJet:
         ]
         found = [one for one in listed if not isinstance(one, Chain)]
         if self.tiled and self.local and self.order > RATES and len(found) == len(listed):
-            self.tiling = tiling_of(found, self.planes, self.degrees, self.order)
+            shared = self.board is not None
+            self.tiling = tiling_of(found, self.planes, self.degrees, self.order, shared=shared)
         for i, one in enumerate(listed):
             if isinstance(one, Chain):
                 self.loops.append(one)
@@ -183,9 +193,12 @@ class SeriesJet:
         self.bounded()
         self.start()
         self.begin()
-        operations = self.emitter.operations
+        operations, rounds = self.emitter.operations, None
         if self.tiling is None:
             operations += self.stages()
+        elif self.tiling.flight > 1:
+            rounds, counted = self.shared(self.tiling)
+            operations += counted
         else:
             with f.loop(0, self.tiling.rounds + self.tiling.ring, tested=False) as turn:
                 operations += self.stages(Windows(f, self.tables, self.tiling, turn))
@@ -196,7 +209,20 @@ class SeriesJet:
             constants, state, work = (f.pointer(f"%{one}") for one in ("constants", "state", "work"))
             f.call(Bit, BESIDE, constants, self.vectors.now(), state, work)
         f.give(self.regular())
-        return Jet(f.text(), self.work, operations)
+        return Jet(f.text(), self.work, operations, rounds)
+
+    def shared(self, tiling: Tiling) -> tuple[tuple[Rounds, str], int]:
+        """All orders, by several threads: the rounds, and the operations."""
+        assert self.board is not None
+        outer, inner, rounds = self.f, Function(STRIP.format(0)), rounds_of(tiling)
+        outer.call(None, "share0", *given(outer))
+        self.enter(inner)
+        turn = turn_of(inner, rounds, tiling.ring, self.board(inner))
+        turn.begin()
+        operations = self.stages(Windows(inner, self.tables, tiling, turn.strip, turn))
+        inner.give()
+        self.enter(outer)
+        return (rounds, inner.text()), operations
 
     def stages(self, windows: Windows | None = None) -> int:
         """All orders: the first ones by themselves, then a loop, and one in which dot products are begun for
@@ -229,7 +255,8 @@ class SeriesJet:
         listed = [one if isinstance(one, Chain) else one[0].loop for one in self.loops]
         totals = added(self.totals, listed)
         if windows is not None:
-            self.stage_between(evaluation, k, phase, windows, totals)
+            with windows.order(k):
+                self.stage_between(evaluation, k, phase, windows, totals)
             return
         if phase == 0 and isinstance(k, Integer):
             for series, place in self.series:

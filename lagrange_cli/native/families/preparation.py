@@ -15,11 +15,14 @@ from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.pairs import BEHIND_CONSTANTS, BEHIND_WORK, beside_pairs
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions
-from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.recurrences.evaluation import emit_values
+
+BOARD = "@board"
+"""Where the board is in scratch."""
 
 
 class Preparation(Arrangement):
@@ -27,7 +30,7 @@ class Preparation(Arrangement):
 
     def board_of(self, f: Function) -> Pointer:
         """Where the board is."""
-        return f.place(self.scratch(DoubleVectors(f)), self.board, "double")
+        return f.place(self.scratch(DoubleVectors(f)), f.load_integer(BOARD), "double")
 
     def prepare(self) -> str:
         """``@prepare``: constants, and arrays that last."""
@@ -75,8 +78,8 @@ class Preparation(Arrangement):
         self.write_scalars(vectors)
         f.call(None, arrays[1:], f.pointer("%constants"))
         if self.strips:
-            board, size = self.board_of(f), Board.STRIPS + LANES * self.strips
-            with f.loop(0, size, LANES, tested=False) as i:
+            board = self.board_of(f)
+            with f.loop(0, self.lines, LANES, tested=False) as i:
                 f.store_row(f.zero(LANES), board, i)
         f.give()
         return [inner.text(), f.text()]

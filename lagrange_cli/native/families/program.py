@@ -7,6 +7,7 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -24,10 +25,10 @@ from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.observation import Observation
-from lagrange_cli.native.families.preparation import low_parts
+from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
-from lagrange_cli.native.families.sharing import board_size
+from lagrange_cli.native.families.sharing import Part, board_size
 from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
 from lagrange_cli.native.families.strips import Sharing
@@ -112,6 +113,7 @@ class _Writer(Returning, Observation):
         parts.append(self.prepare())
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.scalars}\n" + listed
+        text += f"{BOARD} = private constant i64 {self.board}\n" if self.strips else ""
         constants = self.scalars + self.size
         if self.kind.parts > 1 or self.factor is not None:
             text += low_parts(work // 2, constants) + "".join(of_vectors(text))
@@ -185,7 +187,11 @@ class _Writer(Returning, Observation):
             return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given, self.kind), *given)
         if self.order == RATES:
             return self.accelerations()
-        jet = self.with_beside(SeriesJet(*given, self.kind), *given)
+        board = self.board_of if self.kind is DoubleVectors else None
+        jet = self.with_beside(SeriesJet(*given, self.kind, board=board), *given)
+        if jet.rounds is not None:
+            rounds, text = jet.rounds
+            jet = replace(jet, text=self.shared([rounds], [text]) + jet.text)
         brief = SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 
@@ -196,8 +202,7 @@ class _Writer(Returning, Observation):
         if self.integrands is None:
             return jet
         beside = BesideJet(self.integrands, motion, *given).write()
-        operations = jet.operations + beside.operations
-        return Jet(beside.text + jet.text, beside.work, operations)
+        return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations, jet.rounds)
 
     def numbered(self) -> tuple[tuple[int, int, int], ...]:
         """The events as ``Interface`` has them."""
@@ -233,15 +238,16 @@ class _Writer(Returning, Observation):
         evaluation.write(totals)
         positive = self.system.spec.lagrangian is None
         f.give(regular(f, evaluation.where(self.lasting.masses), self.degrees, positive=positive))
-        return Jet(self.shared(sharing) + f.text(), work, evaluation.emitter.operations)
+        return Jet(self.shared(sharing.parts, sharing.tiles) + f.text(), work, evaluation.emitter.operations)
 
-    def shared(self, sharing: Sharing) -> str:
-        """The functions by which threads share an evaluation, if they do; their board is the next array."""
-        if not sharing.parts:
+    def shared(self, parts: Sequence[Part], texts: Sequence[str]) -> str:
+        """The functions by which threads share these parts, if there are any, of which some ``texts`` are
+        given; their board is the next array."""
+        if not parts:
             return ""
-        self.board, self.strips = self.size, max(one.strips for one in sharing.parts)
-        self.size += board_size(sharing.parts)
-        return "".join([*sharing.tiles, *shared_functions(sharing.parts, self.board_of)])
+        self.strips, self.board, self.lines = max(one.threads for one in parts), self.size, board_size(parts)
+        self.size += self.lines
+        return "".join([*texts, *shared_functions(parts, self.board_of)])
 
     def proving(self) -> Proving | None:
         """The proof of steps, if they are proven; its arrays are the next ones."""

@@ -12,13 +12,16 @@ for a thread that has not begun. The others run ``@help``.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
+from lagrange_cli.native.families.rounds import Rounds
 from lagrange_cli.native.interface import LANES, Board
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
 ARGUMENTS = "ptr %constants, double %t, ptr %state, ptr %work"
+STRIP = f"define internal void @strip{{}}({ARGUMENTS}, i64 %strip, i64 %tag) #0"
 EVERYWHERE = 1 << 40
 """A column behind all others."""
 HALF = 32
@@ -45,17 +48,28 @@ class Shared:
         """How many there are."""
         return -(-self.rows // self.height)
 
+    @property
+    def threads(self) -> int:
+        """How many threads can be at work."""
+        return self.strips
 
-def board_size(parts: Sequence[Shared]) -> int:
+
+Part: TypeAlias = "Shared | Rounds"
+
+
+def board_size(parts: Sequence[Part]) -> int:
     """Doubles of the board."""
     return Board.STRIPS + LANES * max(part.strips for part in parts)
 
 
-def sharing(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> list[str]:
-    """The functions, ``@share<i>`` for part i, of which ``@tile<i>`` is given. ``board`` is its place."""
+def sharing(parts: Sequence[Part], board: Callable[[Function], Pointer]) -> list[str]:
+    """The functions, ``@share<i>`` for part i, of which ``@tile<i>`` is given, or ``@strip<i>`` of rounds.
+    ``board`` is its place."""
     texts = [_wait(board), _take(parts, board), _help(board)]
     for i, part in enumerate(parts):
-        texts += [_strip(i, part, board), _share(i, part, board)]
+        if isinstance(part, Shared):
+            texts.append(_strip(i, part, board))
+        texts.append(_share(i, part, board))
     return texts
 
 
@@ -64,30 +78,31 @@ def given(f: Function) -> tuple[Pointer, Real, Pointer, Pointer]:
     return f.pointer("%constants"), Real(f, "%t", 1), f.pointer("%state"), f.pointer("%work")
 
 
-def _share(number: int, part: Shared, board: Callable[[Function], Pointer]) -> str:
+def _share(number: int, part: Part, board: Callable[[Function], Pointer]) -> str:
     """``@share``: the whole part, by this thread and by those that help."""
     f = Function(f"define internal void @share{number}({ARGUMENTS}) #0")
     at = board(f)
-    with f.when(f.load_integer(at, Board.HELPERS).equals(0)):
-        ends = f.count(0), f.count(part.rows), f.count(0), f.count(EVERYWHERE)
-        f.call(None, f"tile{number}", *given(f), *ends, Pointer(f, "null", 1))
-    with f.otherwise():
-        _, *job = given(f)
-        for place, value in zip((Board.TIME, Board.STATE, Board.WORK), job):
-            f.store(value, at, place)
-        f.store(f.count(number), at, Board.PART)
-        f.store(f.count(part.strips), at, Board.COUNT)
-        before = f.load_integer(at, Board.LEFT)
-        tag = (before.operation("lshr", HALF) + 1) << HALF
-        f.publish(tag + part.strips, at, Board.LEFT)
-        f.call(Bit, "take", f.pointer("%constants"))
-        last = f.place(at, Board.STRIPS + LANES * (part.strips - 1), "i64")
-        f.call(None, "wait", f.pointer("%constants"), last, tag + part.columns)
+    if isinstance(part, Shared):
+        with f.when(f.load_integer(at, Board.HELPERS).equals(0)):
+            ends = f.count(0), f.count(part.rows), f.count(0), f.count(EVERYWHERE)
+            f.call(None, f"tile{number}", *given(f), *ends, Pointer(f, "null", 1))
+            f.give()
+    _, *job = given(f)
+    for place, value in zip((Board.TIME, Board.STATE, Board.WORK), job):
+        f.store(value, at, place)
+    f.store(f.count(number), at, Board.PART)
+    f.store(f.count(part.strips), at, Board.COUNT)
+    before = f.load_integer(at, Board.LEFT)
+    tag = (before.operation("lshr", HALF) + 1) << HALF
+    f.publish(tag + part.strips, at, Board.LEFT)
+    f.call(Bit, "take", f.pointer("%constants"))
+    last = f.place(at, Board.STRIPS + LANES * (part.strips - 1), "i64")
+    f.call(None, "wait", f.pointer("%constants"), last, tag + part.columns)
     f.give()
     return f.text()
 
 
-def _take(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> str:
+def _take(parts: Sequence[Part], board: Callable[[Function], Pointer]) -> str:
     """``@take``: compute strips until none is left; whether there was one."""
     f = Function("define internal i1 @take(ptr %constants) #0")
     at, found = board(f), f.variable(Bit(f, "false", 1))
@@ -115,7 +130,7 @@ def _take(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> str:
 
 def _strip(number: int, part: Shared, board: Callable[[Function], Pointer]) -> str:
     """``@strip``: one strip, column by column."""
-    f = Function(f"define internal void @strip{number}({ARGUMENTS}, i64 %strip, i64 %tag) #0")
+    f = Function(STRIP.format(number))
     strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
     kept = Pointer(f, f.define(f"alloca double, i64 {max(1, part.height * part.kept)}, align 64"), 1)
     at = f.place(board(f), strip * LANES + int(Board.STRIPS), "i64")
