@@ -70,6 +70,10 @@ class Board(IntEnum):
     PART = 3 * LANES + 3
     COUNT = 3 * LANES + 4
     """What is computed: the arguments, which part of it, in how many strips."""
+    RATES = 3 * LANES + 5
+    CHANGE = 3 * LANES + 6
+    SPEED = 3 * LANES + 7
+    """Further arguments of the end of a step: where rates are expected, and what is allowed."""
     STRIPS = 4 * LANES
     """How far each strip has come, each on its own line."""
 

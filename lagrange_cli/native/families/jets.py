@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
@@ -11,9 +11,9 @@ from lagrange_cli.limits import way_out, whole
 from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import loops, needed
-from lagrange_cli.native.families.rounds import Rounds, rounds_of, turn_of
+from lagrange_cli.native.families.rounds import rounds_of, turn_of
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
-from lagrange_cli.native.families.sharing import STRIP, given
+from lagrange_cli.native.families.sharing import STRIP, Parts, given
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling, tiling_of
@@ -43,13 +43,11 @@ JET, BRIEF, BESIDE = "jet", "accelerations", "beside"
 
 @dataclass(frozen=True, eq=False)
 class Jet:
-    """The text of ``@jet``, its doubles of ``%work``, and its operations; its ``rounds``, with the function that
-    computes one, if threads share them."""
+    """The text of ``@jet``, its doubles of ``%work``, and its operations."""
 
     text: str
     work: int
     operations: int
-    rounds: tuple[Rounds, str] | None = None
 
 
 def velocity_planes(rows: int) -> tuple[int, int]:
@@ -83,11 +81,11 @@ class SeriesJet:
         order: int,
         kind: type[Vectors] = DoubleVectors,
         name: str = JET,
-        board: Callable[[Function], Pointer] | None = None,
+        parts: Parts | None = None,
     ) -> None:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
-        self.kind, self.lasts, self.board = kind, places, board
+        self.kind, self.lasts, self.parts = kind, places, parts
         self.enter(Function(HEAD.format(name, kind.times)))
         self.local = self.local and kind.parts == 1
         self.width, self.degrees, self.rates = layout.width, system.q.count, layout.rows - layout.degrees
@@ -161,7 +159,7 @@ class SeriesJet:
         ]
         found = [one for one in listed if not isinstance(one, Chain)]
         if self.tiled and self.local and self.order > RATES and len(found) == len(listed):
-            shared = self.board is not None
+            shared = self.parts is not None
             self.tiling = tiling_of(found, self.planes, self.degrees, self.order, shared=shared)
         for i, one in enumerate(listed):
             if isinstance(one, Chain):
@@ -193,12 +191,11 @@ class SeriesJet:
         self.bounded()
         self.start()
         self.begin()
-        operations, rounds = self.emitter.operations, None
+        operations = self.emitter.operations
         if self.tiling is None:
             operations += self.stages()
         elif self.tiling.flight > 1:
-            rounds, counted = self.shared(self.tiling)
-            operations += counted
+            operations += self.shared(self.tiling)
         else:
             with f.loop(0, self.tiling.rounds + self.tiling.ring, tested=False) as turn:
                 operations += self.stages(Windows(f, self.tables, self.tiling, turn))
@@ -209,20 +206,22 @@ class SeriesJet:
             constants, state, work = (f.pointer(f"%{one}") for one in ("constants", "state", "work"))
             f.call(Bit, BESIDE, constants, self.vectors.now(), state, work)
         f.give(self.regular())
-        return Jet(f.text(), self.work, operations, rounds)
+        return Jet(f.text(), self.work, operations)
 
-    def shared(self, tiling: Tiling) -> tuple[tuple[Rounds, str], int]:
-        """All orders, by several threads: the rounds, and the operations."""
-        assert self.board is not None
-        outer, inner, rounds = self.f, Function(STRIP.format(0)), rounds_of(tiling)
-        outer.call(None, "share0", *given(outer))
+    def shared(self, tiling: Tiling) -> int:
+        """All orders, by several threads: the operations."""
+        assert self.parts is not None
+        number, rounds = len(self.parts.listed), rounds_of(tiling)
+        outer, inner = self.f, Function(STRIP.format(number))
+        outer.call(None, f"share{number}", *given(outer))
         self.enter(inner)
-        turn = turn_of(inner, rounds, tiling.ring, self.board(inner))
+        turn = turn_of(inner, rounds, tiling.ring, self.parts.board(inner))
         turn.begin()
         operations = self.stages(Windows(inner, self.tables, tiling, turn.strip, turn))
         inner.give()
         self.enter(outer)
-        return (rounds, inner.text()), operations
+        self.parts.add(rounds, inner.text())
+        return operations
 
     def stages(self, windows: Windows | None = None) -> int:
         """All orders: the first ones by themselves, then a loop, and one in which dot products are begun for

@@ -6,6 +6,7 @@ many digits, whose difference is made larger.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 from lagrange_cli.expression.node import Node
@@ -13,6 +14,7 @@ from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.companion import LONG, ONCE, put_beside
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.pairs import BEHIND_CONSTANTS, BEHIND_WORK, beside_pairs
+from lagrange_cli.native.families.sharing import Parts
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions
 from lagrange_cli.native.interface import LANES
@@ -28,9 +30,15 @@ BOARD = "@board"
 class Preparation(Arrangement):
     """The functions that compute what lasts."""
 
-    def board_of(self, f: Function) -> Pointer:
+    @cached_property
+    def parts(self) -> Parts | None:
+        """What threads share, if numbers are doubles and those of the run."""
+        return Parts(self.board_of) if self.kind is DoubleVectors else None
+
+    def board_of(self, f: Function, constants: Pointer | None = None) -> Pointer:
         """Where the board is."""
-        return f.place(self.scratch(DoubleVectors(f)), f.load_integer(BOARD), "double")
+        before = f.load_integer("@scratch") + f.load_integer(BOARD)
+        return f.place(constants or "%constants", before, "double")
 
     def prepare(self) -> str:
         """``@prepare``: constants, and arrays that last."""

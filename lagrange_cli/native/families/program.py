@@ -7,7 +7,6 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -28,8 +27,8 @@ from lagrange_cli.native.families.observation import Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
-from lagrange_cli.native.families.sharing import Part, board_size
-from lagrange_cli.native.families.sharing import sharing as shared_functions
+from lagrange_cli.native.families.shared_steps import MANY, SharedSteps
+from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
@@ -105,7 +104,7 @@ class _Writer(Returning, Observation):
             interface = replace(interface, carried=scheme.carried(interface.inner))
         jet = self.jet()
         work, steps, at = (self.steps if self.kind.parts == 1 else self.pair_steps)(interface, jet)
-        parts = [jet.text, *steps]
+        parts = [jet.text, *steps, self.shared()]
         observe, counted = self.values("observe", self.observed.values(), self.roots, self.pulled)
         parts.append(observe)
         if self.acted:
@@ -152,11 +151,18 @@ class _Writer(Returning, Observation):
             work, steps = on_rates(scheme_of(self.scheme), lengths, given, partial(of_families, self.system))
             parts.append(steps)
         elif self.order > RATES:
-            kind = VelocitySteps if lengths.followers else FamilySteps
-            parts.append(advance(kind(lengths, given)))
+            parts.append(advance(self.by_series(lengths, given)))
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
+
+    def by_series(self, lengths: Lengths, given: Given) -> FamilySteps:
+        """Steps by series, whose rows threads share if there are many."""
+        if not lengths.followers:
+            return FamilySteps(lengths, given)
+        if self.parts is None or self.degrees * self.order < MANY:
+            return VelocitySteps(lengths, given)
+        return SharedSteps(lengths, given, self.parts)
 
     def pair_steps(self, interface: Interface, jet: Jet) -> Steps:
         """The same in double-double: low parts are behind all high ones."""
@@ -187,11 +193,7 @@ class _Writer(Returning, Observation):
             return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given, self.kind), *given)
         if self.order == RATES:
             return self.accelerations()
-        board = self.board_of if self.kind is DoubleVectors else None
-        jet = self.with_beside(SeriesJet(*given, self.kind, board=board), *given)
-        if jet.rounds is not None:
-            rounds, text = jet.rounds
-            jet = replace(jet, text=self.shared([rounds], [text]) + jet.text)
+        jet = self.with_beside(SeriesJet(*given, self.kind, parts=self.parts), *given)
         brief = SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 
@@ -202,7 +204,7 @@ class _Writer(Returning, Observation):
         if self.integrands is None:
             return jet
         beside = BesideJet(self.integrands, motion, *given).write()
-        return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations, jet.rounds)
+        return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations)
 
     def numbered(self) -> tuple[tuple[int, int, int], ...]:
         """The events as ``Interface`` has them."""
@@ -233,21 +235,22 @@ class _Writer(Returning, Observation):
             arrays = {array: f.place(base, place, "double") for array, (base, place) in at.items()}
             return self.evaluation(DoubleVectors(f), arrays, Real(f, "%t", 1))
 
-        sharing = Sharing(within)
-        evaluation = replace(within(f), share=sharing.take)
+        evaluation = within(f)
+        if self.parts is not None:
+            evaluation = replace(evaluation, share=Sharing(within, self.parts).take)
         evaluation.write(totals)
         positive = self.system.spec.lagrangian is None
         f.give(regular(f, evaluation.where(self.lasting.masses), self.degrees, positive=positive))
-        return Jet(self.shared(sharing.parts, sharing.tiles) + f.text(), work, evaluation.emitter.operations)
+        return Jet(f.text(), work, evaluation.emitter.operations)
 
-    def shared(self, parts: Sequence[Part], texts: Sequence[str]) -> str:
-        """The functions by which threads share these parts, if there are any, of which some ``texts`` are
-        given; their board is the next array."""
-        if not parts:
+    def shared(self) -> str:
+        """The functions by which threads share work, if they do; their board is the next array."""
+        if self.parts is None or not self.parts.listed:
             return ""
-        self.strips, self.board, self.lines = max(one.threads for one in parts), self.size, board_size(parts)
+        self.strips, self.lines = self.parts.threads, board_size(self.parts.listed)
+        self.board = self.size
         self.size += self.lines
-        return "".join([*texts, *shared_functions(parts, self.board_of)])
+        return self.parts.text()
 
     def proving(self) -> Proving | None:
         """The proof of steps, if they are proven; its arrays are the next ones."""

@@ -12,9 +12,10 @@ for a thread that has not begun. The others run ``@help``.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 from lagrange_cli.native.families.rounds import Rounds
+from lagrange_cli.native.families.spans import Span, smaller
 from lagrange_cli.native.interface import LANES, Board
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -22,6 +23,8 @@ from lagrange_cli.records import dataclass
 
 ARGUMENTS = "ptr %constants, double %t, ptr %state, ptr %work"
 STRIP = f"define internal void @strip{{}}({ARGUMENTS}, i64 %strip, i64 %tag) #0"
+LEFT = 2
+"""Lines of the board for the numbers that a piece leaves."""
 EVERYWHERE = 1 << 40
 """A column behind all others."""
 HALF = 32
@@ -54,15 +57,88 @@ class Shared:
         return self.strips
 
 
-Part: TypeAlias = "Shared | Rounds"
+@dataclass(frozen=True)
+class Pieces:
+    """A part whose strips do not depend on one another: ``height`` rows each, from ``first`` to before
+    ``last``. ``@strip`` computes one, and leaves numbers behind all strips on the board."""
+
+    first: int
+    last: int
+    height: int
+    columns: int = 1
+
+    @property
+    def strips(self) -> int:
+        """How many there are."""
+        return -(-(self.last - self.first) // self.height)
+
+    @property
+    def threads(self) -> int:
+        """How many threads can be at work."""
+        return self.strips
+
+    def left(self, f: Function, board: Pointer, strip: Integer) -> Pointer:
+        """Where a strip leaves numbers."""
+        return f.place(board, strip * (LEFT * LANES) + int(Board.STRIPS + LANES * self.strips), "double")
+
+
+Part: TypeAlias = "Shared | Rounds | Pieces"
+
+
+class Where(Protocol):
+    """Gives the place of the board, where constants are ``%constants`` or elsewhere."""
+
+    def __call__(self, f: Function, constants: Pointer | None = None, /) -> Pointer: ...
+
+
+class Parts:
+    """What threads share in a program; ``board`` gives the place of the board."""
+
+    def __init__(self, board: Where) -> None:
+        self.board = board
+        self.listed: list[Part] = []
+        self.texts: list[str] = []
+
+    def add(self, part: Part, text: str) -> None:
+        """A further one, with the text of ``@tile`` or ``@strip`` that is given."""
+        self.listed.append(part)
+        self.texts.append(text)
+
+    def add_pieces(self, part: Pieces, write: Callable[[Function, Span], Sequence[Real]]) -> int:
+        """Pieces, of which some rows are written, with the numbers that they leave; their number among the
+        parts."""
+        number = len(self.listed)
+        f = Function(STRIP.format(number))
+        strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
+        first = strip * part.height + part.first
+        board = self.board(f)
+        numbers = write(f, (first, smaller(f, first + part.height, f.count(part.last))))
+        place = part.left(f, board, strip)
+        for i, one in enumerate(numbers):
+            f.store(one, place, i)
+        f.publish(tag + 1, board, strip * LANES + int(Board.STRIPS))
+        f.give()
+        self.add(part, f.text())
+        return number
+
+    @property
+    def threads(self) -> int:
+        """How many of them are of use."""
+        bounded = [one.threads for one in self.listed if isinstance(one, Rounds)]
+        return min(bounded) if bounded else max((one.threads for one in self.listed), default=0)
+
+    def text(self) -> str:
+        """All functions."""
+        return "".join([*self.texts, *sharing(self.listed, self.board)]) if self.listed else ""
 
 
 def board_size(parts: Sequence[Part]) -> int:
     """Doubles of the board."""
-    return Board.STRIPS + LANES * max(part.strips for part in parts)
+    lines = [part.strips * (1 + LEFT * isinstance(part, Pieces)) for part in parts]
+    return Board.STRIPS + LANES * max(lines)
 
 
-def sharing(parts: Sequence[Part], board: Callable[[Function], Pointer]) -> list[str]:
+def sharing(parts: Sequence[Part], board: Where) -> list[str]:
     """The functions, ``@share<i>`` for part i, of which ``@tile<i>`` is given, or ``@strip<i>`` of rounds.
     ``board`` is its place."""
     texts = [_wait(board), _take(parts, board), _help(board)]
@@ -78,7 +154,7 @@ def given(f: Function) -> tuple[Pointer, Real, Pointer, Pointer]:
     return f.pointer("%constants"), Real(f, "%t", 1), f.pointer("%state"), f.pointer("%work")
 
 
-def _share(number: int, part: Part, board: Callable[[Function], Pointer]) -> str:
+def _share(number: int, part: Part, board: Where) -> str:
     """``@share``: the whole part, by this thread and by those that help."""
     f = Function(f"define internal void @share{number}({ARGUMENTS}) #0")
     at = board(f)
@@ -96,13 +172,15 @@ def _share(number: int, part: Part, board: Callable[[Function], Pointer]) -> str
     tag = (before.operation("lshr", HALF) + 1) << HALF
     f.publish(tag + part.strips, at, Board.LEFT)
     f.call(Bit, "take", f.pointer("%constants"))
-    last = f.place(at, Board.STRIPS + LANES * (part.strips - 1), "i64")
-    f.call(None, "wait", f.pointer("%constants"), last, tag + part.columns)
+    first = 0 if isinstance(part, Pieces) else part.strips - 1
+    with f.loop(first, part.strips, tested=False) as strip:
+        last = f.place(at, strip * LANES + int(Board.STRIPS), "i64")
+        f.call(None, "wait", f.pointer("%constants"), last, tag + part.columns)
     f.give()
     return f.text()
 
 
-def _take(parts: Sequence[Part], board: Callable[[Function], Pointer]) -> str:
+def _take(parts: Sequence[Part], board: Where) -> str:
     """``@take``: compute strips until none is left; whether there was one."""
     f = Function("define internal i1 @take(ptr %constants) #0")
     at, found = board(f), f.variable(Bit(f, "false", 1))
@@ -115,10 +193,7 @@ def _take(parts: Sequence[Part], board: Callable[[Function], Pointer]) -> str:
             strips.go_on()
         found.set(Bit(f, "true", 1))
         time = f.load(at, Board.TIME)
-        state, work = (
-            Pointer(f, f.define(f"load ptr, ptr {f.place(at, one, 'ptr').name}, align 8"), 1)
-            for one in (Board.STATE, Board.WORK)
-        )
+        state, work = (f.load_pointer(at, one) for one in (Board.STATE, Board.WORK))
         strip = f.load_integer(at, Board.COUNT) - left
         tag = seen.operation("lshr", HALF) << HALF
         which = f.load_integer(at, Board.PART)
@@ -128,7 +203,7 @@ def _take(parts: Sequence[Part], board: Callable[[Function], Pointer]) -> str:
     return f.text()
 
 
-def _strip(number: int, part: Shared, board: Callable[[Function], Pointer]) -> str:
+def _strip(number: int, part: Shared, board: Where) -> str:
     """``@strip``: one strip, column by column."""
     f = Function(STRIP.format(number))
     strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
@@ -148,7 +223,7 @@ def _strip(number: int, part: Shared, board: Callable[[Function], Pointer]) -> s
     return f.text()
 
 
-def _wait(board: Callable[[Function], Pointer]) -> str:
+def _wait(board: Where) -> str:
     """``@wait``: until a number on the board has become ``%least``."""
     f = Function("define internal void @wait(ptr %constants, ptr %place, i64 %least) #0")
     looks = f.variable(f.count(0))
@@ -162,7 +237,7 @@ def _wait(board: Callable[[Function], Pointer]) -> str:
     return f.text()
 
 
-def _help(board: Callable[[Function], Pointer]) -> str:
+def _help(board: Where) -> str:
     """``@help``: take part in evaluations. Returns 1 if there has been none for a while, 0 at the end."""
     f = Function("define i64 @help(ptr %constants) #0")
     at, looks = board(f), f.variable(f.count(0))

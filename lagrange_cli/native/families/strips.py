@@ -16,7 +16,7 @@ from lagrange_cli.expression.node import reachable
 from lagrange_cli.native.families.additions import Additions, Key
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.sharing import ARGUMENTS, Shared
+from lagrange_cli.native.families.sharing import ARGUMENTS, Parts, Shared
 from lagrange_cli.native.families.spans import behind, larger, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
@@ -177,23 +177,20 @@ class TileWriter(Writer):
 class Sharing:
     """The loops of an evaluation that are shared. ``within`` gives the evaluation in another function."""
 
-    def __init__(self, within: Callable[[Function], Evaluation]) -> None:
-        self.within = within
-        self.parts: list[Shared] = []
-        self.tiles: list[str] = []
+    def __init__(self, within: Callable[[Function], Evaluation], parts: Parts) -> None:
+        self.within, self.parts = within, parts
 
     def take(self, evaluation: Evaluation, loop: Loop) -> bool:
         """Write a loop, if it is shared."""
         strips = strips_of(loop)
         if strips is None:
             return False
-        number, f = len(self.parts), evaluation.f
+        number, f = len(self.parts.listed), evaluation.f
         ends = "i64 %top, i64 %bottom, i64 %left, i64 %right, ptr %kept"
         inner = self.within(Function(f"define internal void @tile{number}({ARGUMENTS}, {ends}) #0"))
         TileWriter(inner, strips).write_tile()
         inner.f.give()
-        self.tiles.append(inner.f.text())
-        self.parts.append(strips.shared)
+        self.parts.add(strips.shared, inner.f.text())
         evaluation.f.operations += inner.f.operations
         places = (f.pointer(name) for name in ("%state", "%work"))
         f.call(None, f"share{number}", f.pointer("%constants"), Real(f, "%t", 1), *places)
