@@ -7,9 +7,10 @@ for all of the round before it.
 
 from __future__ import annotations
 
+from lagrange_cli.native.families.sharing import line
 from lagrange_cli.native.families.spans import smaller
 from lagrange_cli.native.families.tiling import Tiling
-from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.interface import LINE
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.records import dataclass
@@ -26,6 +27,7 @@ class Rounds:
     strips: int
     columns: int
     threads: int
+    all_count: bool = False
 
 
 def rounds_of(tiling: Tiling) -> Rounds:
@@ -63,12 +65,11 @@ class Turn:
         self.f.publish(self.tag + 1 + k, self.at)
 
     def _wait(self, back: int, least: Integer) -> None:
-        place = self.f.place(self.at, -LANES * back, "i64")
+        place = self.f.place(self.at, -LINE * back, "double")
         self.f.call(None, "wait", self.f.pointer("%constants"), place, self.tag + least)
 
 
 def turn_of(f: Function, rounds: Rounds, seam: bool, board: Pointer) -> Turn:
     """The round that ``@strip`` computes."""
     strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
-    at = f.place(board, strip * LANES + int(Board.STRIPS), "i64")
-    return Turn(f, rounds, seam, at, strip, tag)
+    return Turn(f, rounds, seam, line(f, board, strip), strip, tag)

@@ -12,19 +12,16 @@ for a thread that has not begun. The others run ``@help``.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
-from lagrange_cli.native.families.rounds import Rounds
 from lagrange_cli.native.families.spans import Span, smaller
-from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.interface import LINE, Board
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
 ARGUMENTS = "ptr %constants, double %t, ptr %state, ptr %work"
 STRIP = f"define internal void @strip{{}}({ARGUMENTS}, i64 %strip, i64 %tag) #0"
-LEFT = 2
-"""Lines of the board for the numbers that a piece leaves."""
 EVERYWHERE = 1 << 40
 """A column behind all others."""
 HALF = 32
@@ -45,6 +42,7 @@ class Shared:
     columns: int
     width: int
     kept: int
+    all_count: bool = False
 
     @property
     def strips(self) -> int:
@@ -60,12 +58,13 @@ class Shared:
 @dataclass(frozen=True)
 class Pieces:
     """A part whose strips do not depend on one another: ``height`` rows each, from ``first`` to before
-    ``last``. ``@strip`` computes one, and leaves numbers behind all strips on the board."""
+    ``last``. ``@strip`` computes one, and leaves numbers on its lines of the board."""
 
     first: int
     last: int
     height: int
     columns: int = 1
+    all_count: bool = True
 
     @property
     def strips(self) -> int:
@@ -79,10 +78,22 @@ class Pieces:
 
     def left(self, f: Function, board: Pointer, strip: Integer) -> Pointer:
         """Where a strip leaves numbers."""
-        return f.place(board, strip * (LEFT * LANES) + int(Board.STRIPS + LANES * self.strips), "double")
+        return f.place(line(f, board, strip), 1, "double")
 
 
-Part: TypeAlias = "Shared | Rounds | Pieces"
+class Part(Protocol):
+    """Work in so many strips, of use for so many threads. A strip is complete when it has come to the last
+    one of its columns; ``all_count`` tells whether each has to be looked at, or the last one is complete
+    last."""
+
+    @property
+    def strips(self) -> int: ...
+    @property
+    def threads(self) -> int: ...
+    @property
+    def columns(self) -> int: ...
+    @property
+    def all_count(self) -> bool: ...
 
 
 class Where(Protocol):
@@ -111,12 +122,12 @@ class Parts:
         f = Function(STRIP.format(number))
         strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
         first = strip * part.height + part.first
-        board = self.board(f)
+        at = line(f, self.board(f), strip)
         numbers = write(f, (first, smaller(f, first + part.height, f.count(part.last))))
-        place = part.left(f, board, strip)
-        for i, one in enumerate(numbers):
-            f.store(one, place, i)
-        f.publish(tag + 1, board, strip * LANES + int(Board.STRIPS))
+        assert len(numbers) < LINE
+        for i, one in enumerate(numbers, 1):
+            f.store(one, at, i)
+        f.publish(tag + 1, at)
         f.give()
         self.add(part, f.text())
         return number
@@ -124,7 +135,7 @@ class Parts:
     @property
     def threads(self) -> int:
         """How many of them are of use."""
-        bounded = [one.threads for one in self.listed if isinstance(one, Rounds)]
+        bounded = [one.threads for one in self.listed if not one.all_count]
         return min(bounded) if bounded else max((one.threads for one in self.listed), default=0)
 
     def text(self) -> str:
@@ -134,8 +145,12 @@ class Parts:
 
 def board_size(parts: Sequence[Part]) -> int:
     """Doubles of the board."""
-    lines = [part.strips * (1 + LEFT * isinstance(part, Pieces)) for part in parts]
-    return Board.STRIPS + LANES * max(lines)
+    return Board.STRIPS + LINE * max(part.strips for part in parts)
+
+
+def line(f: Function, board: Pointer, strip: Integer) -> Pointer:
+    """Where the lines of a strip are."""
+    return f.place(board, strip * LINE + int(Board.STRIPS), "double")
 
 
 def sharing(parts: Sequence[Part], board: Where) -> list[str]:
@@ -172,10 +187,9 @@ def _share(number: int, part: Part, board: Where) -> str:
     tag = (before.operation("lshr", HALF) + 1) << HALF
     f.publish(tag + part.strips, at, Board.LEFT)
     f.call(Bit, "take", f.pointer("%constants"))
-    first = 0 if isinstance(part, Pieces) else part.strips - 1
+    first = 0 if part.all_count else part.strips - 1
     with f.loop(first, part.strips, tested=False) as strip:
-        last = f.place(at, strip * LANES + int(Board.STRIPS), "i64")
-        f.call(None, "wait", f.pointer("%constants"), last, tag + part.columns)
+        f.call(None, "wait", f.pointer("%constants"), line(f, at, strip), tag + part.columns)
     f.give()
     return f.text()
 
@@ -208,13 +222,13 @@ def _strip(number: int, part: Shared, board: Where) -> str:
     f = Function(STRIP.format(number))
     strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
     kept = Pointer(f, f.define(f"alloca double, i64 {max(1, part.height * part.kept)}, align 64"), 1)
-    at = f.place(board(f), strip * LANES + int(Board.STRIPS), "i64")
+    at = line(f, board(f), strip)
     first = strip * part.height
     last = f.select(f.count(part.rows) > first + part.height, first + part.height, f.count(part.rows))
     with f.loop(0, part.columns, tested=False) as column:
         done = tag + column + 1
         with f.when(strip > 0):
-            f.call(None, "wait", f.pointer("%constants"), f.place(at, -LANES, "i64"), done)
+            f.call(None, "wait", f.pointer("%constants"), f.place(at, -LINE, "double"), done)
         left = column * part.width
         right = f.select(column.equals(part.columns - 1), f.count(EVERYWHERE), left + part.width)
         f.call(None, f"tile{number}", *given(f), first, last, left, right, kept)
