@@ -71,10 +71,18 @@ class Board(IntEnum):
     PART = 3 * LANES + 3
     COUNT = 3 * LANES + 4
     """What is computed: the arguments, which part of it, in how many strips."""
+    ORDER = 3 * LANES + 5
+    """The order of a series."""
+    RATES = 3 * LANES + 5
+    CHANGE = 3 * LANES + 6
+    SPEED = 3 * LANES + 7
+    """Further arguments of the end of a step: where rates are expected, and what is allowed."""
     STRIPS = 4 * LANES
-    """How far each strip has come, each on its own line."""
+    """How far each strip has come, each on lines of its own (``LINE``), and numbers that it leaves."""
 
 
+LINE = 2 * LANES
+"""Numbers on a board for each strip."""
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""

@@ -70,8 +70,8 @@ def tilings(monkeypatch: pytest.MonkeyPatch) -> list[tiling.Tiling | None]:
     """What is found from here on."""
     found: list[tiling.Tiling | None] = []
 
-    def kept(*given: object) -> tiling.Tiling | None:
-        found.append(tiling.tiling_of(*given))  # type: ignore[arg-type]
+    def kept(*given: object, shared: bool) -> tiling.Tiling | None:
+        found.append(tiling.tiling_of(*given, shared=shared))  # type: ignore[arg-type]
         return found[-1]
 
     monkeypatch.setattr(jets, "tiling_of", kept)

@@ -64,9 +64,9 @@ def share(monkeypatch: pytest.MonkeyPatch, height: int = 5, width: int = 16, wor
         monkeypatch.setattr(strips, name, value)
 
 
-def ready(text: str, method: str = "ias15") -> Prepared:
+def ready(text: str, method: str = "ias15", tolerance: float = 1e-9) -> Prepared:
     """A system that has been compiled."""
-    asked = Compilation(method, 1e-9, frozenset(["q", "v"]))
+    asked = Compilation(method, tolerance, frozenset(["q", "v"]))
     return prepare_system(read_spec(text, "system.yaml"), derive_system, None, asked)
 
 

@@ -26,6 +26,12 @@ Key: TypeAlias = "tuple[Array, int]"
 """An array, and the number of the table of places where something is added to it."""
 
 
+def keys(loop: Loop) -> dict[Key, None]:
+    """Where something is added."""
+    targets = loop.numbered[1][len(loop.used) :]
+    return {(total, i): None for (_, total), i in zip(loop.terms, targets)}
+
+
 def behind(loop: Loop, keys: Iterable[Key]) -> dict[Key, tuple[Key, int]]:
     """What is added a few places behind something else, in most rows, with that and the distance."""
     tables, _ = loop.numbered

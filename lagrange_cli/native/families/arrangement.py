@@ -95,7 +95,7 @@ class Arrangement:
         """M and 1/M, where M is diagonal."""
         self.places: dict[Array, int] = {}
         """Where arrays are that last, from the beginning of scratch in ``%constants``."""
-        self.size, self.board, self.strips = 0, 0, 0
+        self.size, self.board, self.lines, self.strips = 0, 0, 0, 0
         for array, count in ((system.given, system.given.count), (system.whole, self.largest)):
             self.place(array, count)
         for array in self.lasting.fixed:

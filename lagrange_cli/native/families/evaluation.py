@@ -160,14 +160,19 @@ class Writer:
             self.row(bases, self.f.count(int(rows.lengths[0])), self.f.count(0))
             return
         with self.f.loop(first, last, tested=False) as r:
-            length = self.listed_at(rows.lengths, r)
-            if None in rows.strides:
-                self.first = self.listed_at(rows.starts, r)
-            bases = [
-                self.listed_at(table[rows.starts], r) if stride is not None else self.f.count(0)
-                for table, stride in zip(self.listed, rows.strides)
-            ]
-            self.row(bases, length, r)
+            self.write_row(r)
+
+    def write_row(self, r: Integer) -> None:
+        """Row number ``r``."""
+        rows = self.rows
+        length = self.listed_at(rows.lengths, r)
+        if None in rows.strides:
+            self.first = self.listed_at(rows.starts, r)
+        bases = [
+            self.listed_at(table[rows.starts], r) if stride is not None else self.f.count(0)
+            for table, stride in zip(self.listed, rows.strides)
+        ]
+        self.row(bases, length, r)
 
     def listed_at(self, values: Places, r: Integer) -> Integer:
         """An entry of a table."""

@@ -8,16 +8,19 @@ from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.limits import way_out, whole
+from lagrange_cli.native.families.chunks import Chunks, add_chunks, chunks_of
 from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, room
 from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.families.loops import loops, needed
+from lagrange_cli.native.families.loops import Loop, loops, needed
+from lagrange_cli.native.families.rounds import rounds_of, turn_of
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
+from lagrange_cli.native.families.sharing import STRIP, Parts, given
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
-from lagrange_cli.native.families.tiling import Tiling, tiling_of
+from lagrange_cli.native.families.tiling import SHARED, Tiling, tiling_of
 from lagrange_cli.native.families.vectors import Divisor, DoubleVectors, Vectors
 from lagrange_cli.native.families.windows import Windows
-from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.interface import LANES, Board
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.motions import RATES
@@ -79,24 +82,31 @@ class SeriesJet:
         order: int,
         kind: type[Vectors] = DoubleVectors,
         name: str = JET,
+        parts: Parts | None = None,
     ) -> None:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
-        self.f = Function(HEAD.format(name, kind.times))
-        self.vectors = kind(self.f)
-        self.emitter: LaneEmitter = self.vectors.kind
+        self.kind, self.lasts, self.parts = kind, places, parts
+        self.enter(Function(HEAD.format(name, kind.times)))
         self.local = self.local and kind.parts == 1
         self.width, self.degrees, self.rates = layout.width, system.q.count, layout.rows - layout.degrees
         self.work = 0
-        base = self.vectors.place("%constants", self.f.load_integer("@scratch"))
-        self.places = {array: self.vectors.place(base, at) for array, at in places.items()}
-        self.time = self.vectors.operand(self.vectors.splat(self.vectors.now(), LANES))
         self.planes: dict[Array, tuple[int, int]] = self.of_state()
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
         self.tiling: Tiling | None = None
+        self.chunks: dict[Loop, Chunks] = {}
+        """Loops that threads share, a chunk each."""
         self.waiting: list[int] = []
         """Where the registers of each loop wait between blocks, for each order."""
+
+    def enter(self, f: Function) -> None:
+        """Write into this function from here on."""
+        self.f, self.vectors = f, self.kind(f)
+        self.emitter: LaneEmitter = self.vectors.kind
+        base = self.vectors.place("%constants", f.load_integer("@scratch"))
+        self.places = {array: self.vectors.place(base, at) for array, at in self.lasts.items()}
+        self.time = self.vectors.operand(self.vectors.splat(self.vectors.now(), LANES))
 
     def take(self, doubles: int) -> int:
         """So many further ones of ``%work``."""
@@ -152,7 +162,13 @@ class SeriesJet:
         ]
         found = [one for one in listed if not isinstance(one, Chain)]
         if self.tiled and self.local and self.order > RATES and len(found) == len(listed):
-            self.tiling = tiling_of(found, self.planes, self.degrees, self.order)
+            shared = self.parts is not None
+            self.tiling = tiling_of(found, self.planes, self.degrees, self.order, shared=shared)
+        if self.parts is not None and self.tiling is None and self.order > RATES:
+            for each in found:
+                chunks = chunks_of(each.loop) if each.doubles >= SHARED else None
+                if chunks is not None:
+                    self.chunks[each.loop] = chunks
         for i, one in enumerate(listed):
             if isinstance(one, Chain):
                 self.loops.append(one)
@@ -186,6 +202,8 @@ class SeriesJet:
         operations = self.emitter.operations
         if self.tiling is None:
             operations += self.stages()
+        elif self.tiling.flight > 1:
+            operations += self.shared(self.tiling)
         else:
             with f.loop(0, self.tiling.rounds + self.tiling.ring, tested=False) as turn:
                 operations += self.stages(Windows(f, self.tables, self.tiling, turn))
@@ -197,6 +215,21 @@ class SeriesJet:
             f.call(Bit, BESIDE, constants, self.vectors.now(), state, work)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
+
+    def shared(self, tiling: Tiling) -> int:
+        """All orders, by several threads: the operations."""
+        assert self.parts is not None
+        number, rounds = len(self.parts.listed), rounds_of(tiling)
+        outer, inner = self.f, Function(STRIP.format(number))
+        outer.call(None, f"share{number}", *given(outer))
+        self.enter(inner)
+        turn = turn_of(inner, rounds, tiling.ring, self.parts.board(inner))
+        turn.begin()
+        operations = self.stages(Windows(inner, self.tables, tiling, turn.strip, turn))
+        inner.give()
+        self.enter(outer)
+        self.parts.add(rounds, inner.text())
+        return operations
 
     def stages(self, windows: Windows | None = None) -> int:
         """All orders: the first ones by themselves, then a loop, and one in which dot products are begun for
@@ -229,18 +262,44 @@ class SeriesJet:
         listed = [one if isinstance(one, Chain) else one[0].loop for one in self.loops]
         totals = added(self.totals, listed)
         if windows is not None:
-            self.stage_between(evaluation, k, phase, windows, totals)
+            with windows.order(k):
+                self.stage_between(evaluation, k, phase, windows, totals)
             return
         if phase == 0 and isinstance(k, Integer):
             for series, place in self.series:
-                begin_sums(self.f, series, k, place, 0, int(series.blocks[-1]))
+                if series.loop not in self.chunks:
+                    begin_sums(self.f, series, k, place, 0, int(series.blocks[-1]))
         evaluation.clear(totals)
         for one in self.loops:
             if isinstance(one, Chain):
                 evaluation.add_up(one)
+            elif one[0].loop in self.chunks:
+                self.share_chunks(one, k, phase)
             else:
                 SeriesWriter(evaluation, *one, k, phase).write()
         self.accelerate(evaluation, k, phase)
+
+    def share_chunks(self, one: tuple[LoopSeries, int], k: int | Integer, phase: int | None) -> None:
+        """What a loop has of order k, by several threads."""
+        assert self.parts is not None
+        outer, (series, place) = self.f, one
+        chunks = self.chunks[series.loop]
+
+        def within(f: Function) -> SeriesWriter:
+            self.enter(f)
+            order: int | Integer = k
+            if isinstance(k, Integer):
+                assert self.parts is not None
+                order = f.load_integer(self.parts.board(f), Board.ORDER)
+            begun = phase == 0 and isinstance(k, Integer)
+            return SeriesWriter(self.evaluation(order), series, place, order, phase, begins=begun)
+
+        number, operations = add_chunks(self.parts, chunks, self.tables, within)
+        self.enter(outer)
+        self.emitter.body.operations += operations
+        if isinstance(k, Integer):
+            outer.store(k, self.parts.board(outer), Board.ORDER)
+        outer.call(None, f"share{number}", *given(outer))
 
     def stage_between(
         self,

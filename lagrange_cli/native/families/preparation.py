@@ -6,6 +6,7 @@ many digits, whose difference is made larger.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 from lagrange_cli.expression.node import Node
@@ -13,21 +14,31 @@ from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.companion import LONG, ONCE, put_beside
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.pairs import BEHIND_CONSTANTS, BEHIND_WORK, beside_pairs
+from lagrange_cli.native.families.sharing import Parts
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions
-from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.recurrences.evaluation import emit_values
 
+BOARD = "@board"
+"""Where the board is in scratch."""
+
 
 class Preparation(Arrangement):
     """The functions that compute what lasts."""
 
-    def board_of(self, f: Function) -> Pointer:
+    @cached_property
+    def parts(self) -> Parts | None:
+        """What threads share, if numbers are doubles and those of the run."""
+        return Parts(self.board_of) if self.kind is DoubleVectors else None
+
+    def board_of(self, f: Function, constants: Pointer | None = None) -> Pointer:
         """Where the board is."""
-        return f.place(self.scratch(DoubleVectors(f)), self.board, "double")
+        before = f.load_integer("@scratch") + f.load_integer(BOARD)
+        return f.place(constants or "%constants", before, "double")
 
     def prepare(self) -> str:
         """``@prepare``: constants, and arrays that last."""
@@ -75,8 +86,8 @@ class Preparation(Arrangement):
         self.write_scalars(vectors)
         f.call(None, arrays[1:], f.pointer("%constants"))
         if self.strips:
-            board, size = self.board_of(f), Board.STRIPS + LANES * self.strips
-            with f.loop(0, size, LANES, tested=False) as i:
+            board = self.board_of(f)
+            with f.loop(0, self.lines, LANES, tested=False) as i:
                 f.store_row(f.zero(LANES), board, i)
         f.give()
         return [inner.text(), f.text()]

@@ -24,11 +24,11 @@ from lagrange_cli.native.families.floors import FLOORS, write_floors
 from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.observation import Observation
-from lagrange_cli.native.families.preparation import low_parts
+from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
+from lagrange_cli.native.families.shared_steps import MANY, SharedSteps
 from lagrange_cli.native.families.sharing import board_size
-from lagrange_cli.native.families.sharing import sharing as shared_functions
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
@@ -104,7 +104,7 @@ class _Writer(Returning, Observation):
             interface = replace(interface, carried=scheme.carried(interface.inner))
         jet = self.jet()
         work, steps, at = (self.steps if self.kind.parts == 1 else self.pair_steps)(interface, jet)
-        parts = [jet.text, *steps]
+        parts = [jet.text, *steps, self.shared()]
         observe, counted = self.values("observe", self.observed.values(), self.roots, self.pulled)
         parts.append(observe)
         if self.acted:
@@ -112,6 +112,7 @@ class _Writer(Returning, Observation):
         parts.append(self.prepare())
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.scalars}\n" + listed
+        text += f"{BOARD} = private constant i64 {self.board}\n" if self.strips else ""
         constants = self.scalars + self.size
         if self.kind.parts > 1 or self.factor is not None:
             text += low_parts(work // 2, constants) + "".join(of_vectors(text))
@@ -150,11 +151,18 @@ class _Writer(Returning, Observation):
             work, steps = on_rates(scheme_of(self.scheme), lengths, given, partial(of_families, self.system))
             parts.append(steps)
         elif self.order > RATES:
-            kind = VelocitySteps if lengths.followers else FamilySteps
-            parts.append(advance(kind(lengths, given)))
+            parts.append(advance(self.by_series(lengths, given)))
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
+
+    def by_series(self, lengths: Lengths, given: Given) -> FamilySteps:
+        """Steps by series, whose rows threads share if there are many."""
+        if not lengths.followers:
+            return FamilySteps(lengths, given)
+        if self.parts is None or self.degrees * self.order < MANY:
+            return VelocitySteps(lengths, given)
+        return SharedSteps(lengths, given, self.parts)
 
     def pair_steps(self, interface: Interface, jet: Jet) -> Steps:
         """The same in double-double: low parts are behind all high ones."""
@@ -185,7 +193,7 @@ class _Writer(Returning, Observation):
             return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given, self.kind), *given)
         if self.order == RATES:
             return self.accelerations()
-        jet = self.with_beside(SeriesJet(*given, self.kind), *given)
+        jet = self.with_beside(SeriesJet(*given, self.kind, parts=self.parts), *given)
         brief = SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 
@@ -196,8 +204,7 @@ class _Writer(Returning, Observation):
         if self.integrands is None:
             return jet
         beside = BesideJet(self.integrands, motion, *given).write()
-        operations = jet.operations + beside.operations
-        return Jet(beside.text + jet.text, beside.work, operations)
+        return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations)
 
     def numbered(self) -> tuple[tuple[int, int, int], ...]:
         """The events as ``Interface`` has them."""
@@ -228,20 +235,22 @@ class _Writer(Returning, Observation):
             arrays = {array: f.place(base, place, "double") for array, (base, place) in at.items()}
             return self.evaluation(DoubleVectors(f), arrays, Real(f, "%t", 1))
 
-        sharing = Sharing(within)
-        evaluation = replace(within(f), share=sharing.take)
+        evaluation = within(f)
+        if self.parts is not None:
+            evaluation = replace(evaluation, share=Sharing(within, self.parts).take)
         evaluation.write(totals)
         positive = self.system.spec.lagrangian is None
         f.give(regular(f, evaluation.where(self.lasting.masses), self.degrees, positive=positive))
-        return Jet(self.shared(sharing) + f.text(), work, evaluation.emitter.operations)
+        return Jet(f.text(), work, evaluation.emitter.operations)
 
-    def shared(self, sharing: Sharing) -> str:
-        """The functions by which threads share an evaluation, if they do; their board is the next array."""
-        if not sharing.parts:
+    def shared(self) -> str:
+        """The functions by which threads share work, if they do; their board is the next array."""
+        if self.parts is None or not self.parts.listed:
             return ""
-        self.board, self.strips = self.size, max(one.strips for one in sharing.parts)
-        self.size += board_size(sharing.parts)
-        return "".join([*sharing.tiles, *shared_functions(sharing.parts, self.board_of)])
+        self.strips, self.lines = self.parts.threads, board_size(self.parts.listed)
+        self.board = self.size
+        self.size += self.lines
+        return self.parts.text()
 
     def proving(self) -> Proving | None:
         """The proof of steps, if they are proven; its arrays are the next ones."""

@@ -37,7 +37,7 @@ class LoopSeries:
     time: Node
     order: int
     kept: tuple[int, int] | None = None
-    """The blocks whose coefficients are kept, if not all are: the first ones, and a power of 2 that is in use
+    """The blocks whose coefficients are kept, if not all are: the first ones, and how many others are in use
     at a time."""
 
     @cached_property
@@ -134,7 +134,7 @@ class LoopSeries:
         """Where the coefficients of a block begin."""
         if self.kept:
             first, others = self.kept
-            turning = ((block - first) & (others - 1)) + first
+            turning = (block - first).operation("urem", others) + first
             block = f.select(block < first, block, turning) if first else turning
         return block * self.size
 

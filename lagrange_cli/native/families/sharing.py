@@ -12,13 +12,16 @@ for a thread that has not begun. The others run ``@help``.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
-from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.families.spans import Span, smaller
+from lagrange_cli.native.interface import LINE, Board
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
 ARGUMENTS = "ptr %constants, double %t, ptr %state, ptr %work"
+STRIP = f"define internal void @strip{{}}({ARGUMENTS}, i64 %strip, i64 %tag) #0"
 EVERYWHERE = 1 << 40
 """A column behind all others."""
 HALF = 32
@@ -39,23 +42,125 @@ class Shared:
     columns: int
     width: int
     kept: int
+    all_count: bool = False
 
     @property
     def strips(self) -> int:
         """How many there are."""
         return -(-self.rows // self.height)
 
+    @property
+    def threads(self) -> int:
+        """How many threads can be at work."""
+        return self.strips
 
-def board_size(parts: Sequence[Shared]) -> int:
+
+@dataclass(frozen=True)
+class Pieces:
+    """A part whose strips do not depend on one another: ``height`` rows each, from ``first`` to before
+    ``last``. ``@strip`` computes one, and leaves numbers on its lines of the board."""
+
+    first: int
+    last: int
+    height: int
+    columns: int = 1
+    all_count: bool = True
+
+    @property
+    def strips(self) -> int:
+        """How many there are."""
+        return -(-(self.last - self.first) // self.height)
+
+    @property
+    def threads(self) -> int:
+        """How many threads can be at work."""
+        return self.strips
+
+    def left(self, f: Function, board: Pointer, strip: Integer) -> Pointer:
+        """Where a strip leaves numbers."""
+        return f.place(line(f, board, strip), 1, "double")
+
+
+class Part(Protocol):
+    """Work in so many strips, of use for so many threads. A strip is complete when it has come to the last
+    one of its columns; ``all_count`` tells whether each has to be looked at, or the last one is complete
+    last."""
+
+    @property
+    def strips(self) -> int: ...
+    @property
+    def threads(self) -> int: ...
+    @property
+    def columns(self) -> int: ...
+    @property
+    def all_count(self) -> bool: ...
+
+
+class Where(Protocol):
+    """Gives the place of the board, where constants are ``%constants`` or elsewhere."""
+
+    def __call__(self, f: Function, constants: Pointer | None = None, /) -> Pointer: ...
+
+
+class Parts:
+    """What threads share in a program; ``board`` gives the place of the board."""
+
+    def __init__(self, board: Where) -> None:
+        self.board = board
+        self.listed: list[Part] = []
+        self.texts: list[str] = []
+
+    def add(self, part: Part, text: str) -> None:
+        """A further one, with the text of ``@tile`` or ``@strip`` that is given."""
+        self.listed.append(part)
+        self.texts.append(text)
+
+    def add_pieces(self, part: Pieces, write: Callable[[Function, Span], Sequence[Real]]) -> int:
+        """Pieces, of which some rows are written, with the numbers that they leave; their number among the
+        parts."""
+        number = len(self.listed)
+        f = Function(STRIP.format(number))
+        strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
+        first = strip * part.height + part.first
+        at = line(f, self.board(f), strip)
+        numbers = write(f, (first, smaller(f, first + part.height, f.count(part.last))))
+        assert len(numbers) < LINE
+        for i, one in enumerate(numbers, 1):
+            f.store(one, at, i)
+        f.publish(tag + 1, at)
+        f.give()
+        self.add(part, f.text())
+        return number
+
+    @property
+    def threads(self) -> int:
+        """How many of them are of use."""
+        bounded = [one.threads for one in self.listed if not one.all_count]
+        return min(bounded) if bounded else max((one.threads for one in self.listed), default=0)
+
+    def text(self) -> str:
+        """All functions."""
+        return "".join([*self.texts, *sharing(self.listed, self.board)]) if self.listed else ""
+
+
+def board_size(parts: Sequence[Part]) -> int:
     """Doubles of the board."""
-    return Board.STRIPS + LANES * max(part.strips for part in parts)
+    return Board.STRIPS + LINE * max(part.strips for part in parts)
 
 
-def sharing(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> list[str]:
-    """The functions, ``@share<i>`` for part i, of which ``@tile<i>`` is given. ``board`` is its place."""
+def line(f: Function, board: Pointer, strip: Integer) -> Pointer:
+    """Where the lines of a strip are."""
+    return f.place(board, strip * LINE + int(Board.STRIPS), "double")
+
+
+def sharing(parts: Sequence[Part], board: Where) -> list[str]:
+    """The functions, ``@share<i>`` for part i, of which ``@tile<i>`` is given, or ``@strip<i>`` of rounds.
+    ``board`` is its place."""
     texts = [_wait(board), _take(parts, board), _help(board)]
     for i, part in enumerate(parts):
-        texts += [_strip(i, part, board), _share(i, part, board)]
+        if isinstance(part, Shared):
+            texts.append(_strip(i, part, board))
+        texts.append(_share(i, part, board))
     return texts
 
 
@@ -64,30 +169,32 @@ def given(f: Function) -> tuple[Pointer, Real, Pointer, Pointer]:
     return f.pointer("%constants"), Real(f, "%t", 1), f.pointer("%state"), f.pointer("%work")
 
 
-def _share(number: int, part: Shared, board: Callable[[Function], Pointer]) -> str:
+def _share(number: int, part: Part, board: Where) -> str:
     """``@share``: the whole part, by this thread and by those that help."""
     f = Function(f"define internal void @share{number}({ARGUMENTS}) #0")
     at = board(f)
-    with f.when(f.load_integer(at, Board.HELPERS).equals(0)):
-        ends = f.count(0), f.count(part.rows), f.count(0), f.count(EVERYWHERE)
-        f.call(None, f"tile{number}", *given(f), *ends, Pointer(f, "null", 1))
-    with f.otherwise():
-        _, *job = given(f)
-        for place, value in zip((Board.TIME, Board.STATE, Board.WORK), job):
-            f.store(value, at, place)
-        f.store(f.count(number), at, Board.PART)
-        f.store(f.count(part.strips), at, Board.COUNT)
-        before = f.load_integer(at, Board.LEFT)
-        tag = (before.operation("lshr", HALF) + 1) << HALF
-        f.publish(tag + part.strips, at, Board.LEFT)
-        f.call(Bit, "take", f.pointer("%constants"))
-        last = f.place(at, Board.STRIPS + LANES * (part.strips - 1), "i64")
-        f.call(None, "wait", f.pointer("%constants"), last, tag + part.columns)
+    if isinstance(part, Shared):
+        with f.when(f.load_integer(at, Board.HELPERS).equals(0)):
+            ends = f.count(0), f.count(part.rows), f.count(0), f.count(EVERYWHERE)
+            f.call(None, f"tile{number}", *given(f), *ends, Pointer(f, "null", 1))
+            f.give()
+    _, *job = given(f)
+    for place, value in zip((Board.TIME, Board.STATE, Board.WORK), job):
+        f.store(value, at, place)
+    f.store(f.count(number), at, Board.PART)
+    f.store(f.count(part.strips), at, Board.COUNT)
+    before = f.load_integer(at, Board.LEFT)
+    tag = (before.operation("lshr", HALF) + 1) << HALF
+    f.publish(tag + part.strips, at, Board.LEFT)
+    f.call(Bit, "take", f.pointer("%constants"))
+    first = 0 if part.all_count else part.strips - 1
+    with f.loop(first, part.strips, tested=False) as strip:
+        f.call(None, "wait", f.pointer("%constants"), line(f, at, strip), tag + part.columns)
     f.give()
     return f.text()
 
 
-def _take(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> str:
+def _take(parts: Sequence[Part], board: Where) -> str:
     """``@take``: compute strips until none is left; whether there was one."""
     f = Function("define internal i1 @take(ptr %constants) #0")
     at, found = board(f), f.variable(Bit(f, "false", 1))
@@ -100,10 +207,7 @@ def _take(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> str:
             strips.go_on()
         found.set(Bit(f, "true", 1))
         time = f.load(at, Board.TIME)
-        state, work = (
-            Pointer(f, f.define(f"load ptr, ptr {f.place(at, one, 'ptr').name}, align 8"), 1)
-            for one in (Board.STATE, Board.WORK)
-        )
+        state, work = (f.load_pointer(at, one) for one in (Board.STATE, Board.WORK))
         strip = f.load_integer(at, Board.COUNT) - left
         tag = seen.operation("lshr", HALF) << HALF
         which = f.load_integer(at, Board.PART)
@@ -113,18 +217,18 @@ def _take(parts: Sequence[Shared], board: Callable[[Function], Pointer]) -> str:
     return f.text()
 
 
-def _strip(number: int, part: Shared, board: Callable[[Function], Pointer]) -> str:
+def _strip(number: int, part: Shared, board: Where) -> str:
     """``@strip``: one strip, column by column."""
-    f = Function(f"define internal void @strip{number}({ARGUMENTS}, i64 %strip, i64 %tag) #0")
+    f = Function(STRIP.format(number))
     strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
     kept = Pointer(f, f.define(f"alloca double, i64 {max(1, part.height * part.kept)}, align 64"), 1)
-    at = f.place(board(f), strip * LANES + int(Board.STRIPS), "i64")
+    at = line(f, board(f), strip)
     first = strip * part.height
     last = f.select(f.count(part.rows) > first + part.height, first + part.height, f.count(part.rows))
     with f.loop(0, part.columns, tested=False) as column:
         done = tag + column + 1
         with f.when(strip > 0):
-            f.call(None, "wait", f.pointer("%constants"), f.place(at, -LANES, "i64"), done)
+            f.call(None, "wait", f.pointer("%constants"), f.place(at, -LINE, "double"), done)
         left = column * part.width
         right = f.select(column.equals(part.columns - 1), f.count(EVERYWHERE), left + part.width)
         f.call(None, f"tile{number}", *given(f), first, last, left, right, kept)
@@ -133,7 +237,7 @@ def _strip(number: int, part: Shared, board: Callable[[Function], Pointer]) -> s
     return f.text()
 
 
-def _wait(board: Callable[[Function], Pointer]) -> str:
+def _wait(board: Where) -> str:
     """``@wait``: until a number on the board has become ``%least``."""
     f = Function("define internal void @wait(ptr %constants, ptr %place, i64 %least) #0")
     looks = f.variable(f.count(0))
@@ -147,7 +251,7 @@ def _wait(board: Callable[[Function], Pointer]) -> str:
     return f.text()
 
 
-def _help(board: Callable[[Function], Pointer]) -> str:
+def _help(board: Where) -> str:
     """``@help``: take part in evaluations. Returns 1 if there has been none for a while, 0 at the end."""
     f = Function("define i64 @help(ptr %constants) #0")
     at, looks = board(f), f.variable(f.count(0))

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
-from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.families.series import LoopSeries, begin_sums
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
@@ -24,18 +24,28 @@ from lagrange_cli.series.program import FREE, Op
 
 class SeriesWriter(Writer):
     """The code of one loop in stage ``k``, with coefficients from ``%work[at]`` on; ``phase``: how many
-    stages there were since sums were begun, if they were."""
+    stages there were since sums were begun, if they were; ``begins``: they are begun now, row by row."""
 
     def __init__(
-        self, evaluation: Evaluation, series: LoopSeries, at: int, k: int | Integer, phase: int | None
+        self,
+        evaluation: Evaluation,
+        series: LoopSeries,
+        at: int,
+        k: int | Integer,
+        phase: int | None,
+        *,
+        begins: bool = False,
     ) -> None:
         super().__init__(evaluation, series.loop)
-        self.series, self.k, self.at, self.phase = series, k, at, phase
+        self.series, self.k, self.at, self.phase, self.begins = series, k, at, phase, begins
         self.block: Integer | None = None
 
     def enter(self, r: Integer) -> None:
         blocks = self.series.blocks
         self.block = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
+        if self.begins:
+            assert isinstance(self.k, Integer)
+            begin_sums(self.f, self.series, self.k, self.at, self.block, self.listed_at(blocks[1:], r))
 
     def values(self, known: dict[Node, Operands], j: Integer) -> list[Operands]:
         return MemberStage(self.evaluation, self.series, self.k, self.block_at(j), known, self.phase).values()

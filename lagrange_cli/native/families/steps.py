@@ -8,7 +8,7 @@ from functools import partial
 from typing import TypeAlias
 
 from lagrange_cli.native.families.jets import BRIEF, JET
-from lagrange_cli.native.families.spans import divided, smaller
+from lagrange_cli.native.families.spans import Span, divided, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -143,12 +143,27 @@ class VelocitySteps(FamilySteps):
         self.pass_time(f, now, h)
         if self.noise:
             self.noise.count(f)
-        low, degrees, (rates, allowances, _) = self.state.width, self.lengths.degrees, self.expected(f)
-        lanes, weights = self.lengths.lanes, self.weights(f, h)
+        self.weigh(f, h)
+        farthest = self.move_all(f, h, allowed)
+        if self.integrals:
+            self.move_integrals(f, f.splat(h, self.lengths.lanes), allowed)
+        return farthest
+
+    def move_all(self, f: Function, h: Real, allowed: Allowance) -> Real:
+        """All coordinates and velocities at the end of a step; the place farthest from 0."""
+        span = f.count(0), f.count(self.lengths.degrees)
+        return self.move_some(f, h, allowed, span, self.expected(f)[:2])
+
+    def move_some(
+        self, f: Function, h: Real, allowed: Allowance, span: Span, expected: tuple[Pointer, Pointer]
+    ) -> Real:
+        """The same for some coordinates and their velocities."""
+        low, degrees, (rates, allowances) = self.state.width, self.lengths.degrees, expected
+        lanes, weights = self.lengths.lanes, self.weights(f)
         nothing = f.splat(self.bounds.nothing(f, h), lanes) if self.proof else None
         h, zero = f.splat(h, lanes), f.zero(lanes)
         farthest = f.variable(zero)
-        with f.loop(0, degrees, lanes, tested=False) as i:
+        with f.loop(*span, lanes, tested=False) as i:
             place, speed = Row(self.lengths, f, i), Row(self.lengths, f, i + degrees)
             inside = place.among(0, degrees)
             speeds = [self.speed(f, i, m) for m in range(CAREFUL + 2)]
@@ -187,8 +202,6 @@ class VelocitySteps(FamilySteps):
             most = allowed.of(f, self.lengths, size, speed.floored(lesser))
             most = most if nothing is None else most + nothing
             speed.put(most + speed.at("%state", self.noise.place) if self.noise else most, allowances)
-        if self.integrals:
-            self.move_integrals(f, h, allowed)
         return f.reduce("fmax", farthest.get())
 
     def move_integrals(self, f: Function, h: Real, allowed: Allowance) -> None:
@@ -208,9 +221,13 @@ class VelocitySteps(FamilySteps):
                 row.put(f.select(inside, found, row.at(rates)), rates)
                 row.put(f.select(inside, most, row.at(allowances)), allowances)
 
-    def weights(self, f: Function, h: Real) -> Pointer:
+    def weights(self, f: Function) -> Pointer:
+        """Where ``weigh`` has its numbers."""
+        return f.place("%work", self.given.work - weights_size(self.lengths.order))
+
+    def weigh(self, f: Function, h: Real) -> None:
         """What coefficients of velocities are multiplied by in a step of ``h``, for each of ``WEIGHTS``."""
-        found, power = f.place("%work", self.given.work - weights_size(self.lengths.order)), f.variable(h)
+        found, power = self.weights(f), f.variable(h)
         before = f.variable(f.constant(1.0))
         with f.loop(1, self.lengths.order + 1, tested=False) as m:
             place, number = m * len(WEIGHTS), m.to_real()
@@ -219,9 +236,8 @@ class VelocitySteps(FamilySteps):
             f.store(number * before.get(), found, place + RATE)
             before.set(power.get())
             power.set(power.get() * h)
-        return found
 
 
 def weights_size(order: int) -> int:
-    """Doubles that ``VelocitySteps`` need at the end of ``%work``."""
-    return LANES * -(-len(WEIGHTS) * (order + 1) // LANES)
+    """Doubles that ``VelocitySteps`` need at the end of ``%work``; the last one is free."""
+    return LANES * -(-(len(WEIGHTS) * (order + 1) + 1) // LANES)

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.node import reachable
-from lagrange_cli.native.families.additions import Additions, Key
+from lagrange_cli.native.families.additions import Additions, Key, keys
+from lagrange_cli.native.families.chunks import add_chunks, chunks_of
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.sharing import ARGUMENTS, Shared
+from lagrange_cli.native.families.sharing import ARGUMENTS, Parts, Shared, given
 from lagrange_cli.native.families.spans import behind, larger, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
@@ -50,15 +51,14 @@ class Strips:
         return Shared(rows, HEIGHT, -(-self.columns // WIDTH), WIDTH, kept)
 
 
-def keys(loop: Loop) -> dict[Key, None]:
-    """Where something is added."""
-    targets = loop.numbered[1][len(loop.used) :]
-    return {(total, i): None for (_, total), i in zip(loop.terms, targets)}
-
-
 def still(loop: Loop) -> list[Key]:
     """Those that stay within a row."""
     return [key for key in keys(loop) if loop.rows.strides[key[1]] == 0]
+
+
+def operations_of(loop: Loop) -> int:
+    """Operations on eight numbers."""
+    return len(reachable([term.node for term, _ in loop.terms])) * int(loop.rows.blocks[-1])
 
 
 def strips_of(loop: Loop) -> Strips | None:
@@ -66,8 +66,7 @@ def strips_of(loop: Loop) -> Strips | None:
     rows, tables = loop.rows, loop.numbered[0]
     if len(rows.starts) < 2 * HEIGHT or any(rows.strides[i] is None for _, i in keys(loop)):
         return None
-    operations = len(reachable([term.node for term, _ in loop.terms]))
-    if operations * int(rows.blocks[-1]) < WORTH:
+    if operations_of(loop) < WORTH:
         return None
     moving = [key for key in keys(loop) if rows.strides[key[1]] == 1]
     lead = moving[0][1] if moving else None
@@ -177,24 +176,31 @@ class TileWriter(Writer):
 class Sharing:
     """The loops of an evaluation that are shared. ``within`` gives the evaluation in another function."""
 
-    def __init__(self, within: Callable[[Function], Evaluation]) -> None:
-        self.within = within
-        self.parts: list[Shared] = []
-        self.tiles: list[str] = []
+    def __init__(self, within: Callable[[Function], Evaluation], parts: Parts) -> None:
+        self.within, self.parts = within, parts
 
     def take(self, evaluation: Evaluation, loop: Loop) -> bool:
         """Write a loop, if it is shared."""
         strips = strips_of(loop)
         if strips is None:
-            return False
-        number, f = len(self.parts), evaluation.f
+            return self.take_chunks(evaluation, loop)
+        number, f = len(self.parts.listed), evaluation.f
         ends = "i64 %top, i64 %bottom, i64 %left, i64 %right, ptr %kept"
         inner = self.within(Function(f"define internal void @tile{number}({ARGUMENTS}, {ends}) #0"))
         TileWriter(inner, strips).write_tile()
         inner.f.give()
-        self.tiles.append(inner.f.text())
-        self.parts.append(strips.shared)
+        self.parts.add(strips.shared, inner.f.text())
         evaluation.f.operations += inner.f.operations
-        places = (f.pointer(name) for name in ("%state", "%work"))
-        f.call(None, f"share{number}", f.pointer("%constants"), Real(f, "%t", 1), *places)
+        f.call(None, f"share{number}", *given(f))
+        return True
+
+    def take_chunks(self, evaluation: Evaluation, loop: Loop) -> bool:
+        """The same for chunks of rows."""
+        chunks = chunks_of(loop) if operations_of(loop) >= WORTH else None
+        if chunks is None:
+            return False
+        f, tables = evaluation.f, evaluation.tables
+        number, operations = add_chunks(self.parts, chunks, tables, lambda f: Writer(self.within(f), loop))
+        f.operations += operations
+        f.call(None, f"share{number}", *given(f))
         return True

@@ -36,6 +36,14 @@ STRIDES = 8
 """A block is as many strides at least: so many orders find the same members in the cache."""
 MARGIN = 6
 """Strides that the seam of a ring takes beside those of the orders."""
+SHARED = 2**18
+"""Doubles from which on threads share the rounds of a jet."""
+FLIGHT = 4
+"""Rounds that they may be at work on."""
+LONG = 2**16
+"""Doubles of a block then: a thread is not to wait for another one too often."""
+FEWEST_ROUNDS = 16
+"""And so many rounds there are, or more."""
 PART = 2
 """The orders of a chain, or those on both sides of a seam, reach no further than a part of all positions."""
 
@@ -56,7 +64,8 @@ class Tiling:
     """Blocks of so many units, of ``count`` in all, each of ``unit`` positions.
 
     Order k is ``k * stride`` units behind order 0; in each order, loops are ``lags`` behind its beginning. In
-    a ``ring`` the last round is the seam, and ``full`` counts whole units.
+    a ``ring`` the last round is the seam, and ``full`` counts whole units. So many rounds may be in
+    ``flight`` together, in several threads.
     """
 
     unit: int
@@ -68,6 +77,7 @@ class Tiling:
     cuts: Sequence[Cuts]
     orders: int
     ring: bool
+    flight: int = 1
 
     @property
     def rounds(self) -> int:
@@ -77,19 +87,20 @@ class Tiling:
 
     def kept(self, loop: int) -> tuple[int, int]:
         """The blocks of a loop whose series are kept till the end, the first ones, and how many others are in
-        use together: a power of 2."""
+        use together: a power of 2, unless there are many."""
         cuts, reach = self.cuts[loop], (self.orders + MARGIN) * self.stride
         first = int(cuts.down[min(reach, self.count)]) if self.ring else 0
-        ends = np.minimum(np.arange(self.count + 1) + reach + self.block, self.count)
+        ends = np.minimum(np.arange(self.count + 1) + reach + self.flight * self.block, self.count)
         most = int(np.max(cuts.up[ends] - cuts.up)) + 1
-        return first, 1 << most.bit_length()
+        return first, most if self.flight > 1 else 1 << most.bit_length()
 
 
 def tiling_of(
-    series: Sequence[LoopSeries], moving: Collection[Array], degrees: int, order: int
+    series: Sequence[LoopSeries], moving: Collection[Array], degrees: int, order: int, *, shared: bool = False
 ) -> Tiling | None:
     """How the orders of these series, of ``degrees`` coordinates, are computed in blocks, if they are many
-    and need neighbours only. ``moving`` are the arrays that change from order to order."""
+    and need neighbours only. ``moving`` are the arrays that change from order to order. Threads may have
+    ``shared`` them."""
     doubles = sum(one.doubles for one in series) + degrees * order
     if doubles < MANY or not series:
         return None
@@ -101,7 +112,10 @@ def tiling_of(
     if not usable:
         return None
     best = min(usable, key=lambda one: one.stride * one.unit)
-    fitting = round(BLOCK / (best.unit * doubles / count))
+    shared = shared and doubles >= SHARED and best.stride > 0
+    fitting = round((LONG if shared else BLOCK) / (best.unit * doubles / count))
+    if shared:
+        fitting, best = min(fitting, best.count // FEWEST_ROUNDS), replace(best, flight=FLIGHT)
     return replace(best, block=max(1, STRIDES * best.stride, fitting))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from lagrange_cli.native.families.rounds import Turn
 from lagrange_cli.native.families.spans import Span, behind, larger, smaller
 from lagrange_cli.native.families.tiling import Numbers, Tiling
 from lagrange_cli.native.llvm.function import Function
@@ -22,11 +23,22 @@ class Windows:
     tables: Tables
     tiling: Tiling
     turn: Integer
+    among: Turn | None = None
+    """The same, if threads share the rounds."""
 
     @property
     def seam(self) -> Bit:
         """Whether the seam of a ring is due."""
         return self.turn.equals(self.tiling.rounds)
+
+    @contextmanager
+    def order(self, k: Integer | int) -> Iterator[None]:
+        """What is computed of order k."""
+        if self.among is not None:
+            self.among.before(k)
+        yield
+        if self.among is not None:
+            self.among.after(k)
 
     @contextmanager
     def parts(self) -> Iterator[Integer]:

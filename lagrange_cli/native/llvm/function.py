@@ -115,6 +115,11 @@ class Function(Flow):
         place = self.place(base, index, "i64")
         return Integer(self, self.define(f"load i64, ptr {place.name}, align 8"), 1)
 
+    def load_pointer(self, base: Pointer | str, index: Integer | int = 0) -> Pointer:
+        """A place in memory that is written there, where ``base`` counts doubles."""
+        place = self.place(base, index, "double")
+        return Pointer(self, self.define(f"load ptr, ptr {place.name}, align 8"), 1)
+
     # what threads share
 
     def observe(self, base: Pointer | str, index: Integer | int = 0, ordering: str = "acquire") -> Integer:

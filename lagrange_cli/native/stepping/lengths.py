@@ -75,6 +75,12 @@ class Lengths:
         with self.velocities(f) if self.followers else self.each(f) as row:
             yield row
 
+    @property
+    def speeds(self) -> tuple[int, int]:
+        """The rows of these vectors."""
+        first, count = self.leading
+        return (self.vector(first), self.width) if self.together > 1 else (first, first + count)
+
     def one_by_one(self) -> Lengths:
         """The same rows, each a vector of its own."""
         return replace(self, lanes=1, together=1, packed=self.lanes)
@@ -84,10 +90,10 @@ class Lengths:
         return row - row % self.together
 
     @contextmanager
-    def velocities(self, f: Function) -> Iterator[Row]:
-        """The vectors that hold velocities (``leading``), and others where there are several rows in each."""
-        first, count = self.leading
-        first, last = (self.vector(first), self.width) if self.together > 1 else (first, first + count)
+    def velocities(self, f: Function, rows: tuple[Integer, Integer] | None = None) -> Iterator[Row]:
+        """The vectors that hold velocities (``leading``), and others where there are several rows in each; or
+        those in some ``rows``."""
+        first, last = rows or self.speeds
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
 

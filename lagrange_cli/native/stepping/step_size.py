@@ -14,7 +14,7 @@ from functools import reduce
 from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly, upper_half
-from lagrange_cli.native.llvm.vector import Bit, Pointer, Real, constant
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, constant
 from lagrange_cli.native.stepping.lengths import Lengths, Row, Series
 from lagrange_cli.records import dataclass
 
@@ -106,29 +106,8 @@ class StepSize:
         """
         lengths, top = self.lengths, self.lengths.top
         f = self.function(f"define internal {{ REAL, REAL }} @step_size({ARGUMENTS}, REAL %h) #0")
-        span, blocks = Real(f, "%h"), split_terms(top)
-        h, reach = lengths.wide(f, span), lengths.wide(f, span * (1.0 / self.safety))
-        zero = f.zero(lengths.lanes)
-        total, most = f.variable(zero), [f.variable(zero) for _ in blocks]
-        with lengths.velocities(f) as row:
-            c = row.series()
-            size = self.sizes(row, c, h)
-            moving = row.moving(size > self.rest)
-            if lengths.followed[1]:
-                moving = moving & self.heard(row)
-            inverse = f.smaller(lengths.wide(f, f.constant(1.0)) / size, lengths.wide(f, f.constant(LARGEST)))
-            inverse = f.select(moving, inverse, zero)
-            for block, so_far in zip(blocks, most):
-                largest = f.magnitude(c[block[-1]])
-                for m in reversed(block[:-1]):
-                    largest = f.larger(largest * reach, f.magnitude(c[m]))
-                so_far.set(f.larger(so_far.get(), largest * inverse))
-            one = size + f.magnitude(c[top])
-            if lengths.apart:  # every other one of the velocities may be 0, while integrals have the rest
-                one = row.only(self.heard(row), one + f.magnitude(c[top - 1]))
-            total.set(total.get() + one)
-        met = lengths.gather(f, "fadd", total.get())
-        greatest = [lengths.gather(f, "fmax", one.get()) for one in most]
+        blocks = split_terms(top)
+        met, greatest = self.compared(f, Real(f, "%h"))
         slopes, offsets = [2.0**-20 / block[0] for block in blocks], [offset_of(b, top) for b in blocks]
         if lengths.motions == 1:  # a lane for each block
             together = f.joined([*greatest, *[greatest[-1]] * (BLOCKS - len(greatest))])
@@ -150,6 +129,36 @@ class StepSize:
                 result.set(f.select(fading, step * less, step))
         f.give(result.get(), met)
         return f
+
+    def compared(
+        self, f: Function, span: Real, rows: tuple[Integer, Integer] | None = None
+    ) -> tuple[Real, list[Real]]:
+        """What is not finite where a coefficient is not, and for each block the largest coefficient for its
+        velocity: of all velocities, or of those in some ``rows``."""
+        lengths, top = self.lengths, self.lengths.top
+        h, reach = lengths.wide(f, span), lengths.wide(f, span * (1.0 / self.safety))
+        blocks = split_terms(top)
+        zero = f.zero(lengths.lanes)
+        total, most = f.variable(zero), [f.variable(zero) for _ in blocks]
+        with lengths.velocities(f, rows) as row:
+            c = row.series()
+            size = self.sizes(row, c, h)
+            moving = row.moving(size > self.rest)
+            if lengths.followed[1]:
+                moving = moving & self.heard(row)
+            inverse = f.smaller(lengths.wide(f, f.constant(1.0)) / size, lengths.wide(f, f.constant(LARGEST)))
+            inverse = f.select(moving, inverse, zero)
+            for block, so_far in zip(blocks, most):
+                largest = f.magnitude(c[block[-1]])
+                for m in reversed(block[:-1]):
+                    largest = f.larger(largest * reach, f.magnitude(c[m]))
+                so_far.set(f.larger(so_far.get(), largest * inverse))
+            one = size + f.magnitude(c[top])
+            if lengths.apart:  # every other one of the velocities may be 0, while integrals have the rest
+                one = row.only(self.heard(row), one + f.magnitude(c[top - 1]))
+            total.set(total.get() + one)
+        met = lengths.gather(f, "fadd", total.get())
+        return met, [lengths.gather(f, "fmax", one.get()) for one in most]
 
     def cautious_step(self) -> Function:
         """``@cautious_step(state, work, h)``: a step after a much shorter one, or the first step. It is
