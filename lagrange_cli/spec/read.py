@@ -10,12 +10,13 @@ from lagrange_cli.records import replace
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.check import check
 from lagrange_cli.spec.draft import Draft
-from lagrange_cli.spec.families import expand, resolve_sizes
+from lagrange_cli.spec.families import expand
 from lagrange_cli.spec.fields import unreadable, words_of
 from lagrange_cli.spec.nodes import Node, compose, decode
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settings import SOLVE
+from lagrange_cli.spec.sizes import resolve_sizes
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.table import read_table

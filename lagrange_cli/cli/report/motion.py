@@ -59,7 +59,7 @@ def say_solved(
         way_on = f"; {resuming(start)} continues from there" if resumable else ""
         complain(f"{name}: {outcome.message}{way_on}")
     if not asked.quiet:
-        from lagrange_cli.run.start import notes as notes_of_start
+        from lagrange_cli.run.start_notes import notes as notes_of_start
 
         for note in notes_of_start(solved.motion.begin):
             complain(f"{name}: {note}")

@@ -8,6 +8,7 @@ from typing import Any
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.corrected import CorrectedJet
+from lagrange_cli.native.families.diagonal import regular_masses
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.restraint import AtAState, Motion, Restraint
@@ -89,7 +90,7 @@ class ConstrainedJet(CorrectedJet):
         self.advance(evaluation, k, motion.rates)
 
     def regular(self) -> Bit:
-        return super().regular() & self.sound
+        return regular_masses(self) & self.sound
 
 
 def solve(saddle: MemberTabled, restraint: Restraint, right: Pointer, to: Pointer) -> None:

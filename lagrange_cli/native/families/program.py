@@ -19,9 +19,10 @@ from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.closed import ClosedJet
 from lagrange_cli.native.families.constrained import ConstrainedJet
 from lagrange_cli.native.families.coupling import of_families
+from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
-from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
+from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, velocity_planes
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.observation import Observation
 from lagrange_cli.native.families.preparation import low_parts
@@ -185,8 +186,8 @@ class _Writer(Returning, Observation):
             return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given, self.kind), *given)
         if self.order == RATES:
             return self.accelerations()
-        jet = self.with_beside(SeriesJet(*given, self.kind), *given)
-        brief = SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write()
+        jet = self.with_beside(DiagonalJet(*given, self.kind), *given)
+        brief = DiagonalJet(*given[:-1], RATES, self.kind, BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 
     def with_beside(self, motion: SeriesJet, *given: Any) -> Jet:

@@ -12,7 +12,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Generic, TypeVar
 
-from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Value, kind
+from lagrange_cli.native.llvm.text import kind
+from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Value
 
 V = TypeVar("V", bound=Value)
 _NAME = re.compile(r"%[\w.]+")

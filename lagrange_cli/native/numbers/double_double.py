@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import Bit, Body, Real, Value, constant, kind
+from lagrange_cli.native.llvm.text import Operand, constant, kind
+from lagrange_cli.native.llvm.vector import Bit, Body, Real, Value
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
 from lagrange_cli.native.numbers.kind import Number, Written
 from lagrange_cli.records import dataclass

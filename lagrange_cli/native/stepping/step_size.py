@@ -14,7 +14,8 @@ from functools import reduce
 from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly, upper_half
-from lagrange_cli.native.llvm.vector import Bit, Pointer, Real, constant
+from lagrange_cli.native.llvm.text import constant
+from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Lengths, Row, Series
 from lagrange_cli.records import dataclass
 

@@ -12,7 +12,7 @@ from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.domains import within_domain
 from lagrange_cli.run.ensembles.ensemble import Cut, Ensemble, families_of, with_common_times
-from lagrange_cli.run.start import consistent_ensemble
+from lagrange_cli.run.ensembles.start import consistent_ensemble
 from lagrange_cli.spec.surface import with_surface
 
 if TYPE_CHECKING:
