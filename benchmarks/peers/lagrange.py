@@ -25,7 +25,7 @@ from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.interface import SECTION
+from lagrange_cli.native.members import SECTION
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec

@@ -10,12 +10,13 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.defect import Defect, defect, terms_of
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.guards import GuardRows
 from lagrange_cli.native.interface import LANES, STEPPING
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
 

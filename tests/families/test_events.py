@@ -14,7 +14,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.native.state import Role
+from lagrange_cli.native.guards import Role
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values

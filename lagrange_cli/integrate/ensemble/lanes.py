@@ -16,10 +16,7 @@ from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.integrate.method import Method
 from lagrange_cli.integrate.methods.backward import reversed_state, reversed_time, reversed_times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import (
-    LANES,
-    Interface,
-)
+from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import SURFACE
 

@@ -16,17 +16,16 @@ from lagrange_cli.integrate.ensemble.method import Batch, Kept, Section, Starts
 from lagrange_cli.integrate.method import Unfit
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import (
+from lagrange_cli.native.interface import LANES, Stop
+from lagrange_cli.native.members import (
     BEYOND,
     DIRECTION,
     HALT,
-    LANES,
     LIMIT,
     NEXT,
     PATIENCE,
     SECTION,
     STROBE,
-    Stop,
     lane_places,
 )
 from lagrange_cli.records import replace

@@ -35,6 +35,7 @@ from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
+from lagrange_cli.native.guards import Role
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -44,7 +45,6 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.vector_stage import rests
-from lagrange_cli.native.state import Role
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate

@@ -9,10 +9,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.interface import HALTED, records_at
+from lagrange_cli.native.guards import HALTED, GuardRows
+from lagrange_cli.native.interface import records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
+from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, accepted
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.guards import GuardCode

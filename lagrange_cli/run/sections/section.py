@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from lagrange_cli.errors import SpecError, UsageError
-from lagrange_cli.native.interface import SECTION, STROBE
+from lagrange_cli.native.members import SECTION, STROBE
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import units_of
 from lagrange_cli.run.ensembles.ensemble import (
