@@ -61,10 +61,10 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     pack = Pack(program.degrees, program.rows, width, *sizes, constrained=constrained)
     project = ""
     if constrained:
-        from lagrange_cli.native.stepping.projection import Places, in_lanes
+        from lagrange_cli.native.stepping.projection import StatePlaces, in_lanes
 
         at = pack.places
-        places = Places(at["state"], at["state"] + pack.degrees, width, at["time"], at["time_low"])
+        places = StatePlaces(at["state"], at["state"] + pack.degrees, width, at["time"], at["time_low"])
         project = in_lanes(residual, places, constants)
     prepare, size = write_prepare(Emitter, constants, parameters, "internal void @prepare_lane")
     pack = replace(pack, constants=size)

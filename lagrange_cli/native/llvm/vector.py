@@ -15,7 +15,7 @@ from lagrange_cli.native.llvm.text import constant, kind, literal, operand, oppo
 V = TypeVar("V", bound="Value")
 
 
-class Body:
+class Instructions:
     """The instructions of one function of ``lanes`` doubles."""
 
     cost = 1
@@ -177,7 +177,7 @@ class Value:
     __slots__ = ("body", "lanes", "name")
     type: ClassVar[str]
 
-    def __init__(self, body: Body, name: str, lanes: int = 0) -> None:
+    def __init__(self, body: Instructions, name: str, lanes: int = 0) -> None:
         self.body, self.name, self.lanes = body, name, lanes or body.lanes
 
     @property

@@ -1,4 +1,4 @@
-"""``Asked``: the request for a section, and the motions and settings that follow from it."""
+"""``SectionRequest``: the request for a section, and the motions and settings that follow from it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FAR = 1e300
 
 
 @dataclass(frozen=True)
-class Asked:
+class SectionRequest:
     """The request for a section: the surface ``where``, or the period ``every``, as expressions; the
     ``direction`` in which the surface is crossed; and how many ``crossings`` of each motion are kept."""
 
@@ -42,7 +42,7 @@ class Asked:
     crossings: int = CROSSINGS
 
 
-def make_section(spec: Spec, members: Members | None, request: Request, asked: Asked) -> Ensemble:
+def make_section(spec: Spec, members: Members | None, request: Request, asked: SectionRequest) -> Ensemble:
     """The motions of a section: those of ``members``, or the one that the file has, and the settings.
 
     Raises ``UsageError`` where the request makes no sense, or a value is out of range.

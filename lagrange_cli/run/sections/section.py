@@ -219,11 +219,11 @@ def file_of(
     stream: BinaryIO | None,
 ) -> SectionFile:
     """Where the crossings go."""
-    from lagrange_cli.run.sections.files import Grid, Single, Table
+    from lagrange_cli.run.sections.files import CrossingsTable, MembersFile, MotionFile
 
     if request.format == CSV:
-        return Table(ensemble, prepared, start, units, stream)
-    return (Grid if is_many(ensemble) else Single)(ensemble, prepared, start, units)
+        return CrossingsTable(ensemble, prepared, start, units, stream)
+    return (MembersFile if is_many(ensemble) else MotionFile)(ensemble, prepared, start, units)
 
 
 def sentence(ensemble: Ensemble, outcome: EnsembleOutcome, crossings: int, fewer: int) -> str:

@@ -19,7 +19,7 @@ from lagrange_cli.native.recurrences.batches.arrangement import grouped
 from lagrange_cli.native.recurrences.batches.columns import Everywhere, column_at
 from lagrange_cli.native.recurrences.batches.gathering import gathered, places_at
 from lagrange_cli.native.recurrences.batches.layout import BEFORE, CHANGE, INVERSE, LOW, SLOPE, Blocks
-from lagrange_cli.native.recurrences.batches.quotient import Moving, Quotient, View
+from lagrange_cli.native.recurrences.batches.quotient import Moving, OperandView, Quotient
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.expansion import turning_masses
@@ -87,7 +87,7 @@ class BatchStage(VectorStage):
 
     # places
 
-    def view(self, index: int) -> View:
+    def view(self, index: int) -> OperandView:
         return self.jet.quotient.views[index]
 
     def _vector_at(self, m: int, relative: bool) -> str:
