@@ -18,7 +18,6 @@ from lagrange_cli.spec.content import in_order
 from lagrange_cli.spec.draft import Declared, Draft, Entry, WrittenBody, WrittenEvent
 from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.repeated import Taken
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place as FilePlace
 from lagrange_cli.spec.whole import Part, WrittenFamily
@@ -78,6 +77,8 @@ class _Expander:
 
     def _parts(self, pieces: list[One]) -> list[Part[One]]:
         """What the pieces give of a family; nothing where something is wrong."""
+        from lagrange_cli.spec.repeated import Taken
+
         found: list[Part[One]] = []
         taken = Taken[One]()
         axes = len(pieces[0].key.axes)

@@ -16,7 +16,6 @@ from lagrange_cli.spec.nodes import Node, compose, decode
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settings import SOLVE
-from lagrange_cli.spec.sizes import resolve_sizes
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.table import read_table
@@ -48,7 +47,11 @@ def examine(
     source = decode(text, filename)
     problems = Problems(source)
     draft = read_draft(compose(source, problems), problems)
-    numbers = resolve_sizes(draft, sizes or {}, problems)
+    numbers: dict[str, int] = {}
+    if sizes or draft.entries("sizes"):
+        from lagrange_cli.spec.sizes import resolve_sizes
+
+        numbers = resolve_sizes(draft, sizes or {}, problems)
     return check(expand(draft, numbers, problems), numbers, problems), problems
 
 

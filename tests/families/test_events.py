@@ -102,7 +102,7 @@ def followed(prepared: Prepared, text: str, stop: float = 1.5) -> Mapping[str, N
     return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
 
 
-@pytest.mark.exhaustive(keep=14)
+@pytest.mark.exhaustive(keep=7)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_events_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
