@@ -1,14 +1,12 @@
 """What holds for every test: one cache of compiled programs, random draws, no deadlines."""
 
 import gc
-import importlib
 import os
 import random
 import shutil
 import signal
 import sys
 import tempfile
-from pathlib import Path
 
 from hypothesis import HealthCheck, settings
 
@@ -48,18 +46,6 @@ def pytest_sessionstart(session):
     if not thorough(session.config):
         compiling.begin_quickly()
         compiling.compile_once()
-    worker = getattr(session.config, "workerinput", {"workerid": ""})["workerid"]
-    if worker.endswith(("1", "3", "5", "7", "9")) and [Path(one).name for one in session.config.args] == [
-        "tests"
-    ]:
-        import_from_the_end()
-
-
-def import_from_the_end():
-    """Import the second half of the tests, last first, so that two workers do not rewrite the same ones."""
-    found = sorted(Path(__file__).parent.rglob("test_*.py"))
-    for path in reversed(found[len(found) // 2 :]):
-        importlib.import_module(".".join(path.relative_to(Path(__file__).parents[1]).with_suffix("").parts))
 
 
 def pytest_unconfigure(config):
