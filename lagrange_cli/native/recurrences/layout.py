@@ -62,7 +62,7 @@ class DotGroup:
 
 
 @dataclass(frozen=True)
-class Layout:
+class SeriesLayout:
     """Where things are in ``%work``.
 
     First the ``state``: coefficient m of q, v and the integrals, one after the other, at ``width * m``. Then
@@ -101,7 +101,7 @@ class Layout:
         return (self.width + self.rows[series]) * (self.order + 1) + index
 
 
-def arrange(program: SeriesProgram, order: int) -> Layout:
+def arrange(program: SeriesProgram, order: int) -> SeriesLayout:
     """The layout for ``program`` with q's series to ``order``."""
     dots = list(dot_products(program))
     state = {index: row for row, index in enumerate(program.state)}
@@ -111,7 +111,7 @@ def arrange(program: SeriesProgram, order: int) -> Layout:
     read = [*read_alone(program, dots), *read_apart([*motion, *others])]
     old = dict.fromkeys(index for index, ahead in read if program.series[index].level - ahead > CARRIED)
     rows = {index: row for row, index in enumerate(one for one in old if one not in state)}
-    layout = Layout(order, state, rows, ())
+    layout = SeriesLayout(order, state, rows, ())
     for groups in (motion, others):
         place, placed = layout.doubles, list[DotGroup]()
         for group in sorted(groups, key=lambda one: -one.width):  # so that all are aligned

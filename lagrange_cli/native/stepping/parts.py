@@ -10,7 +10,7 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.acceptance import allowance
-from lagrange_cli.native.stepping.lengths import Follower, Row
+from lagrange_cli.native.stepping.lengths import FollowingSeries, Row
 from lagrange_cli.native.stepping.quadratures import FADING, ROUNDING, Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
@@ -108,7 +108,7 @@ class StepParts:
         f, lengths, first = self.f, self.lengths, 0
         if lengths.followers:
             with f.loop(0, lengths.degrees, lengths.together, tested=False) as i:
-                follower = Follower(lengths, f, i)
+                follower = FollowingSeries(lengths, f, i)
                 self._carry(follower, place, follower.among(0, lengths.degrees))
             first = lengths.vector(lengths.degrees)
         with lengths.each(f, first) as row:

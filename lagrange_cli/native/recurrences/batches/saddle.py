@@ -22,7 +22,7 @@ from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at
 from lagrange_cli.native.recurrences.batches.layout import Blocks, count
 from lagrange_cli.native.recurrences.batches.saddle_tables import EliminationRounds, RowSums, SaddleTables
 from lagrange_cli.native.recurrences.batches.tables import Tables
-from lagrange_cli.native.recurrences.batches.values import Values
+from lagrange_cli.native.recurrences.batches.values import BatchedValues
 
 
 class Tabled:
@@ -226,7 +226,7 @@ def entries_of(saddle: SaddleTables, residual: Residual) -> Mapping[str, Sequenc
 def at_the_start(
     f: Function, emitter: LaneEmitter, residual: Residual, blocks: Blocks, nodes: Sequence[Node],
     tables: Tables, time: Operand,
-) -> Values:  # fmt: skip
+) -> BatchedValues:  # fmt: skip
     """The values of ``nodes`` where a step begins, from the series' first coefficients."""
     program = blocks.program
     known = {
@@ -236,7 +236,7 @@ def at_the_start(
     }
     known |= {v: blocks.offsets[i] for v, i in zip(residual.model.v, program.velocities)}
     leaves = read(residual, nodes, known)
-    values = Values(f, [*leaves, residual.model.time], nodes, tables, emitter)
+    values = BatchedValues(f, [*leaves, residual.model.time], nodes, tables, emitter)
     if leaves:
         table = tables.of_places([known[node] for node in leaves])
         with f.loop(0, count(leaves), tested=False) as b:

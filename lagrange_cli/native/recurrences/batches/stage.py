@@ -30,7 +30,7 @@ from lagrange_cli.series.program import Op, Series
 
 
 @dataclass
-class Jet:
+class JetData:
     """Data that all stages of the jet share while it is written."""
 
     residual: Residual
@@ -69,7 +69,7 @@ class BatchExpansion(VectorExpansion):
 class BatchStage(VectorStage):
     """Stage ``k`` of the eight members of a batch from the ``b``-th block on."""
 
-    def __init__(self, jet: Jet, k: int | Integer, batch: int, b: Integer) -> None:
+    def __init__(self, jet: JetData, k: int | Integer, batch: int, b: Integer) -> None:
         expansion = BatchExpansion(
             jet.residual, jet.quotient.program, jet.emitter,
             Everywhere(jet.tables.constants.slots),
