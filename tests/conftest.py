@@ -5,11 +5,15 @@ import os
 import random
 import shutil
 import signal
+import sys
 import tempfile
 
 from hypothesis import HealthCheck, settings
 
 from tests.support import compiling, draws
+
+sys.dont_write_bytecode = False
+"""pytest rewrites the assertions of the tests, which takes longer than to import all: not in every run."""
 
 # How long an example takes depends on what else the machine does. What a failure is due to is printed.
 settings.register_profile(

@@ -18,14 +18,14 @@ from benchmarks.motions.stiff import Stiff
 from benchmarks.peers import Array, Course, Crossings, Cutter, Engine
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
-from lagrange_cli.integrate.ensemble.method import Batch, Section, Starts
+from lagrange_cli.integrate.ensemble.method import EndedMembers, Section, Starts
 from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.interface import SECTION
+from lagrange_cli.native.members import SECTION
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
@@ -78,7 +78,7 @@ def ensemble(motion: Motion, *, threads: int) -> Engine:
     def follow(states: Array) -> Course:
         ends, steps = np.empty_like(states), np.empty(states.shape[1])
 
-        def accept(batch: Batch) -> None:
+        def accept(batch: EndedMembers) -> None:
             ends[:, batch.index], steps[batch.index] = batch.state.T, batch.steps
 
         parameters = np.tile(values, (states.shape[1], 1))
@@ -103,7 +103,7 @@ def section(motion: Motion, *, crossings: int, threads: int) -> Cutter:
         found = Crossings(np.empty((count, crossings)), np.empty((len(states), count, crossings)), 0.0)
         steps = np.empty(count)
 
-        def accept(batch: Batch) -> None:
+        def accept(batch: EndedMembers) -> None:
             assert batch.samples is not None and batch.times is not None
             found.times[batch.index] = batch.times
             found.states[:, batch.index] = batch.samples[:, : len(states)].transpose(1, 0, 2)

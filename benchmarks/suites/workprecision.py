@@ -24,7 +24,7 @@ from benchmarks.peers.lagrange import compiled
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.work_precision.figure import Curve, Picture, Point, check_picture, write_picture
 from lagrange_cli.work_precision.reference import TOLERANCES, Reference, find_reference
-from lagrange_cli.work_precision.trajectory import Followed, follow
+from lagrange_cli.work_precision.trajectory import Trajectory, follow
 
 TAYLOR = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 2.0**-52)
 SCIPY = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -138,7 +138,7 @@ def reference(motion: Motion) -> Reference:
     Raises ``RuntimeError`` where it is not.
     """
 
-    def runner(tolerance: float) -> Callable[[Times], Followed]:
+    def runner(tolerance: float) -> Callable[[Times], Trajectory]:
         prepared = compiled(motion, motion.text, tolerance)
         return lambda times: follow(prepared, motion.values, times, 60.0, lambda: False)
 

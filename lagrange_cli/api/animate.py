@@ -15,7 +15,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.film import FRAMES, check_film
 from lagrange_cli.run.animate import find_folder, format_of, write
 from lagrange_cli.run.monitor import Silence
-from lagrange_cli.run.reel import Asked, reel_of
+from lagrange_cli.run.reel import FilmRequest, reel_of
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.result import Result
 
@@ -148,7 +148,7 @@ def animate(
     if not fps > 0 or (speed is not None and not speed > 0):
         raise UsageError("speed and fps must be positive")
     even = None if size is None else (size[0] + size[0] % 2, size[1] + size[1] % 2)
-    asked = Asked(fps, speed, begin, end, trail, words(panels), even)
+    asked = FilmRequest(fps, speed, begin, end, trail, words(panels), even)
     with ExitStack() as stack, Result(str(file_of(result, stack))) as opened:
         opened.name = os.fspath(result) if isinstance(result, (str, Path)) else opened.title
         return Film(reel_of(opened, asked))

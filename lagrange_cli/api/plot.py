@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.style import check_matplotlib, plain
-from lagrange_cli.run.plot import Asked, check_format, page_of, write
+from lagrange_cli.run.plot import PlotRequest, check_format, page_of, write
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.result import Result
 
@@ -129,7 +129,7 @@ def plot(
     check_matplotlib("plot")
     if not results:
         raise UsageError("plot needs a motion, a sweep, a section, or the name of an output file")
-    asked = Asked(words(what), x, words(y))
+    asked = PlotRequest(words(what), x, words(y))
     if asked.what and (x or y):
         raise UsageError("what and y both say what to draw: give one of them")
     if labels is not None and len(labels) != len(results):

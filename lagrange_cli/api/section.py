@@ -16,7 +16,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.ensembles.draws import draw_members
-from lagrange_cli.run.sections.request import CROSSINGS, DIRECTIONS, Asked, make_section
+from lagrange_cli.run.sections.request import CROSSINGS, DIRECTIONS, SectionRequest, make_section
 from lagrange_cli.run.sections.section import Crossed, take_section
 
 
@@ -127,7 +127,7 @@ def section(
     )
     check_precision(request, None)
     period = "" if every is None else text_of("every", every)
-    asked = Asked(where or "", period, direction or next(iter(DIRECTIONS)), crossings)
+    asked = SectionRequest(where or "", period, direction or next(iter(DIRECTIONS)), crossings)
     draws = draws_of(over, random, table, members, seed)
     content, filename = content_of(system)
     with WORKING:

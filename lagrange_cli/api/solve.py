@@ -18,7 +18,7 @@ from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.memory import Followed, follow
 from lagrange_cli.run.monitor import Monitor, untimed
 from lagrange_cli.run.motion import prepare_all, read_motion
-from lagrange_cli.run.start import notes as notes_of_start
+from lagrange_cli.run.start_notes import notes as notes_of_start
 
 if TYPE_CHECKING:
     from lagrange_cli.run.certify import Demand

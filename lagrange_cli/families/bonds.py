@@ -20,7 +20,7 @@ from lagrange_cli.families.arrays import NONE, Chain, Domain, Source, Term, Tota
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.model.sparse import Elimination, eliminated
+from lagrange_cli.model.sparse import SparseElimination, eliminated
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec, grouped
 
@@ -59,7 +59,7 @@ class Bound:
 
 
 @dataclass(frozen=True, eq=False)
-class Pairs:
+class CoupledMembers:
     """Members of two bounds with a coordinate in common: its ``rows``. ``first`` and ``second`` are the
     numbers of a bound and of one of its slopes, ``members`` those of both, and ``entries`` where the products
     go."""
@@ -118,7 +118,7 @@ class Bonds:
             yield from (hold.slope for hold in one.holds)
 
     @cached_property
-    def pairs(self) -> tuple[Sequence[Pairs], Places]:
+    def pairs(self) -> tuple[Sequence[CoupledMembers], Places]:
         """What A M^-1 A^T is made of, and the constraints (entries, 2) of each of its entries on the diagonal
         and below. Raises ``Unsuited`` where these are too many."""
         slots = self.pulls
@@ -144,11 +144,11 @@ class Bonds:
             mine = mine[np.lexsort((members[second[mine]], members[first[mine]]))]
             both = members[first[mine]], members[second[mine]]
             pair = slots[key // len(slots)], slots[key % len(slots)]
-            made.append(Pairs(*pair, both, rows[first[mine]], entries[mine]))
+            made.append(CoupledMembers(*pair, both, rows[first[mine]], entries[mine]))
         return made, np.stack(np.divmod(keys, self.count), axis=1)
 
     @cached_property
-    def elimination(self) -> Elimination:
+    def elimination(self) -> SparseElimination:
         """How A M^-1 A^T is factored. Raises ``Unsuited`` where L has too many numbers."""
         neighbours: list[set[int]] = [set() for _ in range(self.count)]
         every = range(self.count)

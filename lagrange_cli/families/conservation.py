@@ -44,13 +44,13 @@ class Trial:
     quantity: str
     text: str
     how: str
-    of: Callable[[State], Values | None]
+    of: Callable[[RandomState], Values | None]
     boosts: bool = False
     alike: bool = False
     """Whether it changes all members of a family of coordinates, whatever these do to particles."""
 
 
-class State:
+class RandomState:
     """A random state: forces on coordinates, their sizes, and where particles are."""
 
     def __init__(self, system: FamilySystem, seed: int) -> None:
@@ -118,17 +118,17 @@ class State:
 
 
 @dataclass(frozen=True)
-class Constants:
+class ConservedQuantities:
     """The ``cyclic`` coordinates, and what is ``conserved``."""
 
     cyclic: tuple[str, ...]
     conserved: tuple[Conserved, ...]
 
 
-def constants_of(system: FamilySystem) -> Constants:
+def constants_of(system: FamilySystem) -> ConservedQuantities:
     """What L does not contain, and what every motion keeps."""
     with np.errstate(all="ignore"):
-        states = [State(system, seed) for seed in range(STATES)]
+        states = [RandomState(system, seed) for seed in range(STATES)]
         straight = np.ones(system.q.count, dtype=bool)
         if system.joints is not None:
             straight = ~curved(system.slots.graph, system.joints, system.q.count)
@@ -147,10 +147,12 @@ def constants_of(system: FamilySystem) -> Constants:
             fixed = "positions" if system.spec.lagrangian is None else ""
             found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
         found += further(system, states, kept)
-    return Constants(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
+    return ConservedQuantities(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
 
 
-def further(system: FamilySystem, states: Sequence[State], kept: NDArray[np.bool_]) -> Iterator[Conserved]:
+def further(
+    system: FamilySystem, states: Sequence[RandomState], kept: NDArray[np.bool_]
+) -> Iterator[Conserved]:
     """What displacements conserve; not sums of momenta that are all ``kept``."""
     known: dict[str, list[Values]] = {}
     for trial in trials(system):
@@ -176,7 +178,7 @@ def further(system: FamilySystem, states: Sequence[State], kept: NDArray[np.bool
         yield Conserved(trial.quantity, trial.text, because)
 
 
-def follows(pairs: Sequence[tuple[Values, State]], known: Sequence[Values]) -> bool:
+def follows(pairs: Sequence[tuple[Values, RandomState]], known: Sequence[Values]) -> bool:
     """Whether a displacement is the same in all states as one that is known."""
     return all(np.array_equal(one, other) for (one, _), other in zip(pairs, known))
 
@@ -225,7 +227,7 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
         yield from (one for one in shifts(system) if one.quantity not in moves)
 
 
-def moved(state: State, quantity: str, rigid: Rigid | None) -> Values | None:
+def moved(state: RandomState, quantity: str, rigid: Rigid | None) -> Values | None:
     """The change of coordinates by a displacement of all particles; None where there is none."""
     if rigid is None:
         return state.change(displacement(quantity)(state.places))
@@ -246,6 +248,6 @@ def shifts(system: FamilySystem) -> Iterator[Trial]:
             yield Trial(f"P_{family.name}", text, how, partial(constant, direction=direction), alike=True)
 
 
-def constant(state: State, direction: Values) -> Values:
+def constant(state: RandomState, direction: Values) -> Values:
     """The same change in every state."""
     return direction

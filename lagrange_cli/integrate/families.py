@@ -20,8 +20,8 @@ from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_PRECISI
 from lagrange_cli.integrate.program import portable_if_asked
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
+from lagrange_cli.native.families.double_double import DoubleDoubleVectors
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
-from lagrange_cli.native.families.pairs import PairVectors
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
 from lagrange_cli.native.motions import RATES
@@ -164,7 +164,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
     kind: type[Vectors] = DoubleVectors if compilation.factor is None else beside_doubles(compilation.factor)
     if compilation.precision == DOUBLE_DOUBLE:
-        order, kind = double_double_order(tolerance), PairVectors
+        order, kind = double_double_order(tolerance), DoubleDoubleVectors
     elif needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""

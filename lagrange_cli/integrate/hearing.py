@@ -16,7 +16,7 @@ from contextlib import contextmanager, nullcontext
 from numpy import int64
 from numpy.typing import NDArray
 
-from lagrange_cli.native.interface import HALTED
+from lagrange_cli.native.guards import HALTED
 
 ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGBREAK")
 ENDING = frozenset(int(getattr(signal, name)) for name in ENDS if hasattr(signal, name))

@@ -17,9 +17,9 @@ from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
 from lagrange_cli.mechanics.switching.switches import switches
-from lagrange_cli.native.interface import SECTION
 from lagrange_cli.native.lanes import suits_lanes, with_lanes
 from lagrange_cli.native.llvm.length import SHORTER
+from lagrange_cli.native.members import SECTION
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan

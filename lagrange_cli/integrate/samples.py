@@ -16,7 +16,7 @@ from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Progress
 from lagrange_cli.integrate.events import Change, parameters_in
 from lagrange_cli.native.interface import low
-from lagrange_cli.outputs.recording import Making, Places, Rows
+from lagrange_cli.outputs.recording import Making, ObservedPlaces, Rows
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class Samples:
         self._base: dict[str, float] = {}
         """The same, and what actions have added to it."""
         self._balances = any(one.making is Making.BALANCE for one in prepared.recording.made)
-        self._places = Places(prepared.machine.program.quantities)
+        self._places = ObservedPlaces(prepared.machine.program.quantities)
         momenta = tuple(f"p_{name}" for name in prepared.recording.coordinates)
         self._momenta = momenta if self._places.keys() >= set(momenta) else None
         """The names of all momenta, if they are observed."""

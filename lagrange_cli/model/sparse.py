@@ -21,7 +21,7 @@ SLACK = 1
 
 
 @dataclass(frozen=True)
-class Elimination:
+class SparseElimination:
     """The ``rounds`` of unknowns, those of ``first`` parts before the others, and ``columns[p]``: the later
     unknowns i with L_ip."""
 
@@ -45,7 +45,7 @@ class Elimination:
         return sum(map(len, self.columns))
 
 
-def eliminated(neighbours: Sequence[set[int]], coordinates: int, most: int) -> Elimination | None:
+def eliminated(neighbours: Sequence[set[int]], coordinates: int, most: int) -> SparseElimination | None:
     """The elimination of the ``coordinates`` and then of the others; None where L would have more than
     ``most`` numbers.
 
@@ -70,7 +70,7 @@ def eliminated(neighbours: Sequence[set[int]], coordinates: int, most: int) -> E
                     neighbours[i] -= {i, p}
             rounds.append(one)
         first = first or len(rounds)
-    return Elimination(rounds, first, columns)
+    return SparseElimination(rounds, first, columns)
 
 
 def independent(neighbours: Sequence[set[int]], left: set[int]) -> list[int]:

@@ -11,7 +11,7 @@ from lagrange_cli.native.interface import CONSTANTS
 from lagrange_cli.native.llvm.declarations import by_name, needed
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
-from lagrange_cli.native.numbers.beside import BesidePairs
+from lagrange_cli.native.numbers.beside import BesideDoubleDouble
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.observation import write_prepare
@@ -24,7 +24,7 @@ ONCE, LONG = "prepare_once", "prepare_long"
 def prepare_beside(constants: Constants, given: Mapping[str, Node], factor: int) -> tuple[str, int]:
     """``write_prepare`` for a companion; parameters are given in two parts."""
     once, size = write_prepare(Emitter, constants, given, f"internal void @{ONCE}")
-    make = partial(BesidePairs, factor=factor)
+    make = partial(BesideDoubleDouble, factor=factor)
     long, _ = write_prepare(make, constants, given, f"internal void @{LONG}")
     known = by_name([*operations(), *functions()])
     return "\n".join([*needed(long, known), once, long, _prepare(size)]), size

@@ -13,8 +13,7 @@ from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.interface import BREAK, CUT, SIMPLE
-from lagrange_cli.native.state import Role
+from lagrange_cli.native.guards import BREAK, CUT, SIMPLE, Role
 
 FEW_EVENTS = 64
 """Events of the largest system whose actions compiled code does."""

@@ -14,7 +14,7 @@ from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
-class Followed:
+class FollowedEquations:
     """The ``smooth`` equations, and the ``integrands`` of all that is integrated beside them, by name: the
     ``arguments`` of guards, so many ``multipliers`` that proofs look at, quadratures, and cyclic momenta that
     are ``stored``.
@@ -44,7 +44,7 @@ def followed(
     store_momenta: bool,
     proven: bool,
     unproven: bool,
-) -> Followed:
+) -> FollowedEquations:
     """What follows from equations and the quadratures that are asked for, if steps are taken by series."""
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
     saturated = saturated_each(residual.graph, [*integrands.values()], residual.variables)
@@ -64,4 +64,4 @@ def followed(
     shown = {str(one.data): one for one in residual.multipliers} if hiding else {}
     every = {**named, **shown, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
     numbers = len(shown), len(stored)
-    return Followed(smooth, every, arguments, *numbers, hides, hiding, proven, proven_too, doubtful)
+    return FollowedEquations(smooth, every, arguments, *numbers, hides, hiding, proven, proven_too, doubtful)

@@ -8,30 +8,18 @@ from enum import IntEnum
 from functools import cached_property
 from typing import Any
 
+from lagrange_cli.native.guards import BESIDE, BREAK, CUT, RECORDS, SIMPLE, GuardRow, GuardRows, Role
 from lagrange_cli.native.state import LANES as LANES
-from lagrange_cli.native.state import Clock, GuardRow, GuardRows, Role, StateLayout
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass, fields_of, replace
 
 STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
 HIGHEST_ORDER = 40
 """The highest one that a tolerance asks for."""
-BEYOND = 3
-"""Numbers after the state in what ``@follow`` gives for a member: time, steps, samples reached."""
 CONSTANTS = 4
 """In a companion's program (see ``numbers.beside``), how much larger the rounding errors of constants are
 that are computed from parameters and numbers before the motion begins."""
-NEXT, LIMIT, HALT = range(3)
-"""Places in its queue: the next member, the first one that may not begin yet, whether to stop."""
-DIRECTION, PATIENCE = 3, 4
-"""Further ones of sections (``stepping.crossings``)."""
-SECTION, STROBE = "where", "every"
-"""Kinds of sections: crossings of a surface, states after multiples of a period."""
-LANE_NUMBERS = "time", "time_low", "previous", "steps", "usual", "uneven", "reached"
-"""The counters of each lane behind its state and the state's low parts, all 0 in a new motion."""
-OWN_NUMBERS = {"": (), SECTION: ("side", "since"), STROBE: ("period",)}
-"""Its further numbers in each kind of section; ``LANE_COUNTERS`` follow."""
-LANE_COUNTERS = "member", "active", "finishing"
 
 
 def low(name: str) -> str:
@@ -53,59 +41,8 @@ class Stop(IntEnum):
     STUCK = 8
 
 
-class Board(IntEnum):
-    """Places of integers on a board, where threads find work (``native.families.sharing``). What different
-    threads write is on lines of the cache of its own."""
-
-    HELPERS = 0
-    """How many threads help."""
-    YIELD = 1
-    """The address of a function that offers the processor to others."""
-    LEFT = LANES
-    """The number of the evaluation, and that of its strips that are left."""
-    HALT = 2 * LANES
-    """What ends helping, if it is not 0."""
-    TIME = 3 * LANES
-    STATE = 3 * LANES + 1
-    WORK = 3 * LANES + 2
-    PART = 3 * LANES + 3
-    COUNT = 3 * LANES + 4
-    """What is computed: the arguments, which part of it, in how many strips."""
-    ORDER = 3 * LANES + 5
-    """The order of a series."""
-    RATES = 3 * LANES + 5
-    CHANGE = 3 * LANES + 6
-    SPEED = 3 * LANES + 7
-    """Further arguments of the end of a step: where rates are expected, and what is allowed."""
-    STRIPS = 4 * LANES
-    """How far each strip has come, each on lines of its own (``LINE``), and numbers that it leaves."""
-
-
-LINE = 2 * LANES
-"""Numbers on a board for each strip."""
-INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
-"""Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
-leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT, BREAK = -1, -2, -3
-"""Guards without an auxiliary coordinate."""
-RECORDS = 32
-"""Crossings of which compiled code keeps a record before they are taken from it."""
-NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS
-"""Where a record has the number of the guard, and three coefficients of its argument's series, from its rate
-on."""
-SAMPLE, AFTER = Clock.LEAVING, -1.0
-"""Where it has the number of samples before it; and the number of the record that follows, of the state after
-a simple action."""
-BESIDE = 3
-"""Rows that a guard has where something jumps."""
 ARRAYS = 8
 """Numbers of each row that the parts of a step take (``stepping.quadratures``)."""
-
-
-def lane_places(width: int, section: str = "") -> dict[str, int]:
-    """Where these numbers are in what lanes work on, in vectors; ``width`` is that of the state."""
-    names = (*LANE_NUMBERS, *OWN_NUMBERS[section], *LANE_COUNTERS)
-    return {name: 3 * width + place for place, name in enumerate(names)}
 
 
 def records_at(layout: StateLayout, work: int, parts: int) -> int:

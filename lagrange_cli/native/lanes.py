@@ -8,10 +8,11 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
 from lagrange_cli.mechanics.switching.switches import switches
-from lagrange_cli.native.interface import LANES, SECTION, STROBE
+from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.text import tables
+from lagrange_cli.native.members import SECTION, STROBE
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.observation import write_prepare
 from lagrange_cli.native.orders import lane_order
@@ -60,10 +61,10 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     pack = Pack(program.degrees, program.rows, width, *sizes, constrained=constrained)
     project = ""
     if constrained:
-        from lagrange_cli.native.stepping.projection import Places, in_lanes
+        from lagrange_cli.native.stepping.projection import StatePlaces, in_lanes
 
         at = pack.places
-        places = Places(at["state"], at["state"] + pack.degrees, width, at["time"], at["time_low"])
+        places = StatePlaces(at["state"], at["state"] + pack.degrees, width, at["time"], at["time_low"])
         project = in_lanes(residual, places, constants)
     prepare, size = write_prepare(Emitter, constants, parameters, "internal void @prepare_lane")
     pack = replace(pack, constants=size)

@@ -1,4 +1,4 @@
-"""``Motion``: the code that follows a motion, in doubles, in batches of these, or in double-double."""
+"""``MotionCode``: the code that follows a motion, in doubles, in batches of these, or in double-double."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.defect import Defect, defect, terms_of
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.guards import GuardRows
 from lagrange_cli.native.interface import LANES, STEPPING
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
 
 if TYPE_CHECKING:
-    from lagrange_cli.native.followed import Followed
+    from lagrange_cli.native.followed import FollowedEquations
     from lagrange_cli.native.recurrences.batches.tables import Tables
     from lagrange_cli.native.stepping.doubles import DoubleSteps
     from lagrange_cli.native.stepping.lengths import Lengths
@@ -38,11 +39,11 @@ SOLVED = 3
 
 
 @dataclass(frozen=True)
-class Equations:
+class Specification:
     """The specification of a motion: what is followed, its series to an order, and the
     tolerance of steps."""
 
-    followed: Followed
+    followed: FollowedEquations
     series: SeriesProgram
     state: StateLayout
     constants: Constants
@@ -76,7 +77,7 @@ class Equations:
 
 
 @dataclass(frozen=True)
-class Rates:
+class RatesFunction:
     """The function by whose ``name`` rates are computed for steps on these: where it leaves them, and on how
     many doubles it works."""
 
@@ -86,7 +87,7 @@ class Rates:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionCode:
     """The code that follows a motion, its doubles of ``%work``, the operations of its jet, and where that
     leaves the series (see ``Interface``)."""
 
@@ -98,14 +99,14 @@ class Motion:
     """The tables of batches, if it is written for these."""
 
 
-def motion_of(equations: Equations, parts: int) -> Motion:
+def motion_of(equations: Specification, parts: int) -> MotionCode:
     """The code in numbers of so many ``parts``."""
     if parts > 1:
         return double_double(equations)
     return batched(equations) or double(equations)
 
 
-def proof_of(equations: Equations, nodes: Sequence[Node]) -> Proving | None:
+def proof_of(equations: Specification, nodes: Sequence[Node]) -> Proving | None:
     """The proof of integrals of ``nodes``, if there are any."""
     residual = equations.residual
     if not nodes:
@@ -114,14 +115,14 @@ def proof_of(equations: Equations, nodes: Sequence[Node]) -> Proving | None:
     return proving(equations, Defect(accelerations, terms_of(rows, residual, accelerations)))
 
 
-def proving(equations: Equations, left: Defect) -> Proving:
+def proving(equations: Specification, left: Defect) -> Proving:
     """The proof of what is ``left`` of equations."""
     from lagrange_cli.native.stepping.equations_proof import EquationsProof
 
     return partial(EquationsProof, equations.residual, left, equations.constants)
 
 
-def provings_of(equations: Equations) -> Sequence[Proving | None]:
+def provings_of(equations: Specification) -> Sequence[Proving | None]:
     """The proofs of the equations, of integrands, and of the arguments of guards; None for what is not
     proven."""
     more = equations.followed
@@ -129,7 +130,7 @@ def provings_of(equations: Equations) -> Sequence[Proving | None]:
     return own, proof_of(equations, more.proven_too), proof_of(equations, more.doubtful)
 
 
-def given_of(equations: Equations, work: int, project: str = "") -> Given:
+def given_of(equations: Specification, work: int, project: str = "") -> Given:
     """The code for steps, which work on so many doubles."""
     from lagrange_cli.native.stepping.motion import Given
 
@@ -138,7 +139,7 @@ def given_of(equations: Equations, work: int, project: str = "") -> Given:
     return Given(*given, *more)
 
 
-def double(equations: Equations) -> Motion:
+def double(equations: Specification) -> MotionCode:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
@@ -158,13 +159,13 @@ def double(equations: Equations) -> Motion:
     if equations.scheme and equations.guards:
         short, given = arrange(series, RATES), (equations.constants, equations.emitter)
         brief, room, operations = write_jet(residual, series, *given, short, BRIEF, alone=False)
-        rates = Rates(side_by_side(degrees, rows, RATES), room, BRIEF)
+        rates = RatesFunction(side_by_side(degrees, rows, RATES), room, BRIEF)
         jet += brief
     work, steps = with_steps(equations, lengths, DoubleSteps, work, project, rates)
-    return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 1, layout.width))
+    return MotionCode([*numbers("", order + 4), jet, *steps], work, operations, (0, 1, layout.width))
 
 
-def batched(equations: Equations) -> Motion | None:
+def batched(equations: Specification) -> MotionCode | None:
     """In doubles, by loops over members; None where the system is not large, or not of the kind."""
     from lagrange_cli.native.recurrences.batches.arrangement import Misfit, arrange
     from lagrange_cli.native.recurrences.batches.jet import write_batched_jet
@@ -186,12 +187,12 @@ def batched(equations: Equations) -> Motion | None:
 
         project = BatchProjection(residual, equations.state, tables).text()
     work, steps = with_steps(equations, lengths, BatchSteps, work, project)
-    return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 0, 0), tables)
+    return MotionCode([*numbers("", order + 4), jet, *steps], work, operations, (0, 0, 0), tables)
 
 
 def with_steps(
-    equations: Equations, lengths: Lengths, kind: type[DoubleSteps], work: int, project: str = "",
-    rates: Rates | None = None,
+    equations: Specification, lengths: Lengths, kind: type[DoubleSteps], work: int, project: str = "",
+    rates: RatesFunction | None = None,
 ) -> tuple[int, list[str]]:  # fmt: skip
     """What follows a motion whose series are at ``lengths``: the doubles that it works on, and its texts."""
     from lagrange_cli.native.stepping.advance import advance
@@ -203,7 +204,7 @@ def with_steps(
         from lagrange_cli.native.stepping.coupling import of_residual
         from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
 
-        rates = rates or Rates(lengths, work)
+        rates = rates or RatesFunction(lengths, work)
         given = replace(given_of(equations, rates.work, project), rates=rates.name)
         coupling = partial(of_residual, equations.residual)
         work, steps = on_rates(scheme_of(equations.scheme), rates.lengths, given, coupling, work)
@@ -219,7 +220,7 @@ def with_steps(
     return work, [*made, accelerate(lengths)]
 
 
-def suits_batches(equations: Equations) -> bool:
+def suits_batches(equations: Specification) -> bool:
     """Whether the series of a system are many, and its masses constant and diagonal, or its equations sparse
     ones with constraints."""
     return is_large(equations.residual, equations.series) and not (
@@ -235,7 +236,7 @@ def is_large(residual: Residual, series: SeriesProgram) -> bool:
     return series.convolutions >= least and (residual.separate or elimination_of(residual) is not None)
 
 
-def double_double(equations: Equations) -> Motion:
+def double_double(equations: Specification) -> MotionCode:
     """In double-double."""
     from lagrange_cli.native.functions.double_double import functions
     from lagrange_cli.native.numbers.double_double import operations
@@ -255,4 +256,4 @@ def double_double(equations: Equations) -> Motion:
     given = given_of(equations, work, project)
     stepping = stepper(lengths_of(rows, given), rows.beyond, given)
     parts = [*operations(), *functions(), jet, *stepping]
-    return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))
+    return MotionCode(parts, work, count, (LANES, 2 * rows.beyond, 1))

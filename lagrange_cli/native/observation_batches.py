@@ -8,7 +8,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.recurrences.batches.tables import Tables
-from lagrange_cli.native.recurrences.batches.values import Values
+from lagrange_cli.native.recurrences.batches.values import BatchedValues
 
 
 def batched_values(
@@ -18,7 +18,7 @@ def batched_values(
     head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
     f = Function(f"define void @observe({head}, i64 %stride, i64 %count) #0")
     stride, leaves = Integer(f, "%stride"), [time, *symbols]
-    values = Values(f, leaves, nodes, tables)
+    values = BatchedValues(f, leaves, nodes, tables)
     with f.loop(0, Integer(f, "%count")) as i:
         f.store(f.load("%times", i), values.base)
         with f.loop(1, len(leaves)) as row:
@@ -34,7 +34,7 @@ def batched_prepare(parameters: Mapping[str, Node], tables: Tables) -> tuple[str
     """``observation.write_prepare`` in batches."""
     f = Function("define void @prepare(ptr noalias %parameters, ptr noalias %constants) #0")
     leaves, nodes = [*parameters.values()], [*tables.constants.slots]
-    values = Values(f, leaves, nodes, tables)
+    values = BatchedValues(f, leaves, nodes, tables)
     with f.loop(0, len(leaves)) as row:
         f.store(f.load("%parameters", row), values.base, row)
     values.write()

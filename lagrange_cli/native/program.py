@@ -20,7 +20,7 @@ from lagrange_cli.native.followed import followed
 from lagrange_cli.native.interface import STEPPING, Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.motions import Equations, motion_of
+from lagrange_cli.native.motions import Specification, motion_of
 from lagrange_cli.native.numbers.beside import BesideEmitter
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Written
@@ -136,7 +136,7 @@ def write_program(
         interface = replace(interface, carried=scheme_of(scheme).carried(interface.inner))
     rows = interface.rows_of_guards if interface.guarded else None
     given = more, series, interface.inner, constants, order, tolerance, rows
-    equations = Equations(*given, emitter, factor is not None, scheme)
+    equations = Specification(*given, emitter, factor is not None, scheme)
     made = motion_of(equations, parts)
     symbols = [*model.q, *model.v]
 

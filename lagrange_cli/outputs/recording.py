@@ -34,7 +34,7 @@ class Making(Enum):
     INTEGRAL = "integral"  # the quadrature that goes by the dataset's path
 
 
-class Places(dict[str, int]):
+class ObservedPlaces(dict[str, int]):
     """The places of observed quantities, by name, in the arrays that have them."""
 
     def __init__(self, names: Sequence[str]) -> None:
@@ -55,7 +55,7 @@ class Places(dict[str, int]):
 class Rows(Mapping[str, "Array"]):
     """Observed quantities (c,) by name; ``values`` (quantities, c) are those at the ``places``."""
 
-    def __init__(self, places: Places, values: Array) -> None:
+    def __init__(self, places: ObservedPlaces, values: Array) -> None:
         self.places, self.array = places, values
 
     def __len__(self) -> int:

@@ -22,12 +22,12 @@ from lagrange_cli.integrate.methods.workspace import outer_rows
 from lagrange_cli.native.compilation.webassembly import compile_webassembly
 from lagrange_cli.native.families.pages import write_deriving, write_placing
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.interface import INFO, Interface
+from lagrange_cli.native.guards import INFO, Role
+from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.observation import write_map, write_prepare, write_values
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import Role
 from lagrange_cli.page.packed import packed
 from lagrange_cli.spec.spec import Expression, Spec
 

@@ -12,9 +12,9 @@ import numpy as np
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.figures.film import FORMATS, FRAMES, GIF_PIXELS, film
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.plot import Asked as Plotted
+from lagrange_cli.run.plot import PlotRequest as Plotted
 from lagrange_cli.run.plot import outputs_for
-from lagrange_cli.run.reel import FPS, USUAL_FPS, Asked, Reel, finer_than, usual_speed
+from lagrange_cli.run.reel import FPS, USUAL_FPS, FilmRequest, Reel, finer_than, usual_speed
 from lagrange_cli.store.target import Target, unwritable
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def fps_of(kind: str) -> float:
     return FPS.get(kind, USUAL_FPS)
 
 
-def request_for(motion: Motion, request: Request, asked: Asked) -> Request:
+def request_for(motion: Motion, request: Request, asked: FilmRequest) -> Request:
     """The request of a motion whose samples and outputs are those of a film."""
     settings = motion.settings
     begin = settings.start if asked.begin is None else asked.begin

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.values import Values
     from lagrange_cli.work_precision.measure import Contender, Result, Rules
     from lagrange_cli.work_precision.reference import Reference
-    from lagrange_cli.work_precision.trajectory import Followed
+    from lagrange_cli.work_precision.trajectory import Trajectory
 
 Tell = Callable[[int, int, object], None]
 """Gets the number of measurements done, their total number, and the next one."""
@@ -132,7 +132,7 @@ def rank_methods(
     with stage("derive"):
         prepare = preparing(spec, settings.backward)
 
-    def reference_run(prepared: Prepared, times: Times) -> Followed:
+    def reference_run(prepared: Prepared, times: Times) -> Trajectory:
         followed = follow(prepared, values, times, PATIENCE * rules.budget, interrupted)
         if interrupted():
             raise KeyboardInterrupt

@@ -128,7 +128,7 @@ def constraints_object(found: Classification) -> dict[str, Any]:
 
 def constraints_shown(found: Classification) -> list[str]:
     """The same in lines."""
-    from lagrange_cli.run.start import notes
+    from lagrange_cli.run.start_notes import notes
 
     names = found.spec.all_constraints
     if not names:

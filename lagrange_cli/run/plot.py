@@ -47,7 +47,7 @@ SAME = 1e-12
 
 
 @dataclass(frozen=True)
-class Asked:
+class PlotRequest:
     """The requested plots: words of ``--what``, or ``y`` over ``x``; by default the usual ones."""
 
     what: tuple[str, ...] = ()
@@ -55,7 +55,7 @@ class Asked:
     y: tuple[str, ...] = ()
 
 
-def outputs_for(asked: Asked, *, has_particles: bool) -> tuple[str, ...]:
+def outputs_for(asked: PlotRequest, *, has_particles: bool) -> tuple[str, ...]:
     """The outputs that a motion must have for a plot of its system file."""
     words = asked.what or (() if asked.y else motions.USUAL)
     found = {output for word in words if word in motions.WHAT for output in motions.WHAT[word].outputs}
@@ -78,7 +78,7 @@ def finely_sampled(motion: Motion, request: Request) -> Request:
     return replace(request, options=replace(asked, samples=(settings.count - 1) * factor + 1))
 
 
-def page_of(results: Sequence[Result], asked: Asked) -> Page:
+def page_of(results: Sequence[Result], asked: PlotRequest) -> Page:
     """The page that shows ``results``, which must be of one kind.
 
     Raises ``UsageError`` for what cannot be drawn, with what to ask for.
@@ -178,7 +178,7 @@ def missing(run: Run, word: str, what: What, option: str) -> str:
     return f"{option} {word}: {run.result.name} does not contain it: {command} again with --outputs {needed}"
 
 
-def across(runs: Sequence[Run], asked: Asked) -> list[Panel]:
+def across(runs: Sequence[Run], asked: PlotRequest) -> list[Panel]:
     """``--y`` over ``--x``, which is t by default."""
     kind = runs[0].result.kind
     x = asked.x or "t"

@@ -50,7 +50,7 @@ USUAL_FPS = 30.0
 
 
 @dataclass(frozen=True)
-class Asked:
+class FilmRequest:
     """The request for a film.
 
     ``speed`` is in units of t a second, ``fps`` are the pictures a second. The film goes from t = ``begin``
@@ -140,7 +140,7 @@ def read_system(result: Result) -> tuple[Spec, dict[str, float]]:
     return spec, parameters
 
 
-def reel_of(result: Result, asked: Asked) -> Reel:
+def reel_of(result: Result, asked: FilmRequest) -> Reel:
     """The reel of an output.
 
     Raises ``UsageError`` for what cannot be shown, and ``FileError`` for what cannot be read.

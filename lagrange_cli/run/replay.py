@@ -15,7 +15,7 @@ from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.view.content import RECORDED, drawn, recorded
-from lagrange_cli.run.view.motion import SPAN, Followed
+from lagrange_cli.run.view.motion import SPAN, ViewedMotion
 from lagrange_cli.run.view.page import Page, assembled, view
 from lagrange_cli.spec.spec import SolveDefaults, Spec, grouped
 from lagrange_cli.spec.values import Values
@@ -68,7 +68,7 @@ def replayed(path: Path, spec: Spec, found: Made, stage: Stage) -> Page:
     )
     motion = Motion(spec, values, settings)
     done = found.status in ("complete", "stopped")
-    followed = Followed(t, q, v, observed, "" if done else found.message, len(t))
+    followed = ViewedMotion(t, q, v, observed, "" if done else found.message, len(t))
     notice = f"This page replays {path.name}."
     if not done:
         notice += f" The run ended early: {found.message}."

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
-from lagrange_cli.run.start import in_short
+from lagrange_cli.run.start_notes import in_short
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.method import End

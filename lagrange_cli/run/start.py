@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import Problem, SpecError
@@ -11,12 +11,8 @@ from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from lagrange_cli.model.start.consistent import Start
-    from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
-
-MOST_TOLD = 8
-"""Values that are named."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +174,7 @@ def with_state(values: Values, found: Start) -> Values:
 
 
 def begin_of(found: Start) -> Begin:
-    """The messages about it."""
+    """How it was found."""
     return Begin(
         {one.name: (one.given, one.value, one.by) for one in found.changed if one.given is not None},
         {one.name: one.value for one in found.changed if one.given is None},
@@ -216,118 +212,3 @@ def rounding_of_run(
         speeds = [algebra.number(repr(x)) if isinstance(x, float) else x for x in v]
         found = refined(whole, parameters, t, (numbers, speeds), overrides, near, forced=forced)
     return replace(rounding, q=tuple(map(less, found.q, values.q)), v=tuple(map(less, found.v, values.v)))
-
-
-def consistent_ensemble(
-    spec: Spec, values: EnsembleValues, t: float, given: Collection[str], *, forced: bool = False
-) -> tuple[Spec, EnsembleValues, tuple[str, ...]]:
-    """The same for each member of an ensemble; and what the user is told.
-
-    A member that has no consistent start is refused, and the others go on. The system is that without the
-    constraints that depend on others in the first member.
-
-    Raises ``SpecError`` where no member has one.
-    """
-    if not spec.all_constraints:
-        return spec, values, ()
-    if values.remainder is not None:
-        long = replace(values.of(0), remainder=values.remainder)
-        spec, long, begin = consistent_values(spec, long, t, given, forced=forced, exact=True)
-        return spec, replace(values, q=long.q, v=long.v, remainder=long.remainder), tuple(notes(begin))
-    import numpy as np
-
-    refused: dict[int, str] = {}
-    otherwise: dict[int, tuple[str, ...]] = {}
-    states = np.array([np.broadcast_to(x, values.members) for x in (*values.q, *values.v)], dtype=np.float64)
-    begins: list[Begin] = []
-    faint: set[str] = set()
-    first: tuple[str, ...] | None = None
-    error: SpecError | None = None
-    for member in range(values.members):
-        try:
-            one, found, begin = consistent_values(spec, values.of(member), t, given, forced=forced)
-        except SpecError as problem:
-            error, refused[member] = error or problem, problem.problems[0].message
-            continue
-        if first is None:
-            first = one.left_out
-        if one.left_out != first:
-            otherwise[member] = one.left_out
-        faint.update(one.faint)
-        states[:, member] = (*found.q, *found.v)
-        begins.append(begin)
-    if first is None:
-        assert error is not None
-        raise error
-    rows = [row if np.ptp(row) else float(row[0]) for row in states]
-    size = len(values.q)
-    values = replace(values, q=tuple(rows[:size]), v=tuple(rows[size:]), refused=refused, otherwise=otherwise)
-    spec = replace(spec, left_out=first, faint=tuple(sorted(faint)))
-    return spec, values, tuple(notes_of_members(begins))
-
-
-def notes_of_members(begins: Collection[Begin]) -> Iterator[str]:
-    """The messages about the starts of many motions."""
-    if len(begins) == 1:
-        yield from notes(next(iter(begins)))
-        return
-    moved, found = sum(bool(one.moved) for one in begins), sum(bool(one.found) for one in begins)
-    if moved:
-        yield f"initial values of {members(moved)} moved to satisfy the constraints"
-    if found:
-        yield f"initial values of {members(found)} found from the constraints"
-    dependent = [(one.redundant, one.undetermined) for one in begins]
-    for redundant, undetermined in dict.fromkeys(dependent):
-        (said,) = [*notes(replace(NOTHING, redundant=redundant, undetermined=undetermined)), ""][:1]
-        if len({*dependent}) > 1:
-            count = dependent.count((redundant, undetermined))
-            said = said.replace("warning: ", f"warning: in {members(count)} ")
-        if said:
-            yield said
-    singular = sum(bool(one.singular) for one in begins)
-    if singular:
-        yield f"warning: constraints of {members(singular)} depend on each other at the start, and only there"
-
-
-def members(count: int) -> str:
-    """So many of them."""
-    return f"{count} member{'' if count == 1 else 's'}"
-
-
-def notes(begin: Begin) -> Iterator[str]:
-    """The messages about the start."""
-    if begin.normalized:
-        lengths = [f"{body} (its length was {length:.9g})" for body, length in begin.normalized.items()]
-        noun, rates = ("quaternion", "its rates") if len(lengths) == 1 else ("quaternions", "their rates")
-        moved = [f"{name} {old:.9g} -> {new:.9g}" for name, (old, new, _) in begin.moved.items()]
-        yield (
-            f"initial {noun} of {in_short(lengths)} normalized, and {rates} divided by that length, which "
-            f"keeps the angular velocity: {in_short(moved)}"
-        )
-    elif begin.moved:
-        shown = [f"{name} {old:.9g} by {by:.1e}" for name, (old, _, by) in begin.moved.items()]
-        yield f"initial values moved to satisfy the constraints: {in_short(shown)}"
-    if begin.found:
-        shown = [f"{name} = {value:.9g}" for name, value in begin.found.items()]
-        yield f"initial values found from the constraints: {in_short(shown)}"
-    if begin.redundant:
-        noun, verb = ("constraint", "depends") if len(begin.redundant) == 1 else ("constraints", "depend")
-        but = f" (up to {begin.rest:.0e} of its size, which is taken for rounding)" if begin.rest else ""
-        yield (
-            f"warning: the {noun} {in_short(begin.redundant)} {verb} on the others{but}: the multipliers of "
-            f"{in_short(begin.undetermined)} are not unique, and the ones of least norm are written; the "
-            "motion is unique"
-        )
-    if begin.singular:
-        noun, verb = ("constraint", "depends") if len(begin.singular) == 1 else ("constraints", "depend")
-        yield (
-            f"warning: the {noun} {in_short(begin.singular)} {verb} on the others at the start, and only "
-            "there: a singular configuration, from which the motion may not be unique"
-        )
-
-
-def in_short(words: Collection[str]) -> str:
-    """The first of them."""
-    listed = [*words]
-    more = len(listed) - MOST_TOLD
-    return ", ".join(listed[:MOST_TOLD]) + (f" and {more} more" if more > 0 else "")

@@ -28,6 +28,11 @@ class Written:
         return self.place if self.passage is None else self.passage.place(span)
 
     @property
+    def is_list(self) -> bool:
+        """Whether it is a family whose members are written one after the other."""
+        return False
+
+    @property
     def expressions(self) -> tuple[Expression, ...]:
         """What is written with the indices of the key; nothing where members have more than expressions."""
         return ()
@@ -57,6 +62,10 @@ class Declared(Written):
     """A parameter or a coordinate: its name, and the fields given for it."""
 
     fields: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def is_list(self) -> bool:
+        return isinstance(self.fields.get("value"), tuple)
 
     @property
     def expressions(self) -> tuple[Expression, ...]:

@@ -1,25 +1,22 @@
-"""Families and their members: from here on every name is that of one quantity, such as ``theta[3]``."""
+"""Families: the statements of a section become families that know their members, such as ``theta[3]``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from math import prod
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
-from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.confusions import is_unit
 from lagrange_cli.expression.indices import counted, integer
 from lagrange_cli.expression.near import known_hint, near_hint
-from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, plain_names
-from lagrange_cli.expression.vocabulary import RESERVED, member_name, velocity_name
+from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import in_order
-from lagrange_cli.spec.draft import Declared, Draft, Entry, Written, WrittenBody, WrittenEvent
-from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames, Place
-from lagrange_cli.spec.order import chain, dependency_order
+from lagrange_cli.spec.draft import Declared, Draft, Entry, WrittenBody, WrittenEvent
+from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place as FilePlace
@@ -29,69 +26,6 @@ MAX_MEMBERS = whole("members")
 """Members of all the families of a file, each section counted by itself."""
 
 One = TypeVar("One", Entry, Declared, WrittenEvent, WrittenBody)
-
-
-def resolve_sizes(draft: Draft, overrides: Mapping[str, str], problems: Problems) -> dict[str, int]:
-    """The sizes of the families; ``overrides`` are those of the command line, name to expression.
-
-    Raises:
-        UsageError: an override of an unknown size, or one that is no whole number greater than 0.
-    """
-    entries = {entry.name: entry for entry in draft.entries("sizes") if entry.name not in RESERVED}
-    trees = {name: entry.value.tree for name, entry in entries.items() if entry.value is not None}
-    for name, text in overrides.items():
-        if name not in entries:
-            raise UsageError(f"--size {name}={text}: {_no_size(draft, name, text, entries)}")
-        try:
-            trees[name] = parse(text)
-        except ExpressionError as error:
-            raise _usage(name, text, error) from error
-    order, cycles = dependency_order({name: plain_names(tree) for name, tree in trees.items()})
-    for cycle in cycles:
-        problems.add(
-            entries[cycle[0]].place, f"size '{cycle[0]}' depends on itself: {chain(cycle)}", "write a number"
-        )
-    found: dict[str, int] = {}
-    for name in order:
-        if plain_names(trees[name]) & (entries.keys() - found.keys()):
-            continue  # follows from a problem already noted
-        try:
-            found[name] = _size(trees[name], found)
-        except ExpressionError as error:
-            if name in overrides:
-                raise _usage(name, overrides[name], error) from error
-            value = entries[name].value
-            assert value is not None
-            problems.add_expression(value, error, f"size '{name}'")
-    problems.broken |= entries.keys() - found.keys()
-    return {name: found[name] for name in entries if name in found}
-
-
-def _no_size(draft: Draft, name: str, text: str, known: Mapping[str, Entry]) -> str:
-    """Why a name is no size, and what was perhaps meant."""
-    from lagrange_cli.spec.roles import COORDINATE, PARAMETER, VELOCITY, role_in_draft
-
-    what = role_in_draft(draft, name)
-    if what in (PARAMETER, COORDINATE, VELOCITY):
-        declared = [*draft.declared("parameters"), *draft.declared("coordinates")]
-        named = [one for one in declared if name in (one.name, velocity_name(one.name))]
-        if any(one.key.axes or _is_list(one) for one in named):
-            return f"'{name}' is a family; --set {name}[...]={text} sets a member of it"
-        sets = "it" if what == PARAMETER else "its initial value"
-        return f"'{name}' is {what}; --set {name}={text} sets {sets}"
-    hint = near_hint(name, known) or known_hint(known) or "the file has no 'sizes'"
-    return f"'{name}' is {what}, and no size; {hint}" if what else f"unknown size '{name}'; {hint}"
-
-
-def _size(tree: Tree, known: Mapping[str, int]) -> int:
-    value = integer(tree, known)
-    if value <= 0:
-        raise ExpressionError(tree.span, f"the value is {value}", "sizes are whole numbers greater than 0")
-    return value
-
-
-def _usage(name: str, text: str, error: ExpressionError) -> UsageError:
-    return UsageError(f"--size {name}={text}: {error.message}; {error.hint}")
 
 
 def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
@@ -129,7 +63,7 @@ class _Expander:
         found: list[One | WrittenFamily[One]] = []
         families: dict[str, Family] = {}
         for name, pieces in grouped.items():
-            if not any(piece.key.axes or _is_list(piece) for piece in pieces):
+            if not any(piece.key.axes or piece.is_list for piece in pieces):
                 found += pieces
                 continue
             parts = self._parts(pieces)
@@ -143,8 +77,10 @@ class _Expander:
 
     def _parts(self, pieces: list[One]) -> list[Part[One]]:
         """What the pieces give of a family; nothing where something is wrong."""
+        from lagrange_cli.spec.repeated import Taken
+
         found: list[Part[One]] = []
-        taken = _Taken[One]()
+        taken = Taken[One]()
         axes = len(pieces[0].key.axes)
         for piece in pieces:
             if len(piece.key.axes) != axes or (len(pieces) > 1 and not axes):
@@ -181,7 +117,7 @@ class _Expander:
     def _piece(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]] | None:
         """The members that one entry gives, and its ranges as they are written; None where it is wrong. There
         are none where a range is empty, as that of all links but the first in a chain of one."""
-        if isinstance(piece, Declared) and _is_list(piece):
+        if isinstance(piece, Declared) and piece.is_list:
             return self._list(piece)
         ranges = [self._range(piece, axis) for axis in piece.key.axes]
         known = tuple(one for one in ranges if one is not None)
@@ -293,57 +229,6 @@ class _Expander:
         return tuple(labels)
 
 
-def _is_list(piece: Written) -> bool:
-    return isinstance(piece, Declared) and isinstance(piece.fields.get("value"), tuple)
-
-
 def ascending(values: range) -> range:
     """The same numbers in ascending order."""
     return values if values.step > 0 else values[::-1]
-
-
-class _Taken(Generic[One]):
-    """The places of a family that have a member."""
-
-    def __init__(self) -> None:
-        self._wide: list[Part[One]] = []
-        self._single: dict[Place, Part[One]] = {}
-
-    def again(self, part: Part[One], order: tuple[range, ...]) -> tuple[Place, Part[One]] | None:
-        """Add the places of a part. The first of them in this ``order`` that was taken before, and what has
-        it."""
-        twice = [
-            (place, other) for other in self._wide if (place := first_common(order, other.ranges)) is not None
-        ]
-        if part.count == 1:
-            place = next(part.places)
-            twice += [(place, self._single[place])] if place in self._single else []
-            self._single[place] = part
-        else:
-            twice += [(place, other) for place, other in self._single.items() if part.has(place)]
-            self._wide.append(part)
-        ranks = (
-            ([values.index(x) for x, values in zip(place, order)], place, other) for place, other in twice
-        )
-        found = min(ranks, key=lambda one: one[0], default=None)
-        return None if found is None else found[1:]
-
-
-def first_common(order: tuple[range, ...], others: tuple[range, ...]) -> Place | None:
-    """The first place, in this order, that some places have in common with others; None if there is none."""
-    found = [next(common(one, two), None) for one, two in zip(order, others)]
-    return None if None in found else tuple(one for one in found if one is not None)
-
-
-def common(one: range, other: range) -> Iterator[int]:
-    """The numbers in a range that are also in another, which ascends: from where both have begun, the
-    differences to the steps of the other come again after as many numbers as its step."""
-    if one.step < 0:
-        return (-value for value in common(negative(one), negative(other[::-1])))
-    first = max(0, -((one.start - other.start) // one.step))
-    return (value for value in one[first : first + other.step] if value in other)
-
-
-def negative(values: range) -> range:
-    """The numbers with the other sign."""
-    return range(-values.start, -values.stop, -values.step)

@@ -10,7 +10,7 @@ from lagrange_cli.records import replace
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.check import check
 from lagrange_cli.spec.draft import Draft
-from lagrange_cli.spec.families import expand, resolve_sizes
+from lagrange_cli.spec.families import expand
 from lagrange_cli.spec.fields import unreadable, words_of
 from lagrange_cli.spec.nodes import Node, compose, decode
 from lagrange_cli.spec.problems import Problems
@@ -47,7 +47,11 @@ def examine(
     source = decode(text, filename)
     problems = Problems(source)
     draft = read_draft(compose(source, problems), problems)
-    numbers = resolve_sizes(draft, sizes or {}, problems)
+    numbers: dict[str, int] = {}
+    if sizes or draft.entries("sizes"):
+        from lagrange_cli.spec.sizes import resolve_sizes
+
+        numbers = resolve_sizes(draft, sizes or {}, problems)
     return check(expand(draft, numbers, problems), numbers, problems), problems
 
 

@@ -19,7 +19,7 @@ from lagrange_cli.errors import MotionError
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass
-from lagrange_cli.work_precision.trajectory import SAMPLES, Followed, evenly
+from lagrange_cli.work_precision.trajectory import SAMPLES, Trajectory, evenly
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,7 +53,11 @@ class Reference:
 
 
 def find_reference(
-    runs: Sequence[Callable[[Times], Followed]], start: float, stop: float, good: float, groups: Sequence[str]
+    runs: Sequence[Callable[[Times], Trajectory]],
+    start: float,
+    stop: float,
+    good: float,
+    groups: Sequence[str],
 ) -> Reference:
     """The reference from ``start`` to ``stop``, or as long as its relative error is at most ``good``.
 
@@ -88,7 +92,7 @@ def leading(holds: NDArray[np.bool_]) -> int:
     return len(holds) if holds.all() else int(np.argmin(holds))
 
 
-def why(found: Sequence[Followed]) -> str:
+def why(found: Sequence[Trajectory]) -> str:
     """The reason why the shortest of the motions ended."""
     outcome = min(found, key=lambda each: len(each.q)).outcome
     if outcome.ending is Ending.INTERRUPTED:

@@ -24,7 +24,7 @@ SAMPLES = 1001
 
 
 @dataclass(frozen=True)
-class Followed:
+class Trajectory:
     """``q`` of shape (samples reached, coordinates), the outcome of the integration, and its time."""
 
     q: NDArray[np.float64]
@@ -39,7 +39,7 @@ def evenly(start: float, stop: float) -> Times:
 
 def follow(
     prepared: Prepared, values: Values, times: Times, budget: float, interrupted: Callable[[], bool]
-) -> Followed:
+) -> Trajectory:
     """Integrate a prepared motion, for ``budget`` seconds at most or until ``interrupted``.
 
     ``seconds`` is the time of the integration. As in a run of ``solve`` it includes samples and diagnostics,
@@ -58,4 +58,4 @@ def follow(
 
     outcome = integrate(prepared, values, times, emit, late)
     seconds = time.perf_counter() - began
-    return Followed(np.concatenate(chunks), outcome, seconds)
+    return Trajectory(np.concatenate(chunks), outcome, seconds)

@@ -71,7 +71,7 @@ def followed(text: str, stop: float = 0.3, samples: int = 4) -> tuple[Prepared, 
     return ready, run(ready, values, 0.0, stop, samples)
 
 
-@pytest.mark.exhaustive(keep=3, most=8)
+@pytest.mark.exhaustive(keep=1, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 def test_chains_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = chain(case, 13)

@@ -14,7 +14,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.native.state import Role
+from lagrange_cli.native.guards import Role
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
@@ -102,7 +102,7 @@ def followed(prepared: Prepared, text: str, stop: float = 1.5) -> Mapping[str, N
     return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
 
 
-@pytest.mark.exhaustive(keep=14)
+@pytest.mark.exhaustive(keep=7)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_events_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,8 @@ import lagrange_cli.integrate.methods.stepper as stepping
 import lagrange_cli.integrate.methods.workspace as workspace
 from lagrange_cli.cli.main import main
 from lagrange_cli.integrate.hearing import ENDING, _steppers, asked_by
-from lagrange_cli.native.interface import HALTED, INFO, Stop
+from lagrange_cli.native.guards import HALTED, INFO
+from lagrange_cli.native.interface import Stop
 from tests.support.command import PATIENCE, environment, wait_until
 
 SHAKEN = """

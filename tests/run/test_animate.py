@@ -16,7 +16,16 @@ from lagrange_cli.figures.film import FRAMES
 from lagrange_cli.figures.scene import shown_time
 from lagrange_cli.run.animate import find_folder, write
 from lagrange_cli.run.monitor import Silence
-from lagrange_cli.run.reel import FINER, FINEST, LONGEST, MOST_FRAMES, Asked, finer_than, reel_of, usual_speed
+from lagrange_cli.run.reel import (
+    FINER,
+    FINEST,
+    LONGEST,
+    MOST_FRAMES,
+    FilmRequest,
+    finer_than,
+    reel_of,
+    usual_speed,
+)
 from lagrange_cli.run.sampling import Samples
 from lagrange_cli.store.result import Result
 from tests.support.command import SYSTEMS, lagrange
@@ -49,7 +58,7 @@ def folder(tmp_path_factory):
 def reel(folder, name, **asked):
     with Result(str(folder / name)) as result:
         result.name = name
-        return reel_of(result, Asked(**{"fps": 10.0, **asked}))
+        return reel_of(result, FilmRequest(**{"fps": 10.0, **asked}))
 
 
 @given(st.lists(st.floats(-3, 3), min_size=4, max_size=4), st.booleans())

@@ -8,7 +8,7 @@ import pytest
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map
-from lagrange_cli.run.plot import Asked, page_of
+from lagrange_cli.run.plot import PlotRequest, page_of
 from lagrange_cli.run.plots import reading
 from lagrange_cli.run.plots.quantities import Quantity, quantities, unit_text
 from lagrange_cli.store.result import Result
@@ -34,7 +34,7 @@ def folder(tmp_path_factory):
 
 def panels(folder, name, *what, x=None, y=()):
     with Result(str(folder / name)) as result:
-        return page_of([result], Asked(what, x, y)).panels
+        return page_of([result], PlotRequest(what, x, y)).panels
 
 
 def test_curves_are_the_samples_of_the_file(folder):
@@ -111,15 +111,15 @@ def test_the_spectrum_of_a_cosine(tmp_path):
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        (Asked(("phase",)), "solve again with --outputs q,v"),
-        (Asked(("path",)), "solve again with --outputs positions"),
-        (Asked(("error",)), "solve again with --certify"),
-        (Asked(("phaze",)), "did you mean phase?"),
-        (Asked(("final",)), "not for a motion"),
-        (Asked((), None, ("bob.x",)), "with --outputs positions"),
-        (Asked((), None, ("p_theta",)), "with --outputs p"),
-        (Asked((), None, ("thta",)), "did you mean theta?"),
-        (Asked((), "theta", ()), "--x needs --y"),
+        (PlotRequest(("phase",)), "solve again with --outputs q,v"),
+        (PlotRequest(("path",)), "solve again with --outputs positions"),
+        (PlotRequest(("error",)), "solve again with --certify"),
+        (PlotRequest(("phaze",)), "did you mean phase?"),
+        (PlotRequest(("final",)), "not for a motion"),
+        (PlotRequest((), None, ("bob.x",)), "with --outputs positions"),
+        (PlotRequest((), None, ("p_theta",)), "with --outputs p"),
+        (PlotRequest((), None, ("thta",)), "did you mean theta?"),
+        (PlotRequest((), "theta", ()), "--x needs --y"),
     ],
 )
 def test_what_is_missing_is_named_with_what_to_ask_for(folder, asked, message):
@@ -175,13 +175,13 @@ def test_the_points_of_many_motions_are_in_one_plane_told_apart_by_colour(folder
     assert [one.shade for one in panel.items] == [0, 0.5, 1]
     with Result(str(folder / "sections.h5")) as result:
         (diagram,) = [
-            one for one in page_of([result], Asked(("diagram",), None, ())).panels if one.y == "$y$"
+            one for one in page_of([result], PlotRequest(("diagram",), None, ())).panels if one.y == "$y$"
         ]
         np.testing.assert_array_equal(diagram.items[0].x, np.repeat([0, 0.1, 0.2], 15))
         np.testing.assert_array_equal(diagram.items[0].y, y.reshape(-1))
-        (drift,) = page_of([result], Asked(("drift",), None, ())).panels
+        (drift,) = page_of([result], PlotRequest(("drift",), None, ())).panels
         assert len(drift.items[0].x) == 3
-        (over,) = page_of([result], Asked((), "x_dot", ("h",))).panels
+        (over,) = page_of([result], PlotRequest((), "x_dot", ("h",))).panels
         assert len(over.items) == 3
 
 

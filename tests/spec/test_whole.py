@@ -20,9 +20,9 @@ from lagrange_cli.integrate.cache_entry import key_of
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.spec import evaluation, names
 from lagrange_cli.spec.content import names_of
-from lagrange_cli.spec.families import common
 from lagrange_cli.spec.family import Grid, Listed, MemberNames
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.repeated import common
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.together import Together
 from lagrange_cli.spec.values import Values, resolve_values

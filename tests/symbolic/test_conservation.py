@@ -45,7 +45,7 @@ def along_the_motion(equations, quantity):
     return rate
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_named_conserved_is(name):
     equations = equations_of(name)

@@ -188,7 +188,7 @@ def test_matrix_form():
     ) in text
 
 
-@pytest.mark.exhaustive(keep=30)
+@pytest.mark.exhaustive(keep=15)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_form_is_shown(name, form):

@@ -18,7 +18,7 @@ from lagrange_cli.work_precision.reference import (
     round_down,
     running_sizes,
 )
-from lagrange_cli.work_precision.trajectory import SAMPLES, Followed, evenly, follow
+from lagrange_cli.work_precision.trajectory import SAMPLES, Trajectory, evenly, follow
 from tests.support.motion import DIGITS, prepared, samples_of, values_of
 
 
@@ -108,7 +108,7 @@ def by_hand(function, ending=Ending.COMPLETE, until=np.inf):
         outcome = Outcome(
             ending if early else Ending.COMPLETE, f"{ending.value}, t = {until:g}", t[-1], 7, 7, None, {}
         )
-        return Followed(function(reached), outcome, 0.0)
+        return Trajectory(function(reached), outcome, 0.0)
 
     return run
 

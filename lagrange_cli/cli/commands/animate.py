@@ -28,7 +28,7 @@ from lagrange_cli.cli.options.shared import Given, given_with, parse_overrides
 from lagrange_cli.cli.progress import Counter, Progress, Waiting
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.reel import Asked
+    from lagrange_cli.run.reel import FilmRequest
     from lagrange_cli.store.result import Result
 
 PANELS = (
@@ -119,12 +119,12 @@ def animate(
     from lagrange_cli.figures.film import FRAMES, check_film
     from lagrange_cli.run.animate import find_folder, format_of, fps_of, told, write
     from lagrange_cli.run.interrupts import Interrupts
-    from lagrange_cli.run.reel import Asked, reel_of
+    from lagrange_cli.run.reel import FilmRequest, reel_of
 
     check_film("lagrange animate")
     name = output or f"{stem(source)}.mp4"
     kind = format_of(name)
-    asked = Asked(fps or fps_of(kind), speed, begin, end, trail, panels, pixels)
+    asked = FilmRequest(fps or fps_of(kind), speed, begin, end, trail, panels, pixels)
     if kind == FRAMES:
         target = find_folder(name, force=force, origin=origin_of((source,), began, "lagrange animate"))
     else:
@@ -148,7 +148,9 @@ def animate(
 
 
 @contextmanager
-def opened(source: str, asked: Asked, given: Given, run: Mapping[str, Any]) -> Iterator[tuple[Result, bool]]:
+def opened(
+    source: str, asked: FilmRequest, given: Given, run: Mapping[str, Any]
+) -> Iterator[tuple[Result, bool]]:
     """The output called ``source``, or that of its motion if it is a system file, and whether Ctrl-C has
     ended this motion."""
     written = Path(source).suffix.lower() in OUTPUTS

@@ -35,7 +35,7 @@ from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.run.certify import Demand
-    from lagrange_cli.run.plot import Asked
+    from lagrange_cli.run.plot import PlotRequest
     from lagrange_cli.store.notes import Origin
     from lagrange_cli.store.result import Result
 
@@ -139,12 +139,12 @@ def plot(
         raise UsageError("--what and --y both say what to draw: give one of them")
     from lagrange_cli.figures.style import check_matplotlib
     from lagrange_cli.figures.terminal import check_plotext
-    from lagrange_cli.run.plot import Asked, check_format, page_of
+    from lagrange_cli.run.plot import PlotRequest, check_format, page_of
 
     check_plotext("--terminal") if terminal else check_matplotlib("lagrange plot")
     name = output or f"{stem(sources[0])}.png"
     suffix = "" if terminal else check_format(name)
-    asked = Asked(what, x, y)
+    asked = PlotRequest(what, x, y)
     target = None if terminal else target_of(name, sources, began, "lagrange plot", force=force)
     with ExitStack() as stack:
         results, interrupted = [], False
@@ -194,7 +194,7 @@ def origin_of(sources: tuple[str, ...], began: float, command: str) -> Origin | 
 
 @contextmanager
 def opened(
-    source: str, asked: Asked, given: Given, demand: Demand | None, run: Mapping[str, Any]
+    source: str, asked: PlotRequest, given: Given, demand: Demand | None, run: Mapping[str, Any]
 ) -> Iterator[tuple[Result, bool]]:
     """The output called ``source``, or that of its motion if it is a system file, and whether Ctrl-C has
     ended this motion."""

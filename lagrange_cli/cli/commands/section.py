@@ -27,7 +27,7 @@ from lagrange_cli.run.timings import Stopwatch
 if TYPE_CHECKING:
     from lagrange_cli.run.ensembles.draws import Draws
     from lagrange_cli.run.ensembles.ensemble import Ensemble
-    from lagrange_cli.run.sections.request import Asked
+    from lagrange_cli.run.sections.request import SectionRequest
 
 CROSSINGS = 1000
 DIRECTIONS = "rising", "falling", "either"
@@ -100,13 +100,13 @@ def section(
     lagrange section henon_heiles.yaml --where x --over y0=-0.2:0.4:31
     lagrange section driven_damped_pendulum.yaml --every 2*pi/Omega --over A=1:1.5:500
     """
-    from lagrange_cli.run.sections.request import Asked
+    from lagrange_cli.run.sections.request import SectionRequest
 
     if (where is None) == (every is None):
         raise UsageError("give one of --where EXPRESSION, as in --where x, and --every PERIOD")
     if every is not None and direction is not None:
         raise UsageError("--direction belongs to --where: leave it out with --every")
-    cut = Asked(where or "", every or "", direction or DIRECTIONS[0], crossings)
+    cut = SectionRequest(where or "", every or "", direction or DIRECTIONS[0], crossings)
     asked = with_format(asked, asked_format)
     asked = replace(asked, request=replace(asked.request, precision=precision))
     if asked.request.format == CSV and draws.any:
@@ -117,7 +117,7 @@ def section(
     return run_each((system,), lambda one: take(one, asked, cut, draws, threads), as_json=asked.as_json)
 
 
-def take(system: str, asked: Invocation, cut: Asked, draws: Draws, threads: int) -> int:
+def take(system: str, asked: Invocation, cut: SectionRequest, draws: Draws, threads: int) -> int:
     """Read, derive, compile, follow and write; returns the exit status."""
     began = time.process_time()
     watch = Stopwatch(Waiting(stem(system), quiet=asked.quiet).stage)
@@ -140,13 +140,13 @@ def take(system: str, asked: Invocation, cut: Asked, draws: Draws, threads: int)
     return say_crossed(crossed, watch.report(), began, asked)
 
 
-def given_of(cut: Asked) -> dict[str, str]:
+def given_of(cut: SectionRequest) -> dict[str, str]:
     """The options as they were given, by what they set."""
     shown = {"where": cut.where, "every": cut.every, "crossings": cut.crossings, "direction": cut.direction}
     return {name: f"--{name} {value}" for name, value in shown.items() if value}
 
 
-def read_section(system: str, asked: Invocation, cut: Asked, draws: Draws, stage: Stage) -> Ensemble:
+def read_section(system: str, asked: Invocation, cut: SectionRequest, draws: Draws, stage: Stage) -> Ensemble:
     """The system, the numbers of its motions, and how they are to be cut."""
     draws.check_input(system)
     request, content = asked.request, read_bytes(system)

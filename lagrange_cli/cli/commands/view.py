@@ -41,7 +41,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 @dataclass(frozen=True)
-class Asked:
+class ViewRequest:
     """What is asked for: a motion, where its page goes, and whether the page is opened."""
 
     request: Request
@@ -102,11 +102,11 @@ def view(
         cache=not no_cache,
         projected=times["projected"],
     )
-    asked = Asked(request, output, member, force, opening, given)
+    asked = ViewRequest(request, output, member, force, opening, given)
     return run_each((file,), partial(view_one, asked=asked), as_json=given.as_json)
 
 
-def view_one(file: str, asked: Asked) -> int:
+def view_one(file: str, asked: ViewRequest) -> int:
     """Write the page of one file; returns the exit status."""
     began = time.monotonic()
     waiting = Waiting(stem(file), quiet=asked.given.quiet)
@@ -153,7 +153,7 @@ def is_output(content: bytes) -> bool:
     return content.startswith(SIGNATURE)
 
 
-def refuse_changes(asked: Asked) -> None:
+def refuse_changes(asked: ViewRequest) -> None:
     """Raise ``UsageError`` for options that would change a motion that has been computed."""
     request = asked.request
     given: dict[str, object] = {
@@ -168,7 +168,7 @@ def refuse_changes(asked: Asked) -> None:
         raise UsageError(f"{names[0]} belongs to a system file: the motion of an output is as it is")
 
 
-def target_of(file: str, asked: Asked, began: float) -> Target:
+def target_of(file: str, asked: ViewRequest, began: float) -> Target:
     """The page's file, checked before any work is done."""
     from lagrange_cli.store.find_target import find_target
     from lagrange_cli.store.notes import Origin

@@ -12,6 +12,7 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state
 from lagrange_cli.run.request import HDF5
+from lagrange_cli.run.start import NOTHING
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation
@@ -58,8 +59,8 @@ def say_solved(
         resumable = outcome.progress is not None and asked.request.format == HDF5
         way_on = f"; {resuming(start)} continues from there" if resumable else ""
         complain(f"{name}: {outcome.message}{way_on}")
-    if not asked.quiet:
-        from lagrange_cli.run.start import notes as notes_of_start
+    if solved.motion.begin != NOTHING and not asked.quiet:
+        from lagrange_cli.run.start_notes import notes as notes_of_start
 
         for note in notes_of_start(solved.motion.begin):
             complain(f"{name}: {note}")

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Batch, Index
+from lagrange_cli.integrate.ensemble.method import EndedMembers, Index
 
 
-def joined(batches: Sequence[Batch], interrupted: bool = False) -> Batch:
+def joined(batches: Sequence[EndedMembers], interrupted: bool = False) -> EndedMembers:
     """One batch of several, without the members that were interrupted on the way, unless these are kept."""
     samples = [batch.samples for batch in batches if batch.samples is not None]
     times = [batch.times for batch in batches if batch.times is not None]
@@ -21,7 +21,7 @@ def joined(batches: Sequence[Batch], interrupted: bool = False) -> Batch:
         for name in ("index", "t", "state", "steps", "reached")
     }
     logs = [log for batch in batches for log in batch.logs]
-    return Batch(
+    return EndedMembers(
         logs=[log for log, here in zip(logs, ended) if here],
         ending=[ending for ending, here in zip(endings, ended) if here],
         samples=np.concatenate(samples)[ended] if samples else None,
@@ -30,10 +30,10 @@ def joined(batches: Sequence[Batch], interrupted: bool = False) -> Batch:
     )
 
 
-def unfinished(index: Index, width: int, samples: int | None, section: bool = False) -> Batch:
+def unfinished(index: Index, width: int, samples: int | None, section: bool = False) -> EndedMembers:
     """Members that did not end: nan throughout."""
     count = len(index)
-    return Batch(
+    return EndedMembers(
         index=index,
         ending=[Ending.INTERRUPTED] * count,
         t=np.full(count, np.nan),

@@ -12,7 +12,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.batches import joined, unfinished
-from lagrange_cli.integrate.ensemble.method import Batch, Section
+from lagrange_cli.integrate.ensemble.method import EndedMembers, Section
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
 from lagrange_cli.integrate.events import Change, Happened
 from lagrange_cli.integrate.method import End
@@ -81,7 +81,7 @@ class EnsembleDatasets:
         """Go on with the members from ``first``: their parameters (b, P) and states (b, rows)."""
         self._first, self._parameters, self._states = first, parameters, states
         self._missing = self.missing()
-        self._batches: list[Batch] = []
+        self._batches: list[EndedMembers] = []
         self._gathered, self._due = 0, time.monotonic() + OFTEN
 
     def refuse(self, members: Sequence[int]) -> None:
@@ -102,7 +102,7 @@ class EnsembleDatasets:
         unfinished = self._chosen & (self._endings == UNFINISHED)
         return np.flatnonzero(unfinished[self._first :][: len(self._states)])
 
-    def accept(self, batch: Batch) -> None:
+    def accept(self, batch: EndedMembers) -> None:
         """Take members that have ended, counted among those that were missing at the beginning."""
         self._batches.append(replace(batch, index=self._missing[batch.index]))
         self._gathered += len(batch.index)
@@ -131,7 +131,7 @@ class EnsembleDatasets:
                 self._note(batch)
                 self._write(batch)
 
-    def _note(self, batch: Batch) -> None:
+    def _note(self, batch: EndedMembers) -> None:
         """Keep how members ended."""
         index = batch.index + self._first
         self._endings[index] = [ENDINGS.index(ending) for ending in batch.ending]
@@ -141,7 +141,7 @@ class EnsembleDatasets:
                 end = End(ending, float(t), state, 0, 0)
                 self._failed = int(member), sentence(end, self._recording.coordinates, self._start)
 
-    def _write(self, batch: Batch) -> None:
+    def _write(self, batch: EndedMembers) -> None:
         """Make datasets of members that have ended, and emit them."""
         if self._machine.program.parts > 1:
             self._write_exact(batch)
@@ -206,7 +206,7 @@ class EnsembleDatasets:
                 found = self._first + member, t
                 self._unknown[path] = min(found, self._unknown.get(path, found))
 
-    def _write_exact(self, batch: Batch) -> None:
+    def _write_exact(self, batch: EndedMembers) -> None:
         """The same of the only motion of a section, in numbers of several parts."""
         assert batch.samples is not None and batch.times is not None
         chunks: list[dict[str, Any]] = []
@@ -230,7 +230,7 @@ class EnsembleDatasets:
         ended = {"t_end": batch.t, "steps": batch.steps, "status": status, "crossings": batch.reached}
         self._emit(batch.index + self._first, {**ended, **made})
 
-    def _crossings(self, batch: Batch) -> dict[str, Any]:
+    def _crossings(self, batch: EndedMembers) -> dict[str, Any]:
         """The datasets of the crossings of events, of all these members together."""
         for member, log in zip((batch.index + self._first).tolist(), batch.logs):
             for name, one in zip(log.names, log.happened):

@@ -11,21 +11,18 @@ from numpy.typing import NDArray
 
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ensemble.members import MOMENT, PACK, Members
-from lagrange_cli.integrate.ensemble.method import Accept, Batch, Kept, Starts
+from lagrange_cli.integrate.ensemble.method import Accept, EndedMembers, Kept, Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.integrate.method import Method
 from lagrange_cli.integrate.methods.backward import reversed_state, reversed_time, reversed_times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import (
-    LANES,
-    Interface,
-)
+from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import SURFACE
 
 POLL_SECONDS = 0.02
 """Seconds between two checks which members have ended."""
-Seen = TypeVar("Seen", Starts, Batch)
+Seen = TypeVar("Seen", Starts, EndedMembers)
 
 
 @dataclass(frozen=True)

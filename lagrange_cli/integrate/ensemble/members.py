@@ -12,21 +12,20 @@ from numpy.typing import NDArray
 
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Batch, Kept, Section, Starts
+from lagrange_cli.integrate.ensemble.method import EndedMembers, Kept, Section, Starts
 from lagrange_cli.integrate.method import Unfit
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import (
+from lagrange_cli.native.interface import LANES, Stop
+from lagrange_cli.native.members import (
     BEYOND,
     DIRECTION,
     HALT,
-    LANES,
     LIMIT,
     NEXT,
     PATIENCE,
     SECTION,
     STROBE,
-    Stop,
     lane_places,
 )
 from lagrange_cli.records import replace
@@ -142,7 +141,7 @@ class Members:
         numbers[places["reached"]] = samples.shape[1]
         self._queue[NEXT] = 1
 
-    def ended(self) -> Iterator[Batch]:
+    def ended(self) -> Iterator[EndedMembers]:
         """Members that have ended since the last time; the room that their samples took is free then."""
         window = slice(self._first, int(self._queue[LIMIT]))
         index = np.flatnonzero((self._reasons[window] != 0) & ~self._given[window]) + self._first
@@ -160,7 +159,7 @@ class Members:
         self._first = self._first + int(waiting[0]) if len(waiting) else window.stop
         self._queue[LIMIT] = min(len(self._states), self._first + self._slots)
 
-    def _batch(self, index: NDArray[np.int64]) -> Batch:
+    def _batch(self, index: NDArray[np.int64]) -> EndedMembers:
         results, rows = self._results[index], self._rows
         steps, reached = (results[:, rows + 1 :].copy().view(np.int64)[:, i] for i in range(2))
         samples = None
@@ -168,7 +167,7 @@ class Members:
             samples = self._samples[index % self._slots]
             for one, good in zip(samples, reached):
                 one[:, good:] = np.nan
-        batch = Batch(
+        batch = EndedMembers(
             index=index,
             ending=[Ending.COMPLETE] * len(index),
             t=results[:, rows],
@@ -179,7 +178,7 @@ class Members:
         )
         return batch if self._section is None else self._crossings(batch, self._section)
 
-    def _crossings(self, batch: Batch, section: Section) -> Batch:
+    def _crossings(self, batch: EndedMembers, section: Section) -> EndedMembers:
         """Members of a section: how each ended, and where."""
         assert batch.samples is not None
         states, times = batch.samples[:, :-1], batch.samples[:, -1]

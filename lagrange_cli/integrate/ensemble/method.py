@@ -38,7 +38,7 @@ class MemberLog(HappenedSink):
 
 
 @dataclass(frozen=True)
-class Batch:
+class EndedMembers:
     """Some members that have ended, in any order.
 
     ``index`` (b,) are their numbers, ``t`` (b,) and ``state`` (b, rows) the time and q, v and integrals at
@@ -64,7 +64,7 @@ class Batch:
         return np.arange(count) < reached[:, None]
 
 
-Accept: TypeAlias = Callable[[Batch], None]
+Accept: TypeAlias = Callable[[EndedMembers], None]
 Kept: TypeAlias = Mapping[str, Array]
 """The snapshot from which the only motion of a section is continued, to the same bits: arrays by name. The
 ``states`` (rows, n) are those of its crossings so far."""

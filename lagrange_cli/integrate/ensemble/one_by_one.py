@@ -10,7 +10,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Accept, Batch, MemberLog, Starts
+from lagrange_cli.integrate.ensemble.method import Accept, EndedMembers, MemberLog, Starts
 from lagrange_cli.integrate.method import Method
 from lagrange_cli.records import dataclass
 
@@ -54,7 +54,7 @@ class OneByOne:
 
         halted, done, stopped = Event(), 0, False
 
-        def one(member: int) -> Batch:
+        def one(member: int) -> EndedMembers:
             return self._one(member, starts, lambda t: halted.is_set())
 
         with heard(), ThreadPoolExecutor(threads) as pool:
@@ -75,7 +75,7 @@ class OneByOne:
                 halted.set()
         return not stopped
 
-    def _one(self, member: int, starts: Starts, interrupt: Callable[[float], bool]) -> Batch:
+    def _one(self, member: int, starts: Starts, interrupt: Callable[[float], bool]) -> EndedMembers:
         state, times = starts.states[member], starts.times
         samples = np.full((len(state), times.count if starts.sampled else 0), np.nan)
         reached = 0
@@ -89,7 +89,7 @@ class OneByOne:
         log = MemberLog(self.events)
         given = starts.parameters[member], state, times, keep, interrupt
         end = self.method.follow(*given, events=log)
-        return Batch(
+        return EndedMembers(
             index=np.array([member], dtype=np.int64),
             ending=[end.ending],
             t=np.array([end.t]),

@@ -13,7 +13,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Batch, Kept, MemberLog, Section, Starts
+from lagrange_cli.integrate.ensemble.method import EndedMembers, Kept, MemberLog, Section, Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.integrate.events import Change, Crossings
 from lagrange_cli.integrate.method import CheckpointSink, Snapshot, Unfit
@@ -112,7 +112,7 @@ class SectionOneByOne(OneByOne):
 
     checkpointing: Checkpointing[Kept] | None = None
 
-    def _one(self, member: int, starts: Starts, interrupt: Callable[[float], bool]) -> Batch:
+    def _one(self, member: int, starts: Starts, interrupt: Callable[[float], bool]) -> EndedMembers:
         section = starts.section
         assert section is not None
         if section.periods is not None:
@@ -150,7 +150,7 @@ class SectionOneByOne(OneByOne):
 
     def _strobed(
         self, member: int, starts: Starts, period: float, interrupt: Callable[[float], bool]
-    ) -> Batch:
+    ) -> EndedMembers:
         section, state, log = starts.section, starts.states[member], MemberLog(self.events)
         assert section is not None
         checkpointing = self.checkpointing
@@ -207,8 +207,8 @@ class SectionOneByOne(OneByOne):
         times: Array,
         samples: Array,
         log: MemberLog,
-    ) -> Batch:
-        return Batch(
+    ) -> EndedMembers:
+        return EndedMembers(
             index=np.array([member], dtype=np.int64),
             ending=[ending],
             t=np.array([t]),

@@ -17,8 +17,8 @@ from lagrange_cli.integrate.methods.resting import Impact, Resting
 from lagrange_cli.integrate.methods.settling import ROUNDING
 from lagrange_cli.integrate.methods.sides import Sides
 from lagrange_cli.limits import limit
-from lagrange_cli.native.interface import AFTER, NOTES, RECORDED, SAMPLE
-from lagrange_cli.native.state import Clock, Role
+from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, Role
+from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.processors import processors
+from lagrange_cli.native.board import Board
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import Board
 
 NAP = 1e-4
 """Seconds between two looks for an evaluation, where there has been none for a while."""

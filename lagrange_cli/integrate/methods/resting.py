@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.methods.sides import Sides
-from lagrange_cli.native.state import Clock, Role
+from lagrange_cli.native.guards import Role
+from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:

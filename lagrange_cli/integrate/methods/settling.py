@@ -14,8 +14,9 @@ import numpy as np
 
 from lagrange_cli.integrate.methods.crossing import FELT, TOLD, Crossing
 from lagrange_cli.integrate.methods.modes import SMALLEST
+from lagrange_cli.native.guards import AT_REST, CHANGES, Role
 from lagrange_cli.native.interface import Stop
-from lagrange_cli.native.state import AT_REST, BEGINNING, CHANGES, Clock, Role
+from lagrange_cli.native.state import BEGINNING, Clock
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array

@@ -18,8 +18,9 @@ from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.methods.workspace import MOST_STEPS, Workspace, padded
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import DUE, HALTED, Stop
-from lagrange_cli.native.state import CARRIED_COUNT, Clock, Role
+from lagrange_cli.native.guards import DUE, HALTED, Role
+from lagrange_cli.native.interface import Stop
+from lagrange_cli.native.state import CARRIED_COUNT, Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array, aligned
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import INFO, Interface, Stop
+from lagrange_cli.native.guards import INFO
+from lagrange_cli.native.interface import Interface, Stop
 from lagrange_cli.native.state import LANES, Clock
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from operator import or_
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.derive import equations_of
-from lagrange_cli.mechanics.elimination.relations import Relation, Relations, relations_of
+from lagrange_cli.mechanics.elimination.relations import LinearRelation, LinearRelations, relations_of
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Dependent, Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
@@ -36,7 +36,7 @@ class Elimination:
 
     before: Residual
     after: Residual
-    relations: Mapping[int, Relation]
+    relations: Mapping[int, LinearRelation]
 
     @property
     def longest(self) -> int:
@@ -107,7 +107,7 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
 
 
 @dataclass(frozen=True)
-class Places:
+class Substitutions:
     """All coordinates and velocities that are gone, as functions of the others, of t, and of ``constants`` of
     the motion, by coordinate."""
 
@@ -115,7 +115,7 @@ class Places:
     constants: Mapping[int, Node]
 
 
-def dependents(model: Model[Node], relations: Relations) -> tuple[tuple[Dependent, ...], Places]:
+def dependents(model: Model[Node], relations: LinearRelations) -> tuple[tuple[Dependent, ...], Substitutions]:
     """The coordinates that are gone, and what is put in their places."""
     graph, found = graph_of(model), list[Dependent]()
     values, constants = dict[Node, Node](), dict[int, Node]()
@@ -132,10 +132,10 @@ def dependents(model: Model[Node], relations: Relations) -> tuple[tuple[Dependen
         values[v] = speed
         place = values[q] if one.holonomic else None
         found.append(Dependent(name, model.constraints[one.constraint].name, k, q, v, place, speed))
-    return tuple(found), Places(values, constants)
+    return tuple(found), Substitutions(values, constants)
 
 
-def without(model: Model[Node], relations: Relations, places: Places) -> Model[Node]:
+def without(model: Model[Node], relations: LinearRelations, places: Substitutions) -> Model[Node]:
     """The model of the other coordinates."""
     graph, values, gone = graph_of(model), places.values, relations.found
 

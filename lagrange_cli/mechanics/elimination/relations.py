@@ -21,7 +21,7 @@ SMALL = 1e-9
 
 
 @dataclass(frozen=True)
-class Relation:
+class LinearRelation:
     """A coordinate: the sum of ``scales`` times others, ``rest``, and ``weights`` times the values of
     constraints, which are 0; by their numbers. It is one between velocities if it is not ``holonomic``. The
     ``length`` is the number of coordinates in its ``constraint``."""
@@ -35,7 +35,7 @@ class Relation:
 
 
 @dataclass
-class Relations:
+class LinearRelations:
     """The relations of a model that some of its constraints give, by coordinate."""
 
     model: Model[Node]
@@ -43,12 +43,12 @@ class Relations:
     """Coordinates without inertia, which are eliminated first: nothing else changes."""
     acting: frozenset[int]
     """Those whose values count, and not only their velocities."""
-    found: dict[int, Relation] = field(default_factory=dict)
+    found: dict[int, LinearRelation] = field(default_factory=dict)
 
     def add(self, number: int, row: Mapping[int, Node], rest: Node) -> None:
         """Solve constraint ``number``, of which these are the slopes and the rest, for a coordinate."""
         graph, holonomic = graph_of(self.model), self.model.constraints[number].holonomic
-        given = Relation(number, holonomic, row, rest, {number: graph.one}, len(row))
+        given = LinearRelation(number, holonomic, row, rest, {number: graph.one}, len(row))
         for k in [k for k in row if k in self.found]:
             given = self._put(given, k, self.found[k])
         # what is written has been seen not to be 0 (``Spec.faint``); sums of it may be
@@ -68,7 +68,7 @@ class Relations:
         pivot = min(open_, key=cost)
         left = {k: a for k, a in given.scales.items() if k != pivot}
         over = -graph.one / open_[pivot]
-        solved = Relation(
+        solved = LinearRelation(
             number,
             holonomic,
             {k: a * over for k, a in left.items() if not is_zero(a)},
@@ -81,7 +81,7 @@ class Relations:
                 self.found[k] = self._put(one, pivot, solved)
         self.found[pivot] = solved
 
-    def _put(self, one: Relation, k: int, other: Relation) -> Relation:
+    def _put(self, one: LinearRelation, k: int, other: LinearRelation) -> LinearRelation:
         """A relation with another one in place of coordinate k."""
         graph, factor = graph_of(self.model), one.scales[k]
 
@@ -110,13 +110,15 @@ def is_firm(node: Node) -> bool:
     return node.kind is not Kind.PRODUCT or all(map(is_firm, node.arguments))
 
 
-def relations_of(model: Model[Node], residual: Residual, acting: frozenset[int], most: int) -> Relations:
+def relations_of(
+    model: Model[Node], residual: Residual, acting: frozenset[int], most: int
+) -> LinearRelations:
     """The relations that constraints with constant coefficients give."""
     graph, constraints, moving = residual.graph, Constraints(model), variables(model)
     nodes = [*forces_of(model), *(event.argument for event in model.events)]
     used = reduce(or_, (node.symbols for node in nodes), 0)
     light = frozenset(k for k in range(len(model.q)) if residual.mass_matrix[k][k].is_zero)
-    found = Relations(model, light, acting)
+    found = LinearRelations(model, light, acting)
     at_rest = dict.fromkeys((*model.q, *model.v), graph.zero)
     faint = () if model.spec is None else model.spec.faint
     changed = reduce(or_, (changed_by(model, event) for event in model.events), 0)

@@ -41,7 +41,7 @@ class Refused(OSError):
 
 
 @dataclass(frozen=True)
-class Entry:
+class CacheFile:
     """A file of the cache: its name, size in bytes, and when it was last used."""
 
     name: str
@@ -80,7 +80,7 @@ class Cache:
                 place.write(name_of(key, self.suffix), content)
                 self._evict(place)
 
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[CacheFile]:
         """All entries, the least recently used first.
 
         Raises ``OSError`` if the folder does not exist or cannot be used, ``Refused`` if it is not private.
@@ -162,7 +162,7 @@ class _Place:
         with suppress(OSError):
             os.unlink(self.path(name), dir_fd=self.descriptor)
 
-    def entries(self, suffix: str) -> list[Entry]:
+    def entries(self, suffix: str) -> list[CacheFile]:
         """The plain files of that suffix, the least recently used first."""
         found = []
         with os.scandir(self.folder if self.descriptor is None else self.descriptor) as files:
@@ -170,7 +170,7 @@ class _Place:
                 with suppress(OSError):
                     if file.name.endswith(suffix) and file.is_file(follow_symlinks=False):
                         status = file.stat(follow_symlinks=False)
-                        found.append(Entry(file.name, status.st_size, status.st_mtime))
+                        found.append(CacheFile(file.name, status.st_size, status.st_mtime))
         return sorted(found, key=lambda entry: (entry.used, entry.name))
 
 

@@ -32,7 +32,7 @@ SMALL = 2**20
 COMPILER_STACK = 2**28
 
 
-class Loaded(Protocol):
+class LoadedCode(Protocol):
     """Code in memory, for as long as this object lives."""
 
     def address(self, function: str) -> int:
@@ -45,7 +45,7 @@ class Machine:
     """A compiled program: its functions as callables over addresses; ``loaded`` keeps the code alive."""
 
     program: Interface
-    loaded: Loaded
+    loaded: LoadedCode
     prepare: Callable[..., None]
     observe: Callable[..., None]
     linearize: Callable[..., None] | None
@@ -120,7 +120,7 @@ def load_machine(code: bytes, program: Interface) -> Machine:
     )
 
 
-def load(code: bytes) -> Loaded:
+def load(code: bytes) -> LoadedCode:
     """Object code in memory: by this package's loader where it can, else by LLVM."""
     try:
         return load_image(code)

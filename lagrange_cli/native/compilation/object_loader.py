@@ -28,7 +28,7 @@ class Unsupported(Exception):
     """This object code needs LLVM's loader."""
 
 
-class Section(NamedTuple):
+class ObjectSection(NamedTuple):
     """A row of the table of sections."""
 
     name: int
@@ -82,7 +82,7 @@ def _load(code: bytes) -> Image:
     return Image(memory, functions)
 
 
-def _sections(code: bytes) -> list[Section]:
+def _sections(code: bytes) -> list[ObjectSection]:
     if code[:6] != b"\x7fELF\x02\x01":
         raise Unsupported("not a little-endian ELF file of 64 bits")
     kind, machine = struct.unpack_from("<HH", code, 16)
@@ -90,10 +90,10 @@ def _sections(code: bytes) -> list[Section]:
     width, count = struct.unpack_from("<HH", code, 58)
     if (kind, machine) != (RELOCATABLE, X86_64):
         raise Unsupported("not object code for x86-64")
-    return [Section(*struct.unpack_from("<IIQQQQIIQQ", code, start + i * width)) for i in range(count)]
+    return [ObjectSection(*struct.unpack_from("<IIQQQQIIQQ", code, start + i * width)) for i in range(count)]
 
 
-def _names(code: bytes, sections: list[Section]) -> list[bytes]:
+def _names(code: bytes, sections: list[ObjectSection]) -> list[bytes]:
     (index,) = struct.unpack_from("<H", code, 62)
     return [_text(code, sections[index].offset + section.name) for section in sections]
 
@@ -102,7 +102,7 @@ def _text(code: bytes, start: int) -> bytes:
     return code[start : code.index(b"\0", start)]
 
 
-def _arrange(sections: list[Section], names: list[bytes]) -> tuple[dict[int, int], int]:
+def _arrange(sections: list[ObjectSection], names: list[bytes]) -> tuple[dict[int, int], int]:
     """The offset of each section that is needed, and the size of all."""
     places: dict[int, int] = {}
     size = 0
@@ -117,7 +117,7 @@ def _arrange(sections: list[Section], names: list[bytes]) -> tuple[dict[int, int
 
 
 def _symbols(
-    code: bytes, sections: list[Section], table: Section, bases: dict[int, int]
+    code: bytes, sections: list[ObjectSection], table: ObjectSection, bases: dict[int, int]
 ) -> tuple[dict[str, int], list[int | bytes]]:
     """Functions by name, and every symbol's address in order: its name where it is not in the file."""
     functions: dict[str, int] = {}
@@ -137,7 +137,7 @@ def _symbols(
 
 
 def _relocate(
-    memory: mmap.mmap, place: int, code: bytes, section: Section, values: list[int | bytes]
+    memory: mmap.mmap, place: int, code: bytes, section: ObjectSection, values: list[int | bytes]
 ) -> None:
     for offset, info, addend in struct.iter_unpack(
         "<QQq", code[section.offset : section.offset + section.size]

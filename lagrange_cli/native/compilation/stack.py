@@ -12,7 +12,7 @@ PAGE = 2**16
 _LOCK = threading.Lock()
 
 
-class Call(threading.Thread):
+class StackCall(threading.Thread):
     """``function`` in a thread with a stack of ``size`` bytes; only pages that are used take memory."""
 
     def __init__(self, function: Callable[[], Any], size: int) -> None:
@@ -53,7 +53,7 @@ def with_stack(function: Callable[..., T], size: int) -> Callable[..., T]:
     """``function``, each call with ``size`` bytes of stack."""
 
     def call(*arguments: Any) -> T:
-        value: T = Call(lambda: function(*arguments), size).result()
+        value: T = StackCall(lambda: function(*arguments), size).result()
         return value
 
     return call

@@ -151,7 +151,7 @@ def number(value: int) -> bytes:
     return bytes([*made, value])
 
 
-class Reader:
+class ByteReader:
     """Bytes from a place on."""
 
     def __init__(self, content: bytes, place: int = 0) -> None:
@@ -185,7 +185,7 @@ class Reader:
 
 def sections_of(code: bytes) -> Iterator[tuple[int, bytes]]:
     """The number and the content of each section."""
-    reader = Reader(code, 8)
+    reader = ByteReader(code, 8)
     while reader.place < len(code):
         yield reader.byte(), reader.bytes()
 
@@ -194,12 +194,12 @@ def exported(sections: Sequence[tuple[int, bytes]]) -> dict[str, int]:
     """The functions that others may call, by name."""
     found: dict[str, int] = {}
     for section, content in sections:
-        reader = Reader(content)
+        reader = ByteReader(content)
         if section != 0 or reader.text() != "linking":
             continue
         reader.number()  # the version
         while reader.place < len(content):
-            part, inner = reader.byte(), Reader(reader.bytes())
+            part, inner = reader.byte(), ByteReader(reader.bytes())
             for _ in range(inner.number() if part == SYMBOLS else 0):
                 symbol, flags = inner.byte(), inner.number()
                 if symbol == OF_SECTION:
@@ -217,7 +217,7 @@ def exported(sections: Sequence[tuple[int, bytes]]) -> dict[str, int]:
 
 def ends_of(content: bytes) -> Iterator[int]:
     """Where the segments of a section of data end in memory."""
-    reader = Reader(content)
+    reader = ByteReader(content)
     for _ in range(reader.number()):
         reader.number()  # it is copied to memory 0
         reader.byte()  # i32.const

@@ -16,7 +16,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Moves
-from lagrange_cli.native.families.restraint import AtAState, Motion
+from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Pointer
@@ -69,7 +69,7 @@ class Arrangement:
         elif system.joints is not None:
             self.balance = Balance(system, self.lasting.arranged)
         elif system.bonds is not None:
-            self.motion = Motion(system, self.lasting)
+            self.motion = AlongMotion(system, self.lasting)
         self.residuals = None if self.closure is None or order <= RATES else Residuals(self.closure)
         self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
         if system.bonds is not None:

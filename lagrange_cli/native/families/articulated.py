@@ -8,8 +8,8 @@ from typing import Any
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.corrected import CorrectedJet, Local
+from lagrange_cli.native.families.diagonal import regular
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
-from lagrange_cli.native.families.jets import regular
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps

@@ -21,7 +21,7 @@ from functools import cached_property
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.kinds import Kind
+from lagrange_cli.native.families.kinds import JointKind
 from lagrange_cli.native.families.local import local_of
 from lagrange_cli.native.families.node_arrays import Arranged, NodeArrays, array
 
@@ -38,7 +38,7 @@ class Balance(NodeArrays):
     ) -> None:
         super().__init__(system, arranged, forces, loads)
         found, many = self.found, self.count
-        self.kinds = [Kind(self, one) for one in found.joints]
+        self.kinds = [JointKind(self, one) for one in found.joints]
         self.masses = {
             (c, e): self.total(many, [t for one in self.kinds for t in one.held(c, e)], kept=False)
             for c, e in self.pairs
@@ -65,18 +65,18 @@ class Balance(NodeArrays):
         """How joints move as forces act."""
         many = self.count
         for one in self.kinds:
-            one.add(one.free, Kind.freed)
+            one.add(one.free, JointKind.freed)
         self.pull = [
             self.total(many, [t for k in self.kinds for t in k.pulls(c)], kept=False) for c in self.axes
         ]
         self.push = [self.total(many, [t for k in self.kinds for t in k.pushes(c)]) for c in self.axes]
         """What each node adds to B of its parent besides."""
         for one in self.kinds:
-            one.add(one.held_back, Kind.holding)
+            one.add(one.held_back, JointKind.holding)
         self.drift = [self.total(many, [t for k in self.kinds for t in k.drifts(c)]) for c in self.axes]
         """What a node adds to a of its parent besides."""
         for one in self.kinds:
-            one.add(one.change, Kind.changing)
+            one.add(one.change, JointKind.changing)
         self.strain = [self.total(many, [t for k in self.kinds for t in k.strains(c)]) for c in self.axes]
         for one in self.kinds:
             one.strained()

@@ -40,7 +40,7 @@ class BesideJet(SeriesJet):
         last = self.vectors.place(self.at(self.system.v, self.order), self.degrees)
         with f.loop(0, count, tested=False) as i:
             f.store(f.constant(0.0), last, i)
-        f.give(Bit(f, "true", 1))
+        f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 
     def accelerate(
@@ -54,3 +54,6 @@ class BesideJet(SeriesJet):
             vectors.store_row(vectors.divided(vectors.load_row(values, i, lanes), divisor), rows, i)
 
         in_vectors(self.f, (self.f.count(0), self.f.count(self.integrands.count)), write)
+
+    def regular(self) -> Bit:
+        return Bit(self.f, "true", 1)

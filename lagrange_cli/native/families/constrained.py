@@ -8,9 +8,10 @@ from typing import Any
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.corrected import CorrectedJet
+from lagrange_cli.native.families.diagonal import regular_masses
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.restraint import AtAState, Motion, Restraint
+from lagrange_cli.native.families.restraint import AlongMotion, AtAState, Restraint
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
@@ -54,7 +55,7 @@ class MemberTabled(Tabled):
 class ConstrainedJet(CorrectedJet):
     """The jet of a system with constraints."""
 
-    def __init__(self, motion: Motion, tabled: SaddleTables, *given: Any) -> None:
+    def __init__(self, motion: AlongMotion, tabled: SaddleTables, *given: Any) -> None:
         super().__init__(*given)
         self.motion, self.tabled = motion, tabled
 
@@ -89,7 +90,7 @@ class ConstrainedJet(CorrectedJet):
         self.advance(evaluation, k, motion.rates)
 
     def regular(self) -> Bit:
-        return super().regular() & self.sound
+        return regular_masses(self) & self.sound
 
 
 def solve(saddle: MemberTabled, restraint: Restraint, right: Pointer, to: Pointer) -> None:

@@ -159,7 +159,12 @@ class CorrectedJet(SeriesJet):
         """What is two orders ahead."""
         return [self.system.q]
 
+    def start(self) -> None:
+        super().start()
+        self.begin()
+
     def begin(self) -> None:
+        """The stages before order 0, of the series of members."""
         for k in BEFORE_ACCELERATIONS:
             self.evaluate(k)
 

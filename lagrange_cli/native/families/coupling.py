@@ -23,7 +23,7 @@ class TooMany(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Pairs:
+class Dependencies:
     """The coordinates that each number of an array depends on: those of number k from ``starts[k]`` on."""
 
     starts: Places
@@ -46,7 +46,7 @@ def of_families(system: FamilySystem) -> Coupling:
     totals = needed([system.forces], system.slots)
     if system.joints is not None or system.bonds is not None or any(isinstance(one, Chain) for one in totals):
         return full(count)
-    known: dict[Array, Pairs] = {}
+    known: dict[Array, Dependencies] = {}
     try:
         for total in totals:
             known[total] = pairs_of(system, total, known)
@@ -56,7 +56,7 @@ def of_families(system: FamilySystem) -> Coupling:
     return coupling_of(count, np.repeat(np.arange(count), np.diff(found.starts)), found.columns)
 
 
-def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Pairs]) -> Pairs:
+def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Dependencies]) -> Dependencies:
     """What the numbers of a total depend on; of those that it is made of this is ``known``."""
     count = system.q.count
     if total.count * count > FLAGS:
@@ -70,11 +70,11 @@ def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Pairs]) -> P
             flags[rows * count + columns] = True
         keys = np.flatnonzero(flags)
     rows, columns = np.divmod(keys, count)
-    return Pairs(np.searchsorted(rows, np.arange(total.count + 1)), columns)
+    return Dependencies(np.searchsorted(rows, np.arange(total.count + 1)), columns)
 
 
 def dependent(
-    system: FamilySystem, total: Total, known: dict[Array, Pairs]
+    system: FamilySystem, total: Total, known: dict[Array, Dependencies]
 ) -> Iterator[tuple[Places, Places]]:
     """Numbers of a total, and what each of them depends on."""
     for term in total.terms:

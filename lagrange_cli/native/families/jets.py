@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.limits import way_out, whole
+from lagrange_cli.native.board import Board
 from lagrange_cli.native.families.chunks import Chunks, add_chunks, chunks_of
 from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, room
 from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.families.loops import Loop, loops, needed
+from lagrange_cli.native.families.loops import Loop, loops
 from lagrange_cli.native.families.rounds import rounds_of, turn_of
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
 from lagrange_cli.native.families.sharing import STRIP, Parts, given
@@ -20,7 +22,7 @@ from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import SHARED, Tiling, tiling_of
 from lagrange_cli.native.families.vectors import Divisor, DoubleVectors, Vectors
 from lagrange_cli.native.families.windows import Windows
-from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.motions import RATES
@@ -58,7 +60,7 @@ def velocity_planes(rows: int) -> tuple[int, int]:
     return LANES, LANES * (-(-rows // LANES) + 1)
 
 
-class SeriesJet:
+class SeriesJet(ABC):
     """The jet with series of the velocities, at ``velocity_planes``. ``places`` has where what lasts is, from
     the beginning of scratch in ``%constants`` on."""
 
@@ -198,7 +200,6 @@ class SeriesJet:
         self.totals = self.prepared()
         self.bounded()
         self.start()
-        self.begin()
         operations = self.emitter.operations
         if self.tiling is None:
             operations += self.stages()
@@ -326,17 +327,8 @@ class SeriesJet:
             span = windows.units(k, windows.tiling.stride, part)
             self.accelerate(evaluation, k, phase, windows.positions(span, self.degrees))
 
-    # what systems have of their own: here M is diagonal and constant
-
-    def prepared(self) -> Sequence[Total]:
-        """The totals of every order, whose series are found."""
-        self.forces = self.lasting.arranged(self.system.forces, kept=False)
-        totals = needed([self.forces], self.slots, self.lasting.fixed)
-        self.arrange(totals)
-        return totals
-
     def start(self) -> None:
-        """Coefficients 0."""
+        """What is done before order 0: coefficients 0."""
         for shift, array in enumerate((self.system.q, self.system.v)):
             state = self.f.place("%state", shift * self.degrees, "double")
             self.copy(self.vectors.in_state(state, self.width), self.at(array, 0), self.degrees)
@@ -366,40 +358,18 @@ class SeriesJet:
             lambda i, lanes: vectors.store_row(vectors.load_row(source, i, lanes), target, i),
         )
 
-    def begin(self) -> None:
-        """What is done before order 0."""
+    # what each kind of system has of its own
 
+    @abstractmethod
+    def prepared(self) -> Sequence[Total]:
+        """The totals of every order, whose series are found."""
+
+    @abstractmethod
     def accelerate(
         self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
     ) -> None:
         """Coefficients k of the accelerations, all or some, from those of the forces."""
-        f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
-        self.emitter.repeated = self.degrees // LANES + 1
-        given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
-        velocities = self.at(self.system.v, k + 1)
 
-        def write(i: Integer, lanes: int) -> None:
-            rate = vectors.quotient(*(vectors.load_row(one, i, lanes) for one in given))
-            vectors.store_row(vectors.divided(rate, divisor), velocities, i)
-
-        in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
-        if not self.local:
-            rates = self.at(self.system.v, k + 1)
-            self.follow(k + 1, rates, self.at(self.system.q, k + 2), self.degrees)
-
+    @abstractmethod
     def regular(self) -> Bit:
         """Whether the masses are."""
-        positive = self.system.spec.lagrangian is None
-        return regular(self.f, self.at(self.lasting.masses, 0), self.degrees, positive=positive)
-
-
-def regular(f: Function, masses: Pointer, count: int, *, positive: bool) -> Bit:
-    """Whether numbers are positive, or at least not 0."""
-    wrong = {lanes: f.variable(f.never(lanes)) for lanes in (1, LANES)}
-
-    def look(i: Integer, lanes: int) -> None:
-        mass, found = f.load_row(masses, i, lanes), wrong[lanes]
-        found.set(found.get() | ~((mass if positive else f.magnitude(mass)) > 0.0))
-
-    in_vectors(f, (f.count(0), f.count(count)), look)
-    return ~(f.any(wrong[LANES].get()) | wrong[1].get())

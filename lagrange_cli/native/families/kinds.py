@@ -16,7 +16,7 @@ from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.native.families.node_arrays import NodeArrays, array
 
 
-class Kind:
+class JointKind:
     """Joints of one kind."""
 
     resting = False
@@ -45,14 +45,14 @@ class Kind:
         self.change: list[Total] = []
         self.strain: list[Total] = []
 
-    def alone(self, balance: NodeArrays) -> Kind:
+    def alone(self, balance: NodeArrays) -> JointKind:
         """The same joints, moved from rest by the forces of another ``balance``."""
         made = copy(self)
         made.balance, made.resting = balance, True
         made._begin()
         return made
 
-    def add(self, found: list[Total], made: Callable[[Kind, int], Node]) -> None:
+    def add(self, found: list[Total], made: Callable[[JointKind, int], Node]) -> None:
         """Totals for each coordinate."""
         for b in self.bends:
             found.append(

@@ -5,10 +5,10 @@ from __future__ import annotations
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Source, Term, Total
 from lagrange_cli.native.families.corrected import Local
-from lagrange_cli.native.families.kinds import Kind
+from lagrange_cli.native.families.kinds import JointKind
 
 
-def local_of(kind: Kind) -> Local:
+def local_of(kind: JointKind) -> Local:
     """What the joints' series give."""
     graph, joints, balance = kind.graph, kind.joints, kind.balance
     arranged = balance.arrange

@@ -13,7 +13,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.companion import LONG, ONCE, put_beside
 from lagrange_cli.native.families.arrangement import Arrangement
-from lagrange_cli.native.families.pairs import BEHIND_CONSTANTS, BEHIND_WORK, beside_pairs
+from lagrange_cli.native.families.double_double import BEHIND_CONSTANTS, BEHIND_WORK, beside_pairs
 from lagrange_cli.native.families.sharing import Parts
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions

@@ -19,9 +19,10 @@ from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.closed import ClosedJet
 from lagrange_cli.native.families.constrained import ConstrainedJet
 from lagrange_cli.native.families.coupling import of_families
+from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
-from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, regular, velocity_planes
+from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, velocity_planes
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.observation import Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
@@ -34,6 +35,7 @@ from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
+from lagrange_cli.native.guards import Role
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -43,7 +45,6 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.vector_stage import rests
-from lagrange_cli.native.state import Role
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
@@ -193,8 +194,8 @@ class _Writer(Returning, Observation):
             return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given, self.kind), *given)
         if self.order == RATES:
             return self.accelerations()
-        jet = self.with_beside(SeriesJet(*given, self.kind, parts=self.parts), *given)
-        brief = SeriesJet(*given[:-1], RATES, self.kind, BRIEF).write()
+        jet = self.with_beside(DiagonalJet(*given, self.kind, parts=self.parts), *given)
+        brief = DiagonalJet(*given[:-1], RATES, self.kind, BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 
     def with_beside(self, motion: SeriesJet, *given: Any) -> Jet:

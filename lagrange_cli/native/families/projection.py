@@ -100,7 +100,7 @@ class Moves(Restraint):
         return [*found, self.kicks, self.free, self.right_speeds, self.speeds]
 
 
-class Exact(Everywhere):
+class ExactConstants(Everywhere):
     """Constants of the motion as numbers of which nothing is lost."""
 
     def value(self, kind: NumberKind[V], node: Node) -> V | None:
@@ -175,7 +175,7 @@ class Residuals(Writer):
             if slot.array in (system.q, system.v):
                 whole[symbol] = known[symbol], rest[symbol]
         whole[system.time] = known[system.time], self.writing.low_time
-        emit_values(careful, nodes, whole, Exact(evaluation.tables.constants.slots))
+        emit_values(careful, nodes, whole, ExactConstants(evaluation.tables.constants.slots))
         return [whole[node] for node in nodes]
 
 

@@ -139,7 +139,7 @@ class AtAState(Restraint):
         return self.total(bound.domain.count, [Term(bound.domain, slope, np.arange(bound.domain.count))])
 
 
-class Motion(Restraint):
+class AlongMotion(Restraint):
     """Those of the equations of motion, of order k: ``pull`` is A^T lambda without what is newest in it."""
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:

@@ -7,10 +7,10 @@ for all of the round before it.
 
 from __future__ import annotations
 
+from lagrange_cli.native.board import LINE
 from lagrange_cli.native.families.sharing import line
 from lagrange_cli.native.families.spans import smaller
 from lagrange_cli.native.families.tiling import Tiling
-from lagrange_cli.native.interface import LINE
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.records import dataclass

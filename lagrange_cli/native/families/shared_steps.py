@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from lagrange_cli.native.board import Board
 from lagrange_cli.native.families.sharing import Parts, Pieces
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.steps import VelocitySteps
-from lagrange_cli.native.interface import LANES, Board
+from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.stepping.acceptance import Allowance

@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
+from lagrange_cli.native.board import LINE, Board
 from lagrange_cli.native.families.spans import Span, smaller
-from lagrange_cli.native.interface import LINE, Board
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass

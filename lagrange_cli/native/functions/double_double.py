@@ -17,7 +17,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real, cast
 from lagrange_cli.native.numbers.double_double import (
     OPERATIONS,
-    Pair,
+    DDReal,
     apply,
     called,
     choose,
@@ -44,7 +44,7 @@ PI = Fraction("3.141592653589793238462643383279502884197169399375105820974944592
 LN2 = Fraction("0.6931471805599453094172321214581765680755001343602552541206800094933936219696947156058633")
 
 
-def horner(coefficients: Sequence[Fraction], x: Pair) -> Pair:
+def horner(coefficients: Sequence[Fraction], x: DDReal) -> DDReal:
     """sum_j coefficients[j] x^j."""
     body = x.high.body
     total = pair(body, coefficients[-1])
@@ -72,28 +72,28 @@ def nearest(x: Real) -> Real:
     return x.body.function("floor", x + 0.5)
 
 
-def less(x: Pair, count: Real, unit: Sequence[float]) -> Pair:
+def less(x: DDReal, count: Real, unit: Sequence[float]) -> DDReal:
     """x - ``count`` times the sum of ``unit``."""
     for one in unit:
-        x = x - Pair(*two_product(count, count.body.constant(one)))
+        x = x - DDReal(*two_product(count, count.body.constant(one)))
     return x
 
 
-def turned(quarters: Integer, cosine: bool, sine: Pair, cosines: Pair) -> Pair:
+def turned(quarters: Integer, cosine: bool, sine: DDReal, cosines: DDReal) -> DDReal:
     """Sine, or cosine, of an angle so many right angles further than that of the given sine and cosine."""
     quarter = (quarters + int(cosine)) & 3
     made = choose(quarter.odd(), cosines, sine)
     return choose(quarter >= 2, -made, made)
 
 
-def _sin_cos(x: Pair, *, cosine: bool) -> Pair:
+def _sin_cos(x: DDReal, *, cosine: bool) -> DDReal:
     body, (high, low) = x.high.body, x.parts
     good = body.magnitude(high) < LARGEST_ANGLE
     turns = body.select(good, nearest(high * float(2 / PI)), 0.0)
     first, *others = parts(PI / 2, 4)
     product, error = two_product(turns, body.constant(first))
-    rest = Pair(high - product) + Pair(-error)
-    rest = less(rest + Pair(low), turns, others)
+    rest = DDReal(high - product) + DDReal(-error)
+    rest = less(rest + DDReal(low), turns, others)
     square = rest * rest
     sine = rest + rest * (square * horner(series(3, SERIES, 2, -1), square)).scaled(-1.0)
     cosines = pair(body, 1) - square * horner(series(2, SERIES + 1, 2, -1), square)
@@ -101,7 +101,7 @@ def _sin_cos(x: Pair, *, cosine: bool) -> Pair:
     return choose(good, made, pair(body, float("nan")))
 
 
-def _exp(x: Pair) -> Pair:
+def _exp(x: DDReal) -> DDReal:
     body = x.high.body
     bounded = body.function("minnum", body.function("maxnum", x.high, -800.0), 800.0)
     twos = nearest(bounded * float(1 / LN2))
@@ -111,50 +111,50 @@ def _exp(x: Pair) -> Pair:
     half = whole.operation("ashr", 1)  # 2^1024 is no double: in two steps
     for power in (half, whole - half):
         factor = ((power + 1023) << 52).number()
-        made = Pair(*(one * factor for one in made.parts))
-    infinite = choose(x.high > 709.79, Pair(body.constant(INFINITY)), made)
+        made = DDReal(*(one * factor for one in made.parts))
+    infinite = choose(x.high > 709.79, DDReal(body.constant(INFINITY)), made)
     return choose(x.high < -745.2, pair(body, 0), infinite)
 
 
-def _log(x: Pair) -> Pair:
+def _log(x: DDReal) -> DDReal:
     body = x.high.body
     large = x.high > 2.0**LOWERED  # else the low part of 1/x would underflow
     lowered = choose(large, x.scaled(2.0**-LOWERED), x)
-    first = Pair(body.function("log", lowered.high))
+    first = DDReal(body.function("log", lowered.high))
     rest = lowered * apply("exp", -first) - pair(body, 1)
     made = first + (rest - (rest * rest).scaled(0.5))
     made = choose(large, made + pair(body, LOWERED * LN2), made)
     return choose(body.magnitude(first.high) < INFINITY, made, first)
 
 
-def _pow(x: Pair, y: Pair) -> Pair:
+def _pow(x: DDReal, y: DDReal) -> DDReal:
     body = x.high.body
     made = apply("exp", y * apply("log", x))
-    other = choose(y.high < 0.0, Pair(body.constant(INFINITY)), pair(body, 1))
+    other = choose(y.high < 0.0, DDReal(body.constant(INFINITY)), pair(body, 1))
     of_zero = choose(y.high > 0.0, pair(body, 0), other)
     return choose(x.high.equals(0.0), of_zero, made)
 
 
-def of_doubles(name: str, *arguments: Pair) -> Pair:
+def of_doubles(name: str, *arguments: DDReal) -> DDReal:
     """A function of the C library of the doubles nearest to numbers."""
     high = arguments[0].high
     listed = ", ".join(f"double {one.high.name}" for one in arguments)
-    return Pair(high.made(f"call double @{name}({listed})"))
+    return DDReal(high.made(f"call double @{name}({listed})"))
 
 
-def refined_angle(first: Pair, y: Pair, x: Pair) -> Pair:
+def refined_angle(first: DDReal, y: DDReal, x: DDReal) -> DDReal:
     """The angle of (x, y) from one near it, by the tangent of the difference: three times its digits."""
     sine, cosine = apply("sin", first), apply("cos", first)
     return first + (y * cosine - x * sine) / (x * cosine + y * sine)
 
 
-def leg(x: Pair) -> Pair:
+def leg(x: DDReal) -> DDReal:
     """sqrt(1 - x^2)."""
     one = pair(x.high.body, 1)
     return apply("sqrt", (one - x) * (one + x))
 
 
-def sinh_within(x: Pair) -> Pair:
+def sinh_within(x: DDReal) -> DDReal:
     """sinh x where e^x does not overflow."""
     power = apply("exp", x)
     large = (power - pair(x.high.body, 1) / power).scaled(0.5)
@@ -163,19 +163,19 @@ def sinh_within(x: Pair) -> Pair:
     return choose(x.high.body.magnitude(x.high) < 0.5, small, large)
 
 
-def cosh_within(x: Pair) -> Pair:
+def cosh_within(x: DDReal) -> DDReal:
     """cosh x, likewise."""
     power = apply("exp", x)
     return (power + pair(x.high.body, 1) / power).scaled(0.5)
 
 
-def otherwise_double(name: str, made: Pair, x: Pair, below: float) -> Pair:
+def otherwise_double(name: str, made: DDReal, x: DDReal, below: float) -> DDReal:
     """A function as it was ``made`` if |x| is ``below`` that, and as a double beyond."""
     double = of_doubles(name, x)
     return choose(x.high.body.magnitude(x.high) < below, made, double)
 
 
-FUNCTIONS: Mapping[str, tuple[str, Callable[..., Pair]]] = {
+FUNCTIONS: Mapping[str, tuple[str, Callable[..., DDReal]]] = {
     "sin": ("p", partial(_sin_cos, cosine=False)),
     "cos": ("p", partial(_sin_cos, cosine=True)),
     "exp": ("p", _exp),

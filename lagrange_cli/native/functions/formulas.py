@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from lagrange_cli.native.llvm.declarations import INTRINSICS
-from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Instructions, Integer, Real
 from lagrange_cli.native.numbers.error_free import fast_sum
 
 SINE = (
@@ -59,7 +59,7 @@ RAISED = 0x4330000000000000
 Results: TypeAlias = tuple[Bit, list[Real]]
 
 
-def sine_and_cosine(body: Body, x: Real, low: Real) -> Results:
+def sine_and_cosine(body: Instructions, x: Real, low: Real) -> Results:
     """sin(x + low) and cos(x + low).
 
     x = n pi/2 + r + rest: subtracting n times the first part of pi/2 is exact, and so is what remains of the
@@ -96,13 +96,13 @@ def turned(n: Integer, value: Real) -> Real:
     return (value.bits() ^ sign).number()
 
 
-def library_sine_and_cosine(body: Body, x: Real, low: Real) -> list[Real]:
+def library_sine_and_cosine(body: Instructions, x: Real, low: Real) -> list[Real]:
     """The same by the C library, to first order in ``low``."""
     sine, cosine = body.function("sin", x), body.function("cos", x)
     return [body.fma(cosine, low, sine), body.fma(-sine, low, cosine)]
 
 
-def exponential(body: Body, x: Real, low: Real) -> Results:
+def exponential(body: Instructions, x: Real, low: Real) -> Results:
     """e^(x + low), where x = n ln 2 + r + rest."""
     shifted = body.fma(x, INVERSE_LN_2, ROUND)
     minus_n = -(shifted - ROUND)
@@ -117,13 +117,13 @@ def exponential(body: Body, x: Real, low: Real) -> Results:
     return body.magnitude(x) < LARGEST_EXPONENT, [made.number()]
 
 
-def logarithm(body: Body, x: Real) -> Results:
+def logarithm(body: Instructions, x: Real) -> Results:
     """ln x."""
     plain, high, _ = exact_logarithm(body, x)
     return plain, [high]
 
 
-def power(body: Body, x: Real, y: Real) -> Results:
+def power(body: Instructions, x: Real, y: Real) -> Results:
     """x^y = e^(y ln x)."""
     positive, high, low = exact_logarithm(body, x)
     exponent = y * high
@@ -131,7 +131,7 @@ def power(body: Body, x: Real, y: Real) -> Results:
     return positive & small, results
 
 
-def exact_logarithm(body: Body, x: Real) -> tuple[Bit, Real, Real]:
+def exact_logarithm(body: Instructions, x: Real) -> tuple[Bit, Real, Real]:
     """ln x = k ln 2 + ln m as a sum of two doubles, to about 68 bits, for positive x that are not denormal.
 
     With s = (m - 1) / (m + 1), ln m = 2 artanh(s) = 2 s + s [2/3 s^2 + s^4 P(s^2)].
@@ -170,7 +170,7 @@ def exact_logarithm(body: Body, x: Real) -> tuple[Bit, Real, Real]:
     return (plain, *fast_sum(high, low))
 
 
-def library_exponential(body: Body, x: Real, low: Real) -> list[Real]:
+def library_exponential(body: Instructions, x: Real, low: Real) -> list[Real]:
     """The same by the C library."""
     return [body.function("exp", x) * (body.constant(1.0) + low)]
 

@@ -14,7 +14,7 @@ from lagrange_cli.native.functions.formulas import LEAST_NORMAL
 from lagrange_cli.native.functions.payne_hanek import LEAST_WIDE
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Real
-from lagrange_cli.native.numbers.double_double import Pair, apply, called, choose, pair
+from lagrange_cli.native.numbers.double_double import DDReal, apply, called, choose, pair
 
 ARC_TANGENT = (
     1.0, -0.3333314528, 0.1999355085, -0.1420889944, 0.1065626393, -0.0752896400, 0.0429096138,
@@ -30,7 +30,7 @@ OVERFLOWING = 700.0
 """The hyperbolic functions' argument from which e^-x no longer counts."""
 
 INFINITY, NAN = float("inf"), float("nan")
-Formula = Callable[..., "Pair | Real"]
+Formula = Callable[..., "DDReal | Real"]
 
 
 def texts() -> Iterator[str]:
@@ -38,11 +38,11 @@ def texts() -> Iterator[str]:
     for name, (count, formula) in FORMULAS.items():
         f = Function(f"define internal double @{name}({', '.join(f'double %a{i}' for i in range(count))}) #0")
         made = formula(*(Real(f, f"%a{i}") for i in range(count)))
-        f.give(rounded(made) if isinstance(made, Pair) else made)
+        f.give(rounded(made) if isinstance(made, DDReal) else made)
         yield f.text()
 
 
-def rounded(value: Pair) -> Real:
+def rounded(value: DDReal) -> Real:
     """The double nearest to a number."""
     high, low = value.parts
     return high + low
@@ -73,7 +73,7 @@ def tangent(x: Real) -> Real:
     """tan x."""
     near = x.body.magnitude(x) < LEAST_WIDE
     wide = apply("wide_sin", x) / apply("wide_cos", x)
-    return rounded(choose(near, apply("tan", Pair(x)), wide))
+    return rounded(choose(near, apply("tan", DDReal(x)), wide))
 
 
 def normal(x: Real) -> tuple[Bit, Real]:
@@ -96,9 +96,9 @@ def beyond_pow(x: Real, y: Real) -> Real:
     body, size = x.body, x.body.magnitude(x)
     zero, one, infinity = (body.constant(value) for value in (0.0, 1.0, INFINITY))
     tiny, raised = normal(size)
-    log = apply("log", Pair(raised))
+    log = apply("log", DDReal(raised))
     log = choose(tiny, log - pair(body, RAISED * LN2), log)
-    made = rounded(apply("exp", Pair(y) * log))
+    made = rounded(apply("exp", DDReal(y) * log))
     exponent = y * body.function("log", size)
     made = body.select(exponent < -746.0, zero, made)
     made = body.select(exponent > 710.0, infinity, made)
@@ -111,7 +111,7 @@ def beyond_pow(x: Real, y: Real) -> Real:
     return body.select(y.equals(0.0), one, made)
 
 
-def angle(y: Pair, x: Pair) -> Pair:
+def angle(y: DDReal, x: DDReal) -> DDReal:
     """The angle of the point (x, y), which is neither very far nor very near."""
     body = y.high.body
     across, along = body.magnitude(y.high), body.magnitude(x.high)
@@ -126,7 +126,7 @@ def angle(y: Pair, x: Pair) -> Pair:
     first = total * ratio
     first = body.select(steep, float(PI / 2) - first, first)
     first = body.select(x.high < 0.0, float(PI) - first, first)
-    start = Pair(signed(first, y.high))
+    start = DDReal(signed(first, y.high))
     return choose(nowhere, start, refined_angle(start, y, x))
 
 
@@ -142,22 +142,22 @@ def atan2(y: Real, x: Real) -> Real:
     for side, size in ((y, across), (x, along)):
         unit = body.select(size.equals(INFINITY), one, zero)
         unit = body.select(size.compared("uno", 0.0), NAN, unit)
-        sides.append(Pair(signed(body.select(endless, unit, size * factor), side)))
+        sides.append(DDReal(signed(body.select(endless, unit, size * factor), side)))
     return rounded(angle(*sides))
 
 
-def growing(within: Callable[[Pair], Pair], x: Real) -> Real:
+def growing(within: Callable[[DDReal], DDReal], x: Real) -> Real:
     """sinh or cosh: e^|x| / 2 where the other half does not count."""
     body, size = x.body, x.body.magnitude(x)
-    half = rounded(apply("exp", Pair(size) - pair(body, LN2)))
+    half = rounded(apply("exp", DDReal(size) - pair(body, LN2)))
     half = body.select(size.equals(INFINITY), size, half)
     half = half if within is cosh_within else signed(half, x)
-    return body.select(size < OVERFLOWING, rounded(within(Pair(x))), half)
+    return body.select(size < OVERFLOWING, rounded(within(DDReal(x))), half)
 
 
 def tanh(x: Real) -> Real:
     """1 to the last digit beyond 40."""
-    body, number = x.body, Pair(x)
+    body, number = x.body, DDReal(x)
     made = rounded(sinh_within(number) / cosh_within(number))
     made = body.select(x > 40.0, 1.0, made)
     return body.select(x < -40.0, -1.0, made)
@@ -173,15 +173,15 @@ FORMULAS: Mapping[str, tuple[int, Formula]] = {
     "portable.exp2": (1, lambda x: exponential(x * float(LN2))),
     "portable.tan": (1, tangent),
     "portable.atan": (1, lambda x: atan2(x, x.body.constant(1.0))),
-    "portable.asin": (1, lambda x: angle(Pair(x), leg(Pair(x)))),
-    "portable.acos": (1, lambda x: angle(leg(Pair(x)), Pair(x))),
+    "portable.asin": (1, lambda x: angle(DDReal(x), leg(DDReal(x)))),
+    "portable.acos": (1, lambda x: angle(leg(DDReal(x)), DDReal(x))),
     "portable.atan2": (2, atan2),
     "portable.sinh": (1, partial(growing, sinh_within)),
     "portable.cosh": (1, partial(growing, cosh_within)),
     "portable.tanh": (1, tanh),
     "beyond.sin": (1, partial(apply, "wide_sin")),
     "beyond.cos": (1, partial(apply, "wide_cos")),
-    "beyond.exp": (1, lambda x: apply("exp", Pair(x))),
+    "beyond.exp": (1, lambda x: apply("exp", DDReal(x))),
     "beyond.log": (1, beyond_log),
     "beyond.pow": (2, beyond_pow),
 }

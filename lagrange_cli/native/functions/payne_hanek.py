@@ -10,7 +10,7 @@ from functools import partial
 
 from lagrange_cli.native.functions.double_double import PI, turned
 from lagrange_cli.native.llvm.vector import Integer, Real
-from lagrange_cli.native.numbers.double_double import Pair, apply, choose, define, pair
+from lagrange_cli.native.numbers.double_double import DDReal, apply, choose, define, pair
 
 LEAST_WIDE = 2.0**20
 """Angles below it are none of these."""
@@ -47,7 +47,7 @@ def table() -> str:
     return f"@two_over_pi = private constant [{len(digits)} x i8] [{listed}], align 8\n"
 
 
-def reduced(size: Real) -> tuple[Integer, Pair]:
+def reduced(size: Real) -> tuple[Integer, DDReal]:
     """``size`` in right angles: the nearest integer (its two last bits count), and what is left."""
     body, bits = size.body, size.bits()
     exponent = bits.operation("lshr", MANTISSA) - BIAS
@@ -72,12 +72,12 @@ def reduced(size: Real) -> tuple[Integer, Pair]:
     total, scale = pair(body, 0), 2.0 ** (PIECE - WORD + 2)
     for shift, word in (("ashr", rest), ("lshr", words[-2]), ("lshr", words[-3])):
         for piece in (word.operation(shift, PIECE), word & (1 << PIECE) - 1):
-            total = total + Pair(piece.to_real() * scale)
+            total = total + DDReal(piece.to_real() * scale)
             scale /= 2.0**PIECE
     return count, total
 
 
-def _wide(x: Real, *, cosine: bool) -> Pair:
+def _wide(x: Real, *, cosine: bool) -> DDReal:
     body, size = x.body, x.body.magnitude(x)
     finite = size < float("inf")
     count, rest = reduced(body.select(finite & (size >= LEAST_WIDE), size, body.constant(LEAST_WIDE)))

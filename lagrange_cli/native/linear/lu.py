@@ -62,7 +62,7 @@ class LargeGeneral(Generic[V]):
         return self.kind.body.place("%work", self._index(number), "double")
 
 
-class Elimination(Function, Generic[V]):
+class EliminationFunction(Function, Generic[V]):
     """A function of a block ``%a`` of ``n`` rows, with its pivots behind it. What ``kind`` writes goes into
     it. A number takes so many ``doubles``."""
 
@@ -98,7 +98,7 @@ class Elimination(Function, Generic[V]):
 def factor_general(make: Make[V]) -> str:
     """``i1 @factor_general(a, n)``: whether ``a`` is regular. Then L is below its diagonal, U above, and the
     inverses of U's diagonal between them; the rows that rows were exchanged with are behind it."""
-    f = Elimination(make, "i1", "factor_general")
+    f = EliminationFunction(make, "i1", "factor_general")
     kind, n = f.kind, f.n
 
     def size(i: Integer, j: Integer) -> Real:
@@ -135,7 +135,7 @@ def factor_general(make: Make[V]) -> str:
 
 def solve_general(make: Make[V]) -> str:
     """``@solve_general(a, b, n)`` with ``a`` as ``@factor_general`` leaves it: ``b`` becomes the solution."""
-    f = Elimination(make, "void", "solve_general", "ptr noalias %b, ")
+    f = EliminationFunction(make, "void", "solve_general", "ptr noalias %b, ")
     kind, n, parts = f.kind, f.n, f.doubles
 
     def eliminate(x: V | None, i: Integer, j: Integer) -> None:

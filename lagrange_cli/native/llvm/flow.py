@@ -12,7 +12,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Generic, TypeVar
 
-from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Value, kind
+from lagrange_cli.native.llvm.text import kind
+from lagrange_cli.native.llvm.vector import Bit, Instructions, Integer, Value
 
 V = TypeVar("V", bound=Value)
 _NAME = re.compile(r"%[\w.]+")
@@ -71,7 +72,7 @@ class Loop:
         self._function.branch(condition, self._again, self._after)
 
 
-class Flow(Body):
+class Flow(Instructions):
     """The blocks of one function. Instructions after the end of a block are dropped.
 
     In its ``head``, ``REAL`` and ``BIT`` stand for the types of numbers and conditions in all ``lanes``.

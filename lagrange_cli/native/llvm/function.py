@@ -14,7 +14,8 @@ from collections.abc import Sequence
 from typing import Any, TypeVar, overload
 
 from lagrange_cli.native.llvm.flow import Flow
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, Value, kind
+from lagrange_cli.native.llvm.text import kind
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, Value
 
 V = TypeVar("V", bound=Value)
 

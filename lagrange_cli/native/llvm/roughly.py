@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from lagrange_cli.native.llvm.text import literal, operand
-from lagrange_cli.native.llvm.vector import Integer, Real, cast, kind
+from lagrange_cli.native.llvm.text import kind, literal, operand
+from lagrange_cli.native.llvm.vector import Integer, Real, cast
 
 
 def upper_half(x: Real) -> Real:

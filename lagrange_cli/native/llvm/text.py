@@ -34,6 +34,22 @@ def operand(value: Value) -> Operand:
     return ZERO if value is None else value
 
 
+def kind(type: str, lanes: int) -> str:
+    """The type of ``lanes`` of these."""
+    return type if lanes == 1 else f"<{lanes} x {type}>"
+
+
+def constant(type: str, lanes: int, value: object) -> str:
+    """A constant in every lane."""
+    one = operand(literal(value)) if isinstance(value, (int, float)) and type == "double" else str(value)
+    return one if lanes == 1 else f"<{', '.join([f'{type} {one}'] * lanes)}>"
+
+
+def suffix(lanes: int) -> str:
+    """The suffix of LLVM's names for functions of them."""
+    return "f64" if lanes == 1 else f"v{lanes}f64"
+
+
 def fused(text: str) -> str:
     """``text`` with every ``fmuladd`` an ``fma``, which is rounded once."""
     return text.replace("@llvm.fmuladd.", "@llvm.fma.")

@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from typing import ClassVar, TypeVar
 
 from lagrange_cli.native.llvm.length import allow
-from lagrange_cli.native.llvm.text import literal, operand, opposite
+from lagrange_cli.native.llvm.text import constant, kind, literal, operand, opposite, suffix
 
 V = TypeVar("V", bound="Value")
 
 
-class Body:
+class Instructions:
     """The instructions of one function of ``lanes`` doubles."""
 
     cost = 1
@@ -177,7 +177,7 @@ class Value:
     __slots__ = ("body", "lanes", "name")
     type: ClassVar[str]
 
-    def __init__(self, body: Body, name: str, lanes: int = 0) -> None:
+    def __init__(self, body: Instructions, name: str, lanes: int = 0) -> None:
         self.body, self.name, self.lanes = body, name, lanes or body.lanes
 
     @property
@@ -319,22 +319,6 @@ def cast(value: Value, instruction: str, to: type[V]) -> V:
     return to(value.body, value.body.define(text), value.lanes)
 
 
-def kind(type: str, lanes: int) -> str:
-    """The type of ``lanes`` of these."""
-    return type if lanes == 1 else f"<{lanes} x {type}>"
-
-
-def constant(type: str, lanes: int, value: object) -> str:
-    """A constant in every lane."""
-    one = operand(literal(value)) if isinstance(value, (int, float)) and type == "double" else str(value)
-    return one if lanes == 1 else f"<{', '.join([f'{type} {one}'] * lanes)}>"
-
-
 def operand_of(value: Value | float, type: type[Value], lanes: int) -> str:
     """The text of an operand of that type: a value's name, or a constant in every lane."""
     return value.name if isinstance(value, Value) else constant(type.type, lanes, value)
-
-
-def suffix(lanes: int) -> str:
-    """The suffix of LLVM's names for functions of them."""
-    return "f64" if lanes == 1 else f"v{lanes}f64"

@@ -14,7 +14,7 @@ from lagrange_cli.native.interface import CONSTANTS
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value, literal
 from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.numbers.double_double import DoubleDouble, Pair
+from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble
 from lagrange_cli.native.numbers.kind import Number
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 
@@ -50,12 +50,12 @@ class BesideLanes(LaneEmitter):
         return super().number(beside(value, self._factor))
 
 
-class BesidePairs(DoubleDouble):
+class BesideDoubleDouble(DoubleDouble):
     """Double-double numbers, likewise; ``CONSTANTS`` times their difference is that of ``BesideEmitter``."""
 
     def __init__(self, body: Function, factor: int) -> None:
         super().__init__(body)
         self._factor = factor // CONSTANTS
 
-    def number(self, value: Number) -> Pair | None:
+    def number(self, value: Number) -> DDReal | None:
         return super().number(beside(value, self._factor))

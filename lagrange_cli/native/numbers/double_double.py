@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import Bit, Body, Real, Value, constant, kind
+from lagrange_cli.native.llvm.text import Operand, constant, kind
+from lagrange_cli.native.llvm.vector import Bit, Instructions, Real, Value
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
 from lagrange_cli.native.numbers.kind import Number, Written
 from lagrange_cli.records import dataclass
@@ -27,8 +27,8 @@ def pair_type(lanes: int) -> str:
 
 
 @dataclass(frozen=True)
-class Pair:
-    """A number: ``high`` is the double nearest to it, ``low`` what is left (None: nothing). Has operators."""
+class DDReal:
+    """A double-double number: ``high`` is the double nearest to it, ``low`` what is left (None: nothing)."""
 
     high: Real
     low: Real | None = None
@@ -38,46 +38,46 @@ class Pair:
         """Both, 0 written out."""
         return self.high, self.high.body.zero(self.high.lanes) if self.low is None else self.low
 
-    def __add__(self, other: Pair) -> Pair:
+    def __add__(self, other: DDReal) -> DDReal:
         return apply("add", self, other)
 
-    def __sub__(self, other: Pair) -> Pair:
+    def __sub__(self, other: DDReal) -> DDReal:
         return self + -other
 
-    def __neg__(self) -> Pair:
-        return Pair(-self.high, None if self.low is None else -self.low)
+    def __neg__(self) -> DDReal:
+        return DDReal(-self.high, None if self.low is None else -self.low)
 
-    def __mul__(self, other: Pair) -> Pair:
+    def __mul__(self, other: DDReal) -> DDReal:
         return apply("mul", self, other)
 
-    def __truediv__(self, other: Pair) -> Pair:
+    def __truediv__(self, other: DDReal) -> DDReal:
         return apply("div", self, other)
 
-    def scaled(self, factor: Real | float) -> Pair:
+    def scaled(self, factor: Real | float) -> DDReal:
         """Its product with a double."""
         return apply("scale", self, factor)
 
-    def divided(self, by: Real) -> Pair:
+    def divided(self, by: Real) -> DDReal:
         """Its quotient by a double."""
         return apply("divide", self, by)
 
 
-def apply(name: str, first: Pair | Real, *others: Pair | Real | float) -> Pair:
+def apply(name: str, first: DDReal | Real, *others: DDReal | Real | float) -> DDReal:
     """``@pair_name`` of numbers and doubles."""
-    leader, flat = first.high if isinstance(first, Pair) else first, list[Real]()
+    leader, flat = first.high if isinstance(first, DDReal) else first, list[Real]()
     body = leader.body
     for one in (first, *others):
-        flat += one.parts if isinstance(one, Pair) else [Real(body, body.of(one), leader.lanes)]
+        flat += one.parts if isinstance(one, DDReal) else [Real(body, body.of(one), leader.lanes)]
     body.operations += 1
     return called(body, f"pair_{name}", *flat)
 
 
-def called(body: Body, name: str, *arguments: Value) -> Pair:
+def called(body: Instructions, name: str, *arguments: Value) -> DDReal:
     """A call of ``@name``, which gives a number, or that of vectors of these where they are given."""
     listed, lanes = ", ".join(f"{one.kind} {one.name}" for one in arguments), arguments[0].lanes
     type = pair_type(lanes)
     made = body.define(f"call {type} @{name}{suffix_of(lanes)}({listed})")
-    return Pair(*(Real(body, body.define(f"extractvalue {type} {made}, {i}"), lanes) for i in (0, 1)))
+    return DDReal(*(Real(body, body.define(f"extractvalue {type} {made}, {i}"), lanes) for i in (0, 1)))
 
 
 def suffix_of(lanes: int) -> str:
@@ -85,19 +85,21 @@ def suffix_of(lanes: int) -> str:
     return "" if lanes == 1 else f".{lanes}"
 
 
-def pair(body: Body, value: Number, lanes: int = 0) -> Pair:
+def pair(body: Instructions, value: Number, lanes: int = 0) -> DDReal:
     """A constant, rounded to a double-double, in every lane: of the body's, if not said."""
     high, low = split(Fraction(value)) if math.isfinite(value) else (float(value), 0.0)
     lanes = lanes or body.lanes
-    return Pair(*(Real(body, constant("double", lanes, x), lanes) for x in ((high, low) if low else (high,))))
+    return DDReal(
+        *(Real(body, constant("double", lanes, x), lanes) for x in ((high, low) if low else (high,)))
+    )
 
 
-def choose(condition: Bit, yes: Pair, no: Pair) -> Pair:
+def choose(condition: Bit, yes: DDReal, no: DDReal) -> DDReal:
     """One of two numbers."""
-    return Pair(*(condition.body.select(condition, a, b) for a, b in zip(yes.parts, no.parts)))
+    return DDReal(*(condition.body.select(condition, a, b) for a, b in zip(yes.parts, no.parts)))
 
 
-class DoubleDouble(Written[Pair]):
+class DoubleDouble(Written[DDReal]):
     """Such numbers as a kind that writes into ``body``."""
 
     parts, unit, products = 2, 2.0**-106, 64
@@ -109,14 +111,14 @@ class DoubleDouble(Written[Pair]):
         self.body, self.one, self._minus_one = body, *(pair(body, x, self.lanes) for x in (1, -1))
         body.cost = self.parts
 
-    def number(self, value: Number) -> Pair | None:
+    def number(self, value: Number) -> DDReal | None:
         return None if value == 0 else pair(self.body, value, self.lanes)
 
-    def written(self, value: Pair | None) -> Pair:
+    def written(self, value: DDReal | None) -> DDReal:
         """A number, 0 written out."""
         return pair(self.body, 0, self.lanes) if value is None else value
 
-    def times(self, a: Pair, b: Pair) -> Pair:
+    def times(self, a: DDReal, b: DDReal) -> DDReal:
         minus_one = self._minus_one.high.name
         for one, other in ((a, b), (b, a)):
             if one.low is None:
@@ -125,26 +127,26 @@ class DoubleDouble(Written[Pair]):
                 return other.scaled(one.high)
         return a * b
 
-    def function(self, name: str, *arguments: Pair | None) -> Pair:
+    def function(self, name: str, *arguments: DDReal | None) -> DDReal:
         return apply(name, *map(self.written, arguments))
 
-    def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Pair:
+    def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> DDReal:
         place = self.body.place(pointer, index, "double")
-        return Pair(*(self.body.load_row(place, at, 1) for at in ((0, beyond) if beyond else (0,))))
+        return DDReal(*(self.body.load_row(place, at, 1) for at in ((0, beyond) if beyond else (0,))))
 
-    def store(self, value: Pair | None, pointer: str, index: int | str, beyond: int | str = 0) -> None:
+    def store(self, value: DDReal | None, pointer: str, index: int | str, beyond: int | str = 0) -> None:
         place = self.body.place(pointer, index, "double")
         for at, part in zip((0, beyond), self.written(value).parts):
             self.body.store_row(part, place, at)
 
-    def compare(self, relation: str, a: Pair | None, b: Pair | None) -> Operand:
+    def compare(self, relation: str, a: DDReal | None, b: DDReal | None) -> Operand:
         """Whether the nearest doubles are in a relation."""
         return self.written(a).high.compared(relation, self.written(b).high).name
 
     def both(self, a: Operand, b: Operand) -> Operand:
         return (Bit(self.body, a, self.lanes) & Bit(self.body, b, self.lanes)).name
 
-    def select(self, condition: Operand, yes: Pair | None, no: Pair | None) -> Pair:
+    def select(self, condition: Operand, yes: DDReal | None, no: DDReal | None) -> DDReal:
         return choose(Bit(self.body, condition, self.lanes), self.written(yes), self.written(no))
 
 
@@ -157,11 +159,11 @@ def split(value: Fraction) -> tuple[float, float]:
     return high, float(value - Fraction(high))
 
 
-def define(name: str, kinds: str, formula: Callable[..., Pair], lanes: int = 1) -> str:
+def define(name: str, kinds: str, formula: Callable[..., DDReal], lanes: int = 1) -> str:
     """The text of ``@pair_name``; ``kinds``: p for an argument that is a number, d for one double."""
     f = Function(f"define internal {pair_type(lanes)} {head_of(name, kinds, lanes)} #0", lanes)
     f.cost = DoubleDouble.parts
-    given = [Pair(Real(f, f"%a{i}"), Real(f, f"%b{i}")) for i in range(len(kinds))]
+    given = [DDReal(Real(f, f"%a{i}"), Real(f, f"%b{i}")) for i in range(len(kinds))]
     f.give(*formula(*(one.high if kind == "d" else one for one, kind in zip(given, kinds))).parts)
     return f.text()
 
@@ -173,58 +175,58 @@ def head_of(name: str, kinds: str, lanes: int) -> str:
     return f"@pair_{name}{suffix_of(lanes)}({heads})"
 
 
-def _add(a: Pair, b: Pair) -> Pair:
+def _add(a: DDReal, b: DDReal) -> DDReal:
     (high, a_low), (other, b_low) = a.parts, b.parts
     high, error = two_sum(high, other)
     low, rest = two_sum(a_low, b_low)
     high, error = fast_sum(high, error + low)
-    return Pair(*fast_sum(high, error + rest))
+    return DDReal(*fast_sum(high, error + rest))
 
 
-def _mul(a: Pair, b: Pair) -> Pair:
+def _mul(a: DDReal, b: DDReal) -> DDReal:
     (high, low), (other, lower), fma = a.parts, b.parts, a.high.body.fma
     product, error = two_product(high, other)
     cross = fma(low, other, fma(high, lower, low * lower))
-    return Pair(*fast_sum(product, error + cross))
+    return DDReal(*fast_sum(product, error + cross))
 
 
-def _scale(a: Pair, b: Real) -> Pair:
+def _scale(a: DDReal, b: Real) -> DDReal:
     high, low = a.parts
     product, error = two_product(high, b)
-    return Pair(*fast_sum(product, b.body.fma(low, b, error)))
+    return DDReal(*fast_sum(product, b.body.fma(low, b, error)))
 
 
-def _div(a: Pair, b: Pair) -> Pair:
+def _div(a: DDReal, b: DDReal) -> DDReal:
     first = a.high / b.high
     rest = a - b.scaled(first)
     second = rest.high / b.high
     rest = rest - b.scaled(second)
     third = rest.high / b.high
-    return Pair(*fast_sum(first, second)) + Pair(third)
+    return DDReal(*fast_sum(first, second)) + DDReal(third)
 
 
-def _rest(a: Pair, b: Real, c: Real) -> Real:
+def _rest(a: DDReal, b: Real, c: Real) -> Real:
     """What is left of a beside b c."""
     (high, low), (product, error) = a.parts, two_product(b, c)
     return ((high - product) - error) + low
 
 
-def _divide(a: Pair, b: Real) -> Pair:
+def _divide(a: DDReal, b: Real) -> DDReal:
     first = a.high / b
-    return Pair(*fast_sum(first, _rest(a, first, b) / b))
+    return DDReal(*fast_sum(first, _rest(a, first, b) / b))
 
 
-def _sqrt(a: Pair) -> Pair:
+def _sqrt(a: DDReal) -> DDReal:
     first = a.high.body.function("sqrt", a.high)
-    root = Pair(*fast_sum(first, _rest(a, first, first) / (first + first)))
+    root = DDReal(*fast_sum(first, _rest(a, first, first) / (first + first)))
     return choose(a.high.equals(0.0), pair(a.high.body, 0), root)
 
 
-OPERATIONS: Mapping[str, tuple[str, Callable[..., Pair]]] = {
+OPERATIONS: Mapping[str, tuple[str, Callable[..., DDReal]]] = {
     "add": ("pp", _add), "mul": ("pp", _mul), "scale": ("pd", _scale),
     "div": ("pp", _div), "divide": ("pd", _divide), "sqrt": ("p", _sqrt),
 }  # fmt: skip
-"""The functions that ``Pair`` calls."""
+"""The functions that ``DDReal`` calls."""
 
 
 def operations() -> Sequence[str]:

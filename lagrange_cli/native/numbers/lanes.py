@@ -5,8 +5,8 @@ from __future__ import annotations
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.declarations import LIBRARY
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand, Value, literal
-from lagrange_cli.native.llvm.vector import Real, constant, kind, suffix
+from lagrange_cli.native.llvm.text import Operand, Value, constant, kind, literal, suffix
+from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Number
 

@@ -12,7 +12,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ONE, Value, literal, operand
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.recurrences.layout import FIRST, Group
+from lagrange_cli.native.recurrences.layout import FIRST, DotGroup
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 
 Vectors: TypeAlias = "tuple[Real, Real]"
@@ -24,12 +24,12 @@ TOGETHER = 8
 """Groups that are summed in one loop: their sums stay in registers."""
 
 
-def packed(f: Function, group: Group, values: Sequence[Value]) -> Real:
+def packed(f: Function, group: DotGroup, values: Sequence[Value]) -> Real:
     """A vector of the group, a value for each of its dot products; the other lanes are not used."""
     return f.joined([Real(f, operand(one), 1) for one in values], group.width)
 
 
-def store(f: Function, group: Group, pair: Vectors, base: Pointer | str, m: int) -> None:
+def store(f: Function, group: DotGroup, pair: Vectors, base: Pointer | str, m: int) -> None:
     """Keep vector m of both operands, counted from ``base``.
 
     (Volatile, so that it is stored as one: a vector of which halves are stored cannot be loaded until both
@@ -39,19 +39,19 @@ def store(f: Function, group: Group, pair: Vectors, base: Pointer | str, m: int)
         f.store_row(value, base, place + group.width * m, aligned=True, volatile=True)
 
 
-def load(f: Function, group: Group, base: Pointer | str, offset: int) -> Real:
+def load(f: Function, group: DotGroup, base: Pointer | str, offset: int) -> Real:
     """A vector of the group from memory."""
     return f.load_row(base, offset, group.width, aligned=True)
 
 
-def multiply_add(emitter: Emitter, group: Group, a: Real, b: Real, total: Real | None) -> Real:
+def multiply_add(emitter: Emitter, group: DotGroup, a: Real, b: Real, total: Real | None) -> Real:
     """``a * b + total``, lane by lane."""
     emitter.body.operations += len(group.dots) * emitter.repeated
     return a * b if total is None else emitter.body.fused(a, b, total)
 
 
 def sum_unrolled(
-    emitter: Emitter, group: Group, last: int, base: Pointer | str, n: int, recent: Mapping[int, Vectors]
+    emitter: Emitter, group: DotGroup, last: int, base: Pointer | str, n: int, recent: Mapping[int, Vectors]
 ) -> Real | None:
     """sum_{m=1}^{last} a[m] b[n-m] of vectors, ``n`` counted from ``base``; None for no terms.
 
@@ -70,7 +70,7 @@ def sum_unrolled(
     return some[0] if some else None
 
 
-def sum_in_loop(emitter: Emitter, groups: Sequence[Group], k: Integer, stages: range) -> list[Real]:
+def sum_in_loop(emitter: Emitter, groups: Sequence[DotGroup], k: Integer, stages: range) -> list[Real]:
     """sum_{m=1}^{n-1} a[m] b[n-m] of vectors with n = ``k`` + level of each group, the newest at last.
 
     ``k`` is each of ``stages``.
@@ -106,7 +106,7 @@ def moved(f: Function, index: Integer, width: int) -> Pointer:
     return f.place("%work", index * width)
 
 
-def take(emitter: Emitter, stage: Stage[str], group: Group, total: Real | None) -> None:
+def take(emitter: Emitter, stage: Stage[str], group: DotGroup, total: Real | None) -> None:
     """``stage.sums`` from the vector sums of a group; to be added is what its vectors do not hold."""
     table = stage.expansion.table
     for lane, (dot, (first, second)) in enumerate(zip(group.dots, group.shifts)):
@@ -123,7 +123,7 @@ def take(emitter: Emitter, stage: Stage[str], group: Group, total: Real | None) 
         stage.sums[dot.index, dot.weighted] = start, terms
 
 
-def vectors(emitter: Emitter, stage: Stage[str], group: Group) -> Vectors:
+def vectors(emitter: Emitter, stage: Stage[str], group: DotGroup) -> Vectors:
     """Vectors k + level of the group."""
     first: list[Value] = []
     second: list[Value] = []

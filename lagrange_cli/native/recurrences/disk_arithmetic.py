@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand, Value, operand
-from lagrange_cli.native.llvm.vector import Bit, Real, constant
+from lagrange_cli.native.llvm.text import Operand, Value, constant, operand
+from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Number, NumberKind
 

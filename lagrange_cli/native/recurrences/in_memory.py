@@ -14,12 +14,12 @@ from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, Pair, called
+from lagrange_cli.native.numbers.double_double import TYPE, DDReal, DoubleDouble, called
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.layout_rows import Rows
+from lagrange_cli.native.recurrences.layout_rows import RowLayout
 from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
@@ -32,17 +32,17 @@ UNROLLED = {"definite": 5, "general": 0}
 class Memory:
     """Where the coefficients of the series are, for all stages; ``inverse`` is 1/scale."""
 
-    expansion: Expansion[Pair]
+    expansion: Expansion[DDReal]
     kind: DoubleDouble
-    rows: Rows
+    rows: RowLayout
     inverse: Real
 
-    def load(self, row: int, m: int) -> Pair:
+    def load(self, row: int, m: int) -> DDReal:
         """Coefficient m of a row. (What a loop holds for long costs more than to load it.)"""
         return self.kind.load("%work", self.rows.row(row) + m, self.rows.beyond)
 
 
-class InMemory(Stage[Pair]):
+class InMemory(Stage[DDReal]):
     """Stage ``k``, a number or the counter of a loop."""
 
     whole = True
@@ -68,40 +68,40 @@ class InMemory(Stage[Pair]):
     def is_index(self, ahead: int, index: int) -> bool:
         return isinstance(self.k, int) and self.k + ahead == index
 
-    def at(self, index: int, ahead: int) -> Pair | None:
+    def at(self, index: int, ahead: int) -> DDReal | None:
         if ahead == self.expansion.program.series[index].level and index in self.top:
             return self.top[index]
         if isinstance(self.k, int) and self.k + ahead < 0:
             return None
         return self._memory.kind.load(self._base, self.slot(index, ahead), self._memory.rows.beyond)
 
-    def set_top(self, index: int, value: Pair | None) -> None:
+    def set_top(self, index: int, value: DDReal | None) -> None:
         self.top[index] = value
         level = self.expansion.program.series[index].level
         self.put(index, value, level)
         if self.is_index(level, 0):
             self.expansion.table[index][0] = value
 
-    def put(self, row: int, value: Pair | None, ahead: int) -> None:
+    def put(self, row: int, value: DDReal | None, ahead: int) -> None:
         """Store coefficient k + ahead of a row; one that is 0 is there already."""
         if value is not None:
             self._memory.kind.store(value, self._base, self.slot(row, ahead), self._memory.rows.beyond)
 
-    def reciprocal(self, ahead: int) -> Pair | None:
+    def reciprocal(self, ahead: int) -> DDReal | None:
         return None
 
-    def divided(self, value: Pair | None, ahead: int) -> Pair | None:
+    def divided(self, value: DDReal | None, ahead: int) -> DDReal | None:
         return None if value is None else value.divided(self.real(ahead))
 
-    def derived(self, value: Pair | None, ahead: int, start: Pair | None = None) -> Pair | None:
+    def derived(self, value: DDReal | None, ahead: int, start: DDReal | None = None) -> DDReal | None:
         return start if value is None else self._memory.kind.add(start, value.scaled(self.rate(ahead)))
 
-    def integrated(self, value: Pair | None, ahead: int) -> Pair | None:
+    def integrated(self, value: DDReal | None, ahead: int) -> DDReal | None:
         return None if value is None else value.divided(self.rate(ahead))
 
     def dot(
         self, index: int, a: int, b: int, ahead: int, weighted: bool = False
-    ) -> tuple[Pair | None, Factors[Pair]]:
+    ) -> tuple[DDReal | None, Factors[DDReal]]:
         rows, f, n = self._memory.rows, self._memory.kind.body, self.k + ahead
         first = rows.row(rows.weighted[a] if weighted else a)
         places = (f.place("%work", row) for row in (first, rows.row(b)))
@@ -122,14 +122,14 @@ class InMemory(Stage[Pair]):
                 self.put(row, value.scaled(self.real(level)), level)
 
 
-def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str, int, int]:
+def write_jet(residual: Residual, rows: RowLayout, constants: Constants) -> tuple[str, int, int]:
     """The text of ``i1 @jet(constants, t, its low part, scale, state, work)``, false where M is singular, and
     of what it calls; the doubles of ``work``; and the number of operations."""
     heads = "ptr %constants, double %t, double %tl, double %scale, ptr %state, ptr %work"
     f = Function(f"define internal i1 @jet({heads}) #0")
-    kind, program, time = DoubleDouble(f), rows.program, Pair(Real(f, "%t"), Real(f, "%tl"))
+    kind, program, time = DoubleDouble(f), rows.program, DDReal(Real(f, "%t"), Real(f, "%tl"))
     f.call(None, "clear", f.pointer("%work"), f.count(rows.blocks))
-    large = dict.fromkeys(UNROLLED, partial(LargeGeneral[Pair], kind))
+    large = dict.fromkeys(UNROLLED, partial(LargeGeneral[DDReal], kind))
     factorization = Factorization(kind, rows.blocks, large, UNROLLED)
     expansion = Expansion(residual, program, kind, constants, factorization, time, rows.width)
     if residual.cyclic_momenta:

@@ -16,7 +16,7 @@ from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.compensated import compensated_expansion
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.recurrences.layout import CARRIED, Layout, lowest
+from lagrange_cli.native.recurrences.layout import CARRIED, SeriesLayout, lowest
 from lagrange_cli.native.recurrences.rolled import Memory, Opening, Rolled
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
@@ -41,7 +41,7 @@ def write_jet(
     program: SeriesProgram,
     constants: Constants,
     make: Callable[[Function], Emitter],
-    layout: Layout,
+    layout: SeriesLayout,
     name: str = "jet",
     *,
     alone: bool = True,
@@ -74,7 +74,7 @@ def write_jet(
     return text, LANES * -(-factorization.place // LANES), f.operations
 
 
-def first_rolled(program: SeriesProgram, layout: Layout) -> int:
+def first_rolled(program: SeriesProgram, layout: SeriesLayout) -> int:
     """The first stage that a loop may have, or one after the last.
 
     Where there are convolutions in the motion, these decide: its sums are rounded as without integrals.

@@ -44,7 +44,7 @@ class Dot:
 
 
 @dataclass(frozen=True)
-class Group:
+class DotGroup:
     """Dot products, a lane each; ``width`` lanes.
 
     Vector m of the first operands, at ``%work[first + width * m]``, and of the second ones, at
@@ -62,7 +62,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Layout:
+class SeriesLayout:
     """Where things are in ``%work``.
 
     First the ``state``: coefficient m of q, v and the integrals, one after the other, at ``width * m``. Then
@@ -74,7 +74,7 @@ class Layout:
     order: int
     state: dict[int, int]
     rows: dict[int, int]
-    groups: tuple[Group, ...]
+    groups: tuple[DotGroup, ...]
     motion: int = 0
 
     @property
@@ -101,7 +101,7 @@ class Layout:
         return (self.width + self.rows[series]) * (self.order + 1) + index
 
 
-def arrange(program: SeriesProgram, order: int) -> Layout:
+def arrange(program: SeriesProgram, order: int) -> SeriesLayout:
     """The layout for ``program`` with q's series to ``order``."""
     dots = list(dot_products(program))
     state = {index: row for row, index in enumerate(program.state)}
@@ -111,9 +111,9 @@ def arrange(program: SeriesProgram, order: int) -> Layout:
     read = [*read_alone(program, dots), *read_apart([*motion, *others])]
     old = dict.fromkeys(index for index, ahead in read if program.series[index].level - ahead > CARRIED)
     rows = {index: row for row, index in enumerate(one for one in old if one not in state)}
-    layout = Layout(order, state, rows, ())
+    layout = SeriesLayout(order, state, rows, ())
     for groups in (motion, others):
-        place, placed = layout.doubles, list[Group]()
+        place, placed = layout.doubles, list[DotGroup]()
         for group in sorted(groups, key=lambda one: -one.width):  # so that all are aligned
             second = place + group.width * (order + PADDING)
             begin = FIRST * group.width
@@ -123,19 +123,19 @@ def arrange(program: SeriesProgram, order: int) -> Layout:
     return layout
 
 
-def lowest(program: SeriesProgram, groups: Iterable[Group]) -> int:
+def lowest(program: SeriesProgram, groups: Iterable[DotGroup]) -> int:
     """The lowest level of a motion's convolutions, and of their ``groups``; 0 at most."""
     series = program.series[: program.motion]
     levels = [one.level for one in series if one.op in (Op.MULTIPLY, Op.POWER)]
     return min([0, *levels, *(group.level for group in groups)])
 
 
-def side_by_side(program: SeriesProgram, dots: Sequence[Dot], least: int | None = None) -> list[Group]:
+def side_by_side(program: SeriesProgram, dots: Sequence[Dot], least: int | None = None) -> list[DotGroup]:
     """Up to eight of one level at a time; where up to four are left, with those of levels near theirs.
 
     No group has a level below ``least``.
     """
-    found: list[Group] = []
+    found: list[DotGroup] = []
     few: list[Dot] = []
     for level in sorted({dot.level for dot in dots}):
         same = [dot for dot in dots if dot.level == level]
@@ -153,7 +153,7 @@ def side_by_side(program: SeriesProgram, dots: Sequence[Dot], least: int | None 
     return found
 
 
-def grouped(program: SeriesProgram, dots: Sequence[Dot], least: int | None) -> Group:
+def grouped(program: SeriesProgram, dots: Sequence[Dot], least: int | None) -> DotGroup:
     """These, side by side.
 
     If they are few or of different levels, their vectors hold nothing newer than what was known two stages
@@ -164,7 +164,7 @@ def grouped(program: SeriesProgram, dots: Sequence[Dot], least: int | None) -> G
     level = min(levels) if waiting else min(settled(program, dot) for dot in dots)
     level = level if least is None else max(level, least)
     shifts = tuple(shifted(program, dot, dot.level - level) for dot in dots)
-    return Group(level, tuple(dots), shifts, next(w for w in (2, 4, 8) if w >= len(dots)), 0, 0)
+    return DotGroup(level, tuple(dots), shifts, next(w for w in (2, 4, 8) if w >= len(dots)), 0, 0)
 
 
 def settled(program: SeriesProgram, dot: Dot) -> int:
@@ -191,7 +191,7 @@ def shifted(program: SeriesProgram, dot: Dot, total: int) -> tuple[int, int]:
     return first, second
 
 
-def read_apart(groups: Iterable[Group]) -> Iterable[tuple[int, int]]:
+def read_apart(groups: Iterable[DotGroup]) -> Iterable[tuple[int, int]]:
     """(series, ahead): coefficients k + ahead that the groups read by themselves in stage k."""
     for group in groups:
         for dot, (first, second) in zip(group.dots, group.shifts):

@@ -11,7 +11,7 @@ from lagrange_cli.series.program import Op, SeriesProgram, reciprocal
 
 
 @dataclass(frozen=True)
-class Rows:
+class RowLayout:
     """Where things are in ``%work`` and in the state, whose low parts are ``width`` doubles behind.
 
     ``places`` are the numbers of rows, those of the state first. ``weighted`` are further rows for m p[m] of
@@ -44,9 +44,9 @@ class Rows:
         return 2 * self.beyond * (len(self.program.series) + len(self.weighted))
 
 
-def arrange(program: SeriesProgram, order: int, width: int) -> Rows:
+def arrange(program: SeriesProgram, order: int, width: int) -> RowLayout:
     """The places for ``program`` with q's series to ``order``."""
     weighted = [i for i, one in enumerate(program.series) if one.op is Op.POWER and not reciprocal(one.data)]
     places = {index: len(program.series) + i for i, index in enumerate(weighted)}
     listed = dict.fromkeys([*program.state, *range(len(program.series))])
-    return Rows(program, order, width, {index: row for row, index in enumerate(listed)}, places)
+    return RowLayout(program, order, width, {index: row for row, index in enumerate(listed)}, places)

@@ -21,7 +21,7 @@ from lagrange_cli.native.recurrences.convolution import (
     vectors,
 )
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.layout import CARRIED, FIRST, Group, Layout
+from lagrange_cli.native.recurrences.layout import CARRIED, FIRST, DotGroup, SeriesLayout
 from lagrange_cli.native.recurrences.loop_stage import LoopStage
 from lagrange_cli.native.recurrences.stage import Stage
 from lagrange_cli.native.recurrences.unrolled import Unrolled
@@ -43,8 +43,8 @@ class Memory:
     f: Function
     expansion: Expansion[str]
     emitter: Emitter
-    layout: Layout
-    recent: dict[Group, dict[int, Vectors]] = field(default_factory=dict)
+    layout: SeriesLayout
+    recent: dict[DotGroup, dict[int, Vectors]] = field(default_factory=dict)
     """The last vectors of each group in stages that are unrolled, by their indices."""
     newest: dict[Age, Value] = field(default_factory=dict)
     """The last coefficients that were written."""

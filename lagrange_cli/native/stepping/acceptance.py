@@ -17,7 +17,7 @@ PLACES = "ptr noalias %work, ptr noalias %rates, ptr noalias %allowed"
 
 
 @dataclass(frozen=True)
-class Bounds:
+class PredictionBounds:
     """How exactly numbers of one kind can be predicted, and where time ends to be resolved.
 
     A series must predict the accelerations to ``almost`` of their size and their change, to what changes a
@@ -47,22 +47,22 @@ class Bounds:
         """An error of accelerations that moves what rests by nothing much within ``h``."""
         return self.nothing_much / (h * f.larger(h, 1.0))
 
-    def coarser(self, tolerance: float) -> Bounds:
+    def coarser(self, tolerance: float) -> PredictionBounds:
         """The bounds for a tolerance, if it is coarser than full precision."""
         coarse = max(1.0, tolerance / self.precision)
         return replace(self, almost=self.almost * coarse, resolution=self.resolution * coarse)
 
-    def timed(self, depends: bool) -> Bounds:
+    def timed(self, depends: bool) -> PredictionBounds:
         """The bounds, where an equation ``depends`` on t, which is known to a rounding only. Where
         steps had to be shorter, a pole may lie between t and the next number, as that of tan(t) near pi/2."""
         return replace(self, shortest=self.ulp / 4.0) if depends else self
 
 
-DOUBLE = Bounds(
+DOUBLE = PredictionBounds(
     almost=2.0**-40, resolution=2.0**-47, rounding=2.0**-45, nothing_much=2.0**-48, ulp=2.0**-51,
     grain=2.0**-54, doubt=2.0**-24, widest=2.0**-20, no_time=2.0**-36, shortest=2.0**-80, precision=2.0**-52,
 )  # fmt: skip
-DOUBLE_DOUBLE = Bounds(
+DOUBLE_DOUBLE = PredictionBounds(
     almost=2.0**-88, resolution=2.0**-96, rounding=2.0**-92, nothing_much=2.0**-96, ulp=2.0**-102,
     grain=2.0**-106, doubt=2.0**-40, widest=2.0**-64, no_time=2.0**-72, shortest=2.0**-130,
     precision=2.0**-104,
@@ -72,7 +72,7 @@ DOUBLE_DOUBLE = Bounds(
 @dataclass(frozen=True)
 class Allowance:
     """By how much the accelerations at the end of a step may differ from those predicted: parts of their size
-    and change, of speeds, and of places (see ``Bounds``)."""
+    and change, of speeds, and of places (see ``PredictionBounds``)."""
 
     change: Real
     speed: Real
@@ -84,7 +84,7 @@ class Allowance:
         return f.fused(change, part, speed * share)
 
 
-def allowance(f: Function, bounds: Bounds, t: Real, usual: Real, h: Real) -> Allowance:
+def allowance(f: Function, bounds: PredictionBounds, t: Real, usual: Real, h: Real) -> Allowance:
     """The allowance of a step of ``h`` that ends at about ``t``, where steps are ``usual`` long."""
     inverse = 1.0 / usual
     slow = inverse * bounds.rounding

@@ -5,11 +5,11 @@ not change by it. Before and after it the state is recorded (``guards``)."""
 
 from __future__ import annotations
 
-from lagrange_cli.native.interface import AFTER, NOTES, RECORDED, RECORDS, SAMPLE
+from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, RECORDS, SAMPLE, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.state import GuardRows, Role, StateLayout
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass
 
 HUGE = 1.7976931348623157e308

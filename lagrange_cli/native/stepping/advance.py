@@ -10,10 +10,11 @@ It is the same for all kinds of numbers. What differs are the ``Steps`` of a kin
 
 from __future__ import annotations
 
-from lagrange_cli.native.interface import DUE, Stop
+from lagrange_cli.native.guards import CHANGES, DUE
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import BEGINNING, CHANGES, Clock
+from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.native.stepping.acceptance import Allowance, allowance
 from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, PART
 from lagrange_cli.native.stepping.motion import Steps

@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
-from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, NAN, RATES, Part, Parts, choice
+from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, NAN, RATES, StepPart, StepParts, choice
 from lagrange_cli.native.stepping.power_laws import FARTHER, follow_powers
 from lagrange_cli.native.stepping.rounding_errors import measure_rounding
 from lagrange_cli.native.stepping.step_size import ENDLESS
@@ -65,7 +65,7 @@ class Division:
     """Parts up to this part of the time are too short for proofs, in which time is a double."""
 
     def __init__(
-        self, parts: Parts, prove: Callable[[Pair, Real], Bit] | None, halted: Callable[[], Bit],
+        self, parts: StepParts, prove: Callable[[Pair, Real], Bit] | None, halted: Callable[[], Bit],
         *, tires: bool = False,
     ) -> None:  # fmt: skip
         self.f, self.parts, self.prove, self.halted = parts.f, parts, prove, halted
@@ -89,7 +89,7 @@ class Division:
         return found.get()
 
     def divide(
-        self, t: Real, step: Pair, samples: Callable[[Part], Integer], index: Variable[Integer]
+        self, t: Real, step: Pair, samples: Callable[[StepPart], Integer], index: Variable[Integer]
     ) -> tuple[Bit, Bit]:
         """The loop over the parts of a ``step`` at about ``t``; ``samples`` are written up to an ``index``
         that is kept if the part is good. Whether the end of the step was reached, and whether rounding, once
@@ -133,7 +133,7 @@ class Division:
                 wanted, short = f.select(tired, step[0] * EVEN, wanted), short & ~tired
             ends = wanted >= left[0]
             h, end = choice(f, ends, left, (wanted, zero)), choice(f, ends, step, moved_on(tau, wanted))
-            part = Part(tau, end, h, short, steep, ends)
+            part = StepPart(tau, end, h, short, steep, ends)
             parts.add(part, usual.get(), f.magnitude(t))
             sampled = samples(part)
             parts.go(part.end)
@@ -164,7 +164,7 @@ class Division:
             rounds.repeat(missing & (count.get() < MOST) & ~self.halted())
         return difference(step, (reached.get(), beyond.get()))[0] <= 0.0, ~unexplained.get()
 
-    def lose(self, part: Part, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
+    def lose(self, part: StepPart, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
         """Integrals become nan here if the integrand is too steep to be passed over, if it is not finite
         beyond and not evaluated further away (``blind``), if it is far from its predicted value at the
         shortest part (``noisy``), or if it is ``unproven`` there, and no power law either. Returns whether to

@@ -13,7 +13,7 @@ from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
-from lagrange_cli.native.recurrences.layout_rows import Rows
+from lagrange_cli.native.recurrences.layout_rows import RowLayout
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance
 from lagrange_cli.native.stepping.advance import advance
@@ -82,7 +82,7 @@ def stepper(lengths: Lengths, low: int, given: Given) -> list[str]:
     return [advance(steps), steps.accelerate().text()]
 
 
-def lengths_of(rows: Rows, given: Given) -> Lengths:
+def lengths_of(rows: RowLayout, given: Given) -> Lengths:
     """Where series are that have a row each."""
     floor = given.work - LANES * -(-rows.width // LANES) if given.state.degrees > 1 else 0
     return Lengths(

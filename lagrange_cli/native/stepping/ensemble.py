@@ -15,9 +15,10 @@ lanes are empty and no member may begin.
 
 from __future__ import annotations
 
-from lagrange_cli.native.interface import BEYOND, HALT, LIMIT, NEXT, Stop
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.members import BEYOND, HALT, LIMIT, NEXT
 from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.acceptance import DOUBLE, accepted, allowance

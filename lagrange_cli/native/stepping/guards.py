@@ -11,12 +11,12 @@ from collections.abc import Callable
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.native.interface import NOTES, RECORDED, RECORDS
+from lagrange_cli.native.guards import AT_REST, BRIEF, NOTES, NOWHERE, RECORDED, RECORDS, GuardRows, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import AT_REST, BRIEF, NOWHERE, Clock, GuardRows, Role, StateLayout
+from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.actions import LEFT, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.roots import NONE, Roots

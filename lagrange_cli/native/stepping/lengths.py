@@ -150,9 +150,9 @@ class Row:
         i = self.i + shift if shift else self.i
         return i if self.lengths.motions == 1 else i * self.lengths.motions
 
-    def series(self, work: Pointer | str = "%work") -> Series:
+    def series(self, work: Pointer | str = "%work") -> RowSeries:
         """Their series."""
-        return Series(self.lengths, self.f, self.lengths.place(self.f, self.i, work))
+        return RowSeries(self.lengths, self.f, self.lengths.place(self.f, self.i, work))
 
     def floored(self, speed: Real) -> Real:
         """Their speeds, or the least that they are measured by."""
@@ -195,7 +195,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Series:
+class RowSeries:
     """Coefficients of them."""
 
     lengths: Lengths
@@ -216,16 +216,16 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Follower(Row):
+class FollowingSeries(Row):
     """Coordinates whose series follows from that of their velocities (``Lengths.followers``)."""
 
-    def series(self, work: Pointer | str = "%work") -> Series:
+    def series(self, work: Pointer | str = "%work") -> RowSeries:
         lengths, f = self.lengths, self.f
         return Integrated(lengths, f, lengths.place(f, self.i + lengths.degrees, work))
 
 
 @dataclass(frozen=True)
-class Integrated(Series):
+class Integrated(RowSeries):
     """Coefficients of the integral of a series."""
 
     def __getitem__(self, m: int | Integer) -> Real:

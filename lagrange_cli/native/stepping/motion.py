@@ -9,16 +9,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.interface import HALTED, Stop, records_at
+from lagrange_cli.native.guards import HALTED, GuardRows
+from lagrange_cli.native.interface import Stop, records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
-from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, accepted
+from lagrange_cli.native.state import LANES, Clock, StateLayout
+from lagrange_cli.native.stepping.acceptance import Allowance, PredictionBounds, accepted
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
-from lagrange_cli.native.stepping.parts import Part, Parts, Places, Units
+from lagrange_cli.native.stepping.parts import StepArrays, StepPart, StepParts, Units
 from lagrange_cli.native.stepping.proof import Margins, Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.related import write_floors
@@ -74,7 +75,9 @@ class Steps(ABC):
     refined: bool
     division: type[Division] = Division
 
-    def __init__(self, given: Given, lengths: Lengths, bounds: Bounds, sums: Sums, rest: float) -> None:
+    def __init__(
+        self, given: Given, lengths: Lengths, bounds: PredictionBounds, sums: Sums, rest: float
+    ) -> None:
         self.given, self.state, self.sums = given, given.state, sums
         self.constrained = bool(given.project)
         self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance).timed(given.timed)
@@ -312,13 +315,13 @@ class Steps(ABC):
         def prove(place: Pair, length: Real) -> Bit:
             return self._has_proven(f, (t + low) + place[0], arrays, series, length, units.part.get())
 
-        at = Places(trial, f.pointer("%work"), arrays, series)
-        parts = Parts(f, quadratures, self.sums, at, self.state.width, units, expand)
+        at = StepArrays(trial, f.pointer("%work"), arrays, series)
+        parts = StepParts(f, quadratures, self.sums, at, self.state.width, units, expand)
         made = self.division(
             parts, prove if self.integrands else None, lambda: self.halted(f), tires=self.constrained
         )
 
-        def samples(part: Part) -> Integer:
+        def samples(part: StepPart) -> Integer:
             zero = f.constant(0.0)
             return parts.samples(
                 index, Integer(f, "%last"), part, lambda instant: difference((instant, zero), (t, low))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from lagrange_cli.native.interface import lane_places
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.members import lane_places
 from lagrange_cli.native.state import LANES
 from lagrange_cli.records import dataclass
 

@@ -10,7 +10,7 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.acceptance import allowance
-from lagrange_cli.native.stepping.lengths import Follower, Row
+from lagrange_cli.native.stepping.lengths import FollowingSeries, Row
 from lagrange_cli.native.stepping.quadratures import FADING, ROUNDING, Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
@@ -19,12 +19,12 @@ from lagrange_cli.records import dataclass
 NAN = "0x7FF8000000000000"
 ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
 KNOWN = LOW_RATES
-"""The arrays of ``Places`` behind the state within the step, by number; low parts of states take one more. Of
-short parts the integrals that are known are marked."""
+"""The arrays of ``StepArrays`` behind the state within the step, by number; low parts of states take one
+more. Of short parts the integrals that are known are marked."""
 
 
 @dataclass(frozen=True)
-class Places:
+class StepArrays:
     """The state at the beginning of a step and the series there; the arrays that the parts of the step take,
     and the series of a part.
 
@@ -40,7 +40,7 @@ class Places:
 
 
 @dataclass(frozen=True)
-class Part:
+class StepPart:
     """A part of a step: from ``start`` to ``end``, ``h`` long.
 
     It may be so ``short`` that the integrand is taken to be constant, and so because the integrand is
@@ -68,14 +68,14 @@ def choice(f: Function, where: Bit, yes: Pair, no: Pair) -> Pair:
     return f.select(where, yes[0], no[0]), f.select(where, yes[1], no[1])
 
 
-class Parts:
+class StepParts:
     """Writes into ``f`` what is computed of a part. In the state low parts are ``low`` rows behind.
 
     ``expand`` is to compute the series at a place of the step, in ``units.part``, where the state is already.
     """
 
     def __init__(
-        self, f: Function, quadratures: Quadratures, sums: Sums, at: Places, low: int, units: Units,
+        self, f: Function, quadratures: Quadratures, sums: Sums, at: StepArrays, low: int, units: Units,
         expand: Callable[[Pair], None],
     ) -> None:  # fmt: skip
         self.f, self.at, self.low, self.sums, self.units = f, at, low, sums, units
@@ -108,7 +108,7 @@ class Parts:
         f, lengths, first = self.f, self.lengths, 0
         if lengths.followers:
             with f.loop(0, lengths.degrees, lengths.together, tested=False) as i:
-                follower = Follower(lengths, f, i)
+                follower = FollowingSeries(lengths, f, i)
                 self._carry(follower, place, follower.among(0, lengths.degrees))
             first = lengths.vector(lengths.degrees)
         with lengths.each(f, first) as row:
@@ -150,7 +150,7 @@ class Parts:
             row.put(row.at(array) * self.own.wide(self.f, times), array)
         self.units.part.set(unit)
 
-    def integral(self, row: Row, part: Part, h: Pair) -> Pair:
+    def integral(self, row: Row, part: StepPart, h: Pair) -> Pair:
         """An integral within ``h`` of the beginning of a part. A rate that is not finite counts as 0: what
         lies beyond tells whether it may be."""
         f, sums, lengths = self.f, self.sums, row.lengths
@@ -164,7 +164,7 @@ class Parts:
         rate = self.rate(row)[part]
         return self.f.select(self.f.magnitude(rate) < ENDLESS, rate, self.f.zero(rate.lanes))
 
-    def add(self, part: Part, usual: Real, t: Real) -> None:
+    def add(self, part: StepPart, usual: Real, t: Real) -> None:
         """The integrals at the end of a part, and what is expected of the integrands there."""
         f, own, h = self.f, self.own, part.h[0]
         allowed = allowance(f, self.bounds, t, usual, h)
@@ -221,7 +221,7 @@ class Parts:
             if self.sums.beyond:
                 f.store(none, "%out", place + Integer(f, "%beyond"))
 
-    def sample(self, part: Part, dt: Pair, index: Integer) -> None:
+    def sample(self, part: StepPart, dt: Pair, index: Integer) -> None:
         """One sample: rows of ``%out`` are ``%stride`` apart, low parts ``%beyond`` behind."""
         f, (first, count) = self.f, self.own.followed
         one, h = self.own.one_by_one(), difference(dt, part.start)
@@ -233,7 +233,7 @@ class Parts:
                 f.store(low, "%out", place + Integer(f, "%beyond"))
 
     def samples(
-        self, index: Variable[Integer], last: Integer, part: Part, since: Callable[[Real], Pair]
+        self, index: Variable[Integer], last: Integer, part: StepPart, since: Callable[[Real], Pair]
     ) -> Integer:
         """Write the samples of a part from ``index`` to before ``last``, at times ``since`` the beginning of
         the step: the first one beyond."""

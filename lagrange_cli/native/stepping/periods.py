@@ -5,9 +5,10 @@ What it has in common with that for ``crossings`` is here, too.
 
 from __future__ import annotations
 
-from lagrange_cli.native.interface import STROBE, Stop
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.members import STROBE
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.ensemble import Follower
 from lagrange_cli.native.stepping.pack import Pack, each_lane

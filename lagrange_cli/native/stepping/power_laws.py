@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, Part, Parts, choice
+from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, StepPart, StepParts, choice
 from lagrange_cli.native.stepping.step_size import ENDLESS
 
 FARTHER, WEAKEST, BENT, TERMS = 4.0, 0.264, 2.0**-10, 20
@@ -14,7 +14,7 @@ EVENLY = 2.0**-30
 """A quantity that changes by at most this fraction of itself counts as constant."""
 
 
-def follow_powers(parts: Parts, part: Part) -> None:
+def follow_powers(parts: StepParts, part: StepPart) -> None:
     """The integrals at the end of a short part where the step begins or ends, if integrands are a + b r^p
     at the distance r from there; these are ``KNOWN``. The series are those at the end of the part.
 

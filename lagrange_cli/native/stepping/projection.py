@@ -55,7 +55,7 @@ class Numbers(Generic[V, C]):
 
 
 @dataclass(frozen=True)
-class Places:
+class StatePlaces:
     """Where a state has q, v, the low parts behind them, and the time; and how often it was moved, if that is
     counted."""
 
@@ -74,7 +74,7 @@ class Projection(Generic[V, C]):
 
     f: Function
     residual: Residual
-    places: Places
+    places: StatePlaces
     constants: Constants
     numbers: Numbers[V, C]
 
@@ -222,7 +222,7 @@ def in_doubles(
     return Projection(f, residual, places_of(layout), constants, doubles(make(f))).text()
 
 
-def in_lanes(residual: Residual, places: Places, constants: Constants) -> str:
+def in_lanes(residual: Residual, places: StatePlaces, constants: Constants) -> str:
     """The same for eight motions."""
     f = Function("define internal void @project_lanes(ptr %constants, ptr %state, BIT %moving) #0", LANES)
     return Projection(f, residual, places, constants, doubles(LaneEmitter(f))).text()
@@ -236,10 +236,10 @@ def in_double_doubles(residual: Residual, layout: StateLayout, constants: Consta
     return Projection(f, residual, places_of(layout), constants, numbers).text()
 
 
-def places_of(layout: StateLayout) -> Places:
+def places_of(layout: StateLayout) -> StatePlaces:
     """The places of a motion."""
     times = layout.time, layout.at(Clock.TIME_LOW), layout.at(Clock.PROJECTIONS)
-    return Places(0, layout.degrees, layout.width, *times)
+    return StatePlaces(0, layout.degrees, layout.width, *times)
 
 
 def doubles(emitter: Emitter) -> Numbers[str, Sum]:

@@ -18,7 +18,7 @@ from lagrange_cli.native.recurrences.batches.layout import count
 from lagrange_cli.native.recurrences.batches.saddle import Tabled, entries_of
 from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables, elimination_of
 from lagrange_cli.native.recurrences.batches.tables import Tables
-from lagrange_cli.native.recurrences.batches.values import CarefulValues, Values
+from lagrange_cli.native.recurrences.batches.values import BatchedValues, CarefulValues
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.projection import LOOSE, afterwards, places_of
 
@@ -47,7 +47,7 @@ class BatchProjection:
         self._fill(off.base, off.low)
         off.write()
         slopes = [slope for row in self.constraints.slopes for slope in row.values()]
-        known = Values(f, self.named, [*slopes, zero], tables, self.emitter, off.end)
+        known = BatchedValues(f, self.named, [*slopes, zero], tables, self.emitter, off.end)
         self._fill(known.base)
         known.write()
         fine = f.variable(Bit(f, "true", 1))
@@ -74,7 +74,7 @@ class BatchProjection:
         return high + low
 
     def _compare(
-        self, off: CarefulValues, known: Values, nodes: Sequence[Node], first: int, fine: Variable[Bit]
+        self, off: CarefulValues, known: BatchedValues, nodes: Sequence[Node], first: int, fine: Variable[Bit]
     ) -> None:
         """Whether they are only rounding errors of their terms: slopes times the leaves from ``first`` on."""
         f, tables, zero = self.f, self.tables, known.places[self.residual.graph.zero]
@@ -106,7 +106,7 @@ class BatchProjection:
         f, tables, residual, emitter = self.f, self.tables, self.residual.unpushed, self.emitter
         many, scratch = len(residual.entries), f.load_integer("@scratch")
         symbols, kicks, later = afterwards(residual, self.constraints, many)
-        matrix = Values(f, self.named, self._entries(residual), tables, emitter, first)
+        matrix = BatchedValues(f, self.named, self._entries(residual), tables, emitter, first)
         self._fill(matrix.base)
         matrix.write()
         elimination = elimination_of(residual)
@@ -117,7 +117,7 @@ class BatchProjection:
         regular = f.variable(Bit(f, "true", 1))
         saddle.factor(matrix.base, matrix.placed(entries_of(saddle.tabled, residual)), regular)
         with f.when(regular.get()):
-            moves = Values(f, [*symbols, *self.named], [*kicks, *later], tables, emitter, saddle.end)
+            moves = BatchedValues(f, [*symbols, *self.named], [*kicks, *later], tables, emitter, saddle.end)
             right = moves.end
             tables.scratch = max(tables.scratch, right + LANES * (count(range(many)) + 1))
             sides = f.place("%constants", scratch + right, "double")

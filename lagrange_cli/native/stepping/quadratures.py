@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
-from lagrange_cli.native.stepping.acceptance import Bounds, accepted
+from lagrange_cli.native.stepping.acceptance import PredictionBounds, accepted
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.step_size import ENDLESS, LARGEST_GUESS, StepSize
 from lagrange_cli.records import replace
@@ -21,7 +21,7 @@ ROUNDS = 16
 
 ROUNDING = 7
 """The array in which the parts of a step have the rounding errors of integrands, as terms of their series
-(``parts.Places``)."""
+(``parts.StepArrays``)."""
 
 FADING = 0.875
 """Rounding errors of one step count for so much in the next one."""
@@ -36,7 +36,7 @@ class Quadratures:
     """
 
     def __init__(
-        self, lengths: Lengths, first: int, count: int, tolerance: float, bounds: Bounds,
+        self, lengths: Lengths, first: int, count: int, tolerance: float, bounds: PredictionBounds,
         *, beyond: int = 0, rest: float = 0.0, known: int = 0,
     ) -> None:  # fmt: skip
         self.lengths, self.bounds, self.tolerance, self._beyond = lengths, bounds, tolerance, beyond

@@ -9,7 +9,7 @@ from __future__ import annotations
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.stepping.lengths import Row
-from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, Parts
+from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, StepParts
 from lagrange_cli.native.stepping.quadratures import ROUNDING
 from lagrange_cli.native.stepping.sums import Pair
 
@@ -23,7 +23,7 @@ LINEAR = 0.25
 """A change that is not in proportion, up to this part of it, is that of a jump, or of a pole."""
 
 
-def measure_rounding(parts: Parts, place: Pair) -> None:
+def measure_rounding(parts: StepParts, place: Pair) -> None:
     """Write down the rounding errors of the integrands at a ``place`` of the step, where the series are."""
     f, own, size = parts.f, parts.own, 0.5 * parts.bounds.rounding
     beyond = parts.sums.beyond
@@ -48,7 +48,7 @@ def measure_rounding(parts: Parts, place: Pair) -> None:
         parts.go(place)
 
 
-def _change(parts: Parts, way: Integer, size: float) -> None:
+def _change(parts: StepParts, way: Integer, size: float) -> None:
     """Change coordinates and velocities by up to this part of them, in their last parts."""
     f, last = parts.f, parts.low if parts.sums.beyond else 0
     with parts.lengths.each(f) as row:

@@ -14,8 +14,9 @@ from functools import reduce
 from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly, upper_half
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, constant
-from lagrange_cli.native.stepping.lengths import Lengths, Row, Series
+from lagrange_cli.native.llvm.text import constant
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.stepping.lengths import Lengths, Row, RowSeries
 from lagrange_cli.records import dataclass
 
 LAST_TERM = 0.01
@@ -77,7 +78,7 @@ class StepSize:
         """One that gives numbers of each motion."""
         return Function(head.replace("@", f"@{self.prefix}"), self.lengths.motions)
 
-    def sizes(self, row: Row, c: Series, h: Real, in_time: Real | None = None) -> Real:
+    def sizes(self, row: Row, c: RowSeries, h: Real, in_time: Real | None = None) -> Real:
         """The largest of a velocity and the next three terms of its series over a step of ``h``; ``in_time``,
         where the series has another unit."""
         f = row.f

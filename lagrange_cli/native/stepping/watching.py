@@ -11,10 +11,11 @@ import math
 from fractions import Fraction
 from typing import Protocol
 
+from lagrange_cli.native.guards import GuardRows
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import polynomial

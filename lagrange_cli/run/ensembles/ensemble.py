@@ -10,11 +10,11 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import doubt_of_all, finite, origin, series_of
 from lagrange_cli.run.domains import within_domain
+from lagrange_cli.run.ensembles.start import consistent_ensemble
 from lagrange_cli.run.jumps import check_members
 from lagrange_cli.run.monitor import Monitor
 from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.singular import in_words
-from lagrange_cli.run.start import consistent_ensemble
 from lagrange_cli.run.strength import with_proofs
 
 if TYPE_CHECKING:

@@ -55,7 +55,7 @@ class SectionFile(Protocol):
         """Complete the file; returns the target that was written, if it is a file."""
 
 
-class Grid:
+class MembersFile:
     """The file of many motions: like that of a sweep, with the dimension ``crossing`` in place of a time."""
 
     def __init__(
@@ -120,7 +120,7 @@ class OfOneMotion:
     """Writes the crossings of one motion: ``append`` is what writes a chunk of them."""
 
     def __init__(self, series: tuple[Series, ...], append: Callable[[dict[str, np.ndarray]], None]) -> None:
-        self._crossings, self._append = Crossings(series), append
+        self._crossings, self._append = MotionCrossings(series), append
 
     def of_members(self, schedule: Schedule) -> None:
         """See ``SectionFile``."""
@@ -135,7 +135,7 @@ class OfOneMotion:
         return self._crossings.count
 
 
-class Single(OfOneMotion):
+class MotionFile(OfOneMotion):
     """The file of one motion: like that of ``solve``, with its crossings as the samples."""
 
     def __init__(
@@ -181,7 +181,7 @@ class Single(OfOneMotion):
         return self.output.target
 
 
-class Table(OfOneMotion):
+class CrossingsTable(OfOneMotion):
     """The crossings of one motion as CSV, in a file or a stream."""
 
     def __init__(
@@ -220,7 +220,7 @@ def series_at(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...
     return (*found, Series("low/t", unit=units.get("t", ""), long_name=text))
 
 
-class Crossings:
+class MotionCrossings:
     """The crossings of one motion, as the samples of ``series``."""
 
     def __init__(self, series: tuple[Series, ...]) -> None:

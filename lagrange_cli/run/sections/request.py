@@ -1,4 +1,4 @@
-"""``Asked``: the request for a section, and the motions and settings that follow from it."""
+"""``SectionRequest``: the request for a section, and the motions and settings that follow from it."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.domains import within_domain
 from lagrange_cli.run.ensembles.ensemble import Cut, Ensemble, families_of, with_common_times
+from lagrange_cli.run.ensembles.start import consistent_ensemble
 from lagrange_cli.run.settings.methods import check_method, resolve_method
-from lagrange_cli.run.start import consistent_ensemble
 from lagrange_cli.spec.surface import with_surface
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ FAR = 1e300
 
 
 @dataclass(frozen=True)
-class Asked:
+class SectionRequest:
     """The request for a section: the surface ``where``, or the period ``every``, as expressions; the
     ``direction`` in which the surface is crossed; and how many ``crossings`` of each motion are kept."""
 
@@ -43,7 +43,7 @@ class Asked:
     crossings: int = CROSSINGS
 
 
-def make_section(spec: Spec, members: Members | None, request: Request, asked: Asked) -> Ensemble:
+def make_section(spec: Spec, members: Members | None, request: Request, asked: SectionRequest) -> Ensemble:
     """The motions of a section: those of ``members``, or the one that the file has, and the settings.
 
     Raises ``UsageError`` where the request makes no sense, or a value is out of range.

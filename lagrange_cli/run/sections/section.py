@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from lagrange_cli.errors import SpecError, UsageError
-from lagrange_cli.native.interface import SECTION, STROBE
+from lagrange_cli.native.members import SECTION, STROBE
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import units_of
 from lagrange_cli.run.ensembles.ensemble import (
@@ -219,11 +219,11 @@ def file_of(
     stream: BinaryIO | None,
 ) -> SectionFile:
     """Where the crossings go."""
-    from lagrange_cli.run.sections.files import Grid, Single, Table
+    from lagrange_cli.run.sections.files import CrossingsTable, MembersFile, MotionFile
 
     if request.format == CSV:
-        return Table(ensemble, prepared, start, units, stream)
-    return (Grid if is_many(ensemble) else Single)(ensemble, prepared, start, units)
+        return CrossingsTable(ensemble, prepared, start, units, stream)
+    return (MembersFile if is_many(ensemble) else MotionFile)(ensemble, prepared, start, units)
 
 
 def sentence(ensemble: Ensemble, outcome: EnsembleOutcome, crossings: int, fewer: int) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import LagrangeError, SpecError, TooLarge
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.run.motion import Motion
-from lagrange_cli.run.view.motion import Followed
+from lagrange_cli.run.view.motion import ViewedMotion
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ PLAYED = 200
 """Samples that should be among them."""
 
 
-def drawn(motion: Motion, followed: Followed) -> Drawing | None:
+def drawn(motion: Motion, followed: ViewedMotion) -> Drawing | None:
     """What is drawn, with bounds that hold the motion; None where that would be too much.
 
     Raises ``SpecError`` for numbers of the section ``draw`` that make no sense.
@@ -63,7 +63,7 @@ def drawn(motion: Motion, followed: Followed) -> Drawing | None:
         return None
 
 
-def described(motion: Motion, drawing: Drawing | None, followed: Followed) -> dict[str, Any]:
+def described(motion: Motion, drawing: Drawing | None, followed: ViewedMotion) -> dict[str, Any]:
     """The contents of a page on a system and its motion, as JSON."""
     spec, values, settings = motion.spec, motion.values, motion.settings
     units = units_of(spec)
@@ -145,7 +145,7 @@ def units_of(spec: Spec) -> Mapping[str, str]:
     return find_units(spec).texts
 
 
-def recorded(followed: Followed) -> dict[str, Any]:
+def recorded(followed: ViewedMotion) -> dict[str, Any]:
     """The samples of a motion for a page that replays it: every so many of them, and of many coordinates
     without the momenta."""
     import numpy as np

@@ -25,7 +25,7 @@ PATIENCE = 5.0
 
 
 @dataclass(frozen=True)
-class Followed:
+class ViewedMotion:
     """A motion as it is computed here: times (n,), q and v (n, degrees), and how it ended."""
 
     t: Array
@@ -66,7 +66,7 @@ def shown_settings(settings: Settings) -> Settings:
     return replace(settings, method=TAYLOR, precision=DOUBLE, tolerance=tolerance)
 
 
-def follow(motion: Motion, stage: Stage = untimed) -> Followed:
+def follow(motion: Motion, stage: Stage = untimed) -> ViewedMotion:
     """The motion, as far as it goes in ``PATIENCE`` seconds."""
     import numpy as np
 
@@ -102,7 +102,7 @@ def follow(motion: Motion, stage: Stage = untimed) -> Followed:
         return np.concatenate([np.empty((0, n)), *found[kind]])
 
     status = outcome.ending.status
-    return Followed(
+    return ViewedMotion(
         np.concatenate([np.empty(0), *found["t"]]),
         joined("q"),
         joined("v"),

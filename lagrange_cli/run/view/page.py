@@ -11,7 +11,7 @@ from lagrange_cli.run.attributes import finite
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.view.content import described, drawn, recorded, written
-from lagrange_cli.run.view.motion import PATIENCE, Followed, follow, watched
+from lagrange_cli.run.view.motion import PATIENCE, ViewedMotion, follow, watched
 
 if TYPE_CHECKING:
     from lagrange_cli.drawing.drawing import Drawing
@@ -57,7 +57,7 @@ def view(motion: Motion, stage: Stage = untimed, members: Sequence[Mapping[str, 
 
 def page(
     motion: Motion,
-    followed: Followed,
+    followed: ViewedMotion,
     stage: Stage = untimed,
     members: Sequence[Mapping[str, Any]] = (),
     equations: str | None = None,
@@ -111,7 +111,7 @@ def programmed(motion: Motion, derived: FamilySystem | Residual) -> tuple[Progra
     return shorter, recording, UNPROVEN if shorter.text != program.text else ""
 
 
-def cut_short(motion: Motion, followed: Followed) -> str:
+def cut_short(motion: Motion, followed: ViewedMotion) -> str:
     """What a page that replays says of a motion that was not computed to its end; else nothing."""
     t, stop = followed.t, motion.settings.stop
     if followed.message or (len(t) and t[-1] == stop):
@@ -123,7 +123,7 @@ def cut_short(motion: Motion, followed: Followed) -> str:
 
 def assembled(
     motion: Motion,
-    followed: Followed,
+    followed: ViewedMotion,
     drawing: Drawing | None,
     program: Program | None,
     more: Mapping[str, Any],

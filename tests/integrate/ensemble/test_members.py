@@ -11,7 +11,7 @@ import pytest
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble import datasets, follow
 from lagrange_cli.integrate.ensemble.follow import follow_ensemble
-from lagrange_cli.integrate.ensemble.method import Batch
+from lagrange_cli.integrate.ensemble.method import EndedMembers
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.ensemble import resolve_ensemble
@@ -54,7 +54,7 @@ class StandIn:
                                     *(v[:, i, None] + 0 * when for i in (0, 1))], axis=1)  # fmt: skip
                 samples[(when > t[:, None])[:, None].repeat(4, axis=1)] = np.nan
             accept(
-                Batch(
+                EndedMembers(
                     index=index,
                     ending=[Ending.NOT_A_NUMBER if x else Ending.COMPLETE for x in failed],
                     t=t,
@@ -155,7 +155,9 @@ def test_a_member_that_its_engine_calls_interrupted_counts_as_not_followed():
         def follow(self, starts, accept, watch, threads):
             ones = np.ones(2)
             ends = [Ending.COMPLETE, Ending.INTERRUPTED]
-            accept(Batch(np.array([0, 1]), ends, ones, starts.states[:2], np.array([1, 1]), None, ones))
+            accept(
+                EndedMembers(np.array([0, 1]), ends, ones, starts.states[:2], np.array([1, 1]), None, ones)
+            )
             return False
 
     found, _, outcome = run(Hasty(), count=3)

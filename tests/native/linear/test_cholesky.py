@@ -41,7 +41,7 @@ def solver(size, level):
     return block, function, aligned(max(1, blocks.place)), loaded
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("level", [QUICK, FULL])
 @pytest.mark.parametrize("size", [2, UNROLLED["definite"], 13, 16, 17, 24, 31, 50])
 def test_large_definite_blocks_are_solved(size, level):

@@ -13,12 +13,12 @@ from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.kind import NumberKind, V
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered
-from lagrange_cli.native.recurrences.batches.quotient import Column
+from lagrange_cli.native.recurrences.batches.quotient import FactorColumn
 from lagrange_cli.native.recurrences.evaluation import Constants
 
 
 def column_at(
-    f: Function, emitter: LaneEmitter, column: Column, at: Integer, places: Callable[[int], Operand]
+    f: Function, emitter: LaneEmitter, column: FactorColumn, at: Integer, places: Callable[[int], Operand]
 ) -> Operand:
     """Numbers of eight members, or terms, from the ``at``-th on, whose row of a table ``places`` loads."""
     if column.node is not None:

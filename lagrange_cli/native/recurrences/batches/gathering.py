@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import Integer, constant
+from lagrange_cli.native.llvm.text import Operand, constant
+from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
 
 

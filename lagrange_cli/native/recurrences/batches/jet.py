@@ -20,7 +20,7 @@ from lagrange_cli.native.recurrences.batches.layout import BEFORE, INVERSE, Bloc
 from lagrange_cli.native.recurrences.batches.quotient import quotient
 from lagrange_cli.native.recurrences.batches.saddle import Tabled, at_the_start, entries_of
 from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables, elimination_of
-from lagrange_cli.native.recurrences.batches.stage import BatchStage, Jet
+from lagrange_cli.native.recurrences.batches.stage import BatchStage, JetData
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.vector_stage import rests
 
@@ -38,7 +38,7 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
         "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
     )
     emitter = LaneEmitter(f)
-    jet = Jet(residual, quotient(residual, blocks, tables, low), blocks, tables, f, emitter)
+    jet = JetData(residual, quotient(residual, blocks, tables, low), blocks, tables, f, emitter)
     jet.time = f.splat(Real(f, "%t", 1), LANES).name
     elimination = elimination_of(residual) if residual.multipliers else None
     if elimination is not None:
@@ -61,7 +61,7 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
 
 
 @contextmanager
-def members(jet: Jet, batch: int, k: int | Integer, executed: int) -> Iterator[BatchStage]:
+def members(jet: JetData, batch: int, k: int | Integer, executed: int) -> Iterator[BatchStage]:
     """A loop over the members of a batch in stage ``k``, eight at a time."""
     blocks = count(jet.blocks.batches[batch].members)
     jet.emitter.repeated = blocks * executed
@@ -70,7 +70,7 @@ def members(jet: Jet, batch: int, k: int | Integer, executed: int) -> Iterator[B
     jet.emitter.repeated = 1
 
 
-def stage(jet: Jet, k: int | Integer, executed: int) -> None:
+def stage(jet: JetData, k: int | Integer, executed: int) -> None:
     """All batches in stage ``k``, then the accelerations, and what depends on them."""
     series = jet.quotient.program.series
     for group in jet.groups:
@@ -99,7 +99,7 @@ def stage(jet: Jet, k: int | Integer, executed: int) -> None:
                 one.correct()
 
 
-def factor(jet: Jet, regular: Variable[Bit]) -> None:
+def factor(jet: JetData, regular: Variable[Bit]) -> None:
     """The matrix of the equations, and whether it is regular."""
     f, emitter = jet.f, jet.emitter
     if jet.saddle is not None:
@@ -118,7 +118,7 @@ def factor(jet: Jet, regular: Variable[Bit]) -> None:
             regular.set(regular.get() & f.all(good))
 
 
-def copy_state(jet: Jet) -> None:
+def copy_state(jet: JetData) -> None:
     """The coefficients of the state's rows to where steps read them."""
     blocks, f = jet.blocks, jet.f
     offsets = [blocks.offsets[i] for i in blocks.program.state]

@@ -22,7 +22,7 @@ from lagrange_cli.series.program import Op, Series, SeriesProgram
 
 
 @dataclass(frozen=True)
-class View:
+class OperandView:
     """Where an operand of a batch's members is: in blocks from ``block`` on, or at the places of a table.
     Coordinates and velocities, which are ``moving``, have remainders."""
 
@@ -32,7 +32,7 @@ class View:
 
 
 @dataclass(frozen=True)
-class Column:
+class FactorColumn:
     """A factor of each member: the one ``node``, in a slot of ``%constants`` if it is no number, a table of
     ``numbers``, or one of slots."""
 
@@ -48,8 +48,8 @@ class LongSum:
 
     terms: int
     places: int
-    factors: Column
-    changing: Column
+    factors: FactorColumn
+    changing: FactorColumn
     remainders: bool
 
 
@@ -61,7 +61,7 @@ class Moving:
     coordinate: int
     velocity: int
     root: int
-    masses: Column | None
+    masses: FactorColumn | None
     rows: tuple[int, ...]
 
 
@@ -76,8 +76,8 @@ class Quotient:
     """
 
     program: SeriesProgram
-    views: Sequence[View]
-    columns: Mapping[Node, Column]
+    views: Sequence[OperandView]
+    columns: Mapping[Node, FactorColumn]
     given: Mapping[int, int]
     sums: Mapping[int, LongSum]
     low: int
@@ -96,7 +96,7 @@ def quotient(residual: Residual, blocks: Blocks, tables: Tables, low: int) -> Qu
     coordinates = tuple(one.coordinate for one in motion)
     program = SeriesProgram((*series, *maker.further), coordinates, (), (), ())
     own = [
-        View(first, 0, maker.is_moving(batch.members[0]))
+        OperandView(first, 0, maker.is_moving(batch.members[0]))
         for first, batch in zip(blocks.first, blocks.batches)
     ]
     read = {i for batch in blocks.batches for row in batch.operands for i in row} | {*blocks.program.state}
@@ -113,9 +113,9 @@ class _Maker:
     blocks: Blocks
     tables: Tables
     further: list[Series] = field(default_factory=list)
-    views: list[View] = field(default_factory=list)
+    views: list[OperandView] = field(default_factory=list)
     seen: dict[tuple[int, ...], int] = field(default_factory=dict)
-    columns: dict[Node, Column] = field(default_factory=dict)
+    columns: dict[Node, FactorColumn] = field(default_factory=dict)
     given: dict[int, int] = field(default_factory=dict)
     sums: dict[int, LongSum] = field(default_factory=dict)
     names: Graph = field(default_factory=Graph)
@@ -164,7 +164,7 @@ class _Maker:
             block = self.blocks.first[batch] + first // LANES if beside else None
             table = 0 if beside else self.tables.of_places([self.blocks.offsets[i] for i in row])
             self.seen[key] = len(self.blocks.batches) + len(self.views)
-            self.views.append(View(block, table, self.is_moving(row[0])))
+            self.views.append(OperandView(block, table, self.is_moving(row[0])))
             self.further.append(self.blocks.program.series[row[0]])
         return self.seen[key]
 
@@ -177,13 +177,15 @@ class _Maker:
         self.columns[symbol] = found
         return symbol
 
-    def table(self, nodes: Sequence[Node]) -> Column:
+    def table(self, nodes: Sequence[Node]) -> FactorColumn:
         if all(node is nodes[0] for node in nodes):
             number = nodes[0].kind is Kind.NUMBER
-            return Column(nodes[0], 0 if number else self.tables.constants.slot(nodes[0]))
+            return FactorColumn(nodes[0], 0 if number else self.tables.constants.slot(nodes[0]))
         if all(node.kind is Kind.NUMBER for node in nodes):
-            return Column(None, self.tables.of_numbers([float(node.data) for node in nodes]), numbers=True)
-        return Column(None, self.tables.of_constants(nodes))
+            return FactorColumn(
+                None, self.tables.of_numbers([float(node.data) for node in nodes]), numbers=True
+            )
+        return FactorColumn(None, self.tables.of_constants(nodes))
 
     def long_sum(self, batch: Batch) -> LongSum:
         """Its tables, block after block, term after term."""

@@ -20,9 +20,9 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
 from lagrange_cli.native.recurrences.batches.layout import Blocks, count
-from lagrange_cli.native.recurrences.batches.saddle_tables import Part, Rows, SaddleTables
+from lagrange_cli.native.recurrences.batches.saddle_tables import EliminationRounds, RowSums, SaddleTables
 from lagrange_cli.native.recurrences.batches.tables import Tables
-from lagrange_cli.native.recurrences.batches.values import Values
+from lagrange_cli.native.recurrences.batches.values import BatchedValues
 
 
 class Tabled:
@@ -94,7 +94,7 @@ class Tabled:
         return self.gather_from(self.place(name), places)
 
     def subtract(
-        self, rows: Rows, start: Callable[[Integer], Operand], factor: Callable[[Integer], Operand],
+        self, rows: RowSums, start: Callable[[Integer], Operand], factor: Callable[[Integer], Operand],
         other: str, put: Callable[[Operand, Integer], None], span: tuple[Integer, Integer] | None = None,
     ) -> None:  # fmt: skip
         """For each block of ``rows``, or of a ``span`` of these: ``start`` less the sum of ``factor`` times
@@ -141,7 +141,7 @@ class Tabled:
         with self.f.loop(first // LANES, last // LANES, tested=False) as b:
             self.store(self.emitter.mul(unit, self.load("diagonal", b * LANES)), "unknowns", b * LANES)
 
-    def _rounds(self, part: Part, regular: Variable[Bit], *, constrained: bool) -> None:
+    def _rounds(self, part: EliminationRounds, regular: Variable[Bit], *, constrained: bool) -> None:
         """The rounds of a part, one after the other: what earlier ones give to their entries, 1/D, and L."""
         f = self.f
         with f.loop(0, part.rounds, tested=False) as r:
@@ -155,7 +155,7 @@ class Tabled:
             self._take("lower", part.lower, span(part.of_lower))
             self._scale(span(part.pairs))
 
-    def _take(self, name: str, rows: Rows, span: tuple[Integer, Integer] | None = None) -> None:
+    def _take(self, name: str, rows: RowSums, span: tuple[Integer, Integer] | None = None) -> None:
         """Take from entries what earlier pivots give to them."""
         self.subtract(
             rows,
@@ -226,7 +226,7 @@ def entries_of(saddle: SaddleTables, residual: Residual) -> Mapping[str, Sequenc
 def at_the_start(
     f: Function, emitter: LaneEmitter, residual: Residual, blocks: Blocks, nodes: Sequence[Node],
     tables: Tables, time: Operand,
-) -> Values:  # fmt: skip
+) -> BatchedValues:  # fmt: skip
     """The values of ``nodes`` where a step begins, from the series' first coefficients."""
     program = blocks.program
     known = {
@@ -236,7 +236,7 @@ def at_the_start(
     }
     known |= {v: blocks.offsets[i] for v, i in zip(residual.model.v, program.velocities)}
     leaves = read(residual, nodes, known)
-    values = Values(f, [*leaves, residual.model.time], nodes, tables, emitter)
+    values = BatchedValues(f, [*leaves, residual.model.time], nodes, tables, emitter)
     if leaves:
         table = tables.of_places([known[node] for node in leaves])
         with f.loop(0, count(leaves), tested=False) as b:

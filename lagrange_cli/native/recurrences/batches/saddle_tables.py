@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.model.sparse import Elimination, eliminated
+from lagrange_cli.model.sparse import SparseElimination, eliminated
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.records import dataclass
@@ -31,7 +31,7 @@ Pair = tuple[int, int]
 """Two unknowns."""
 
 
-def elimination_of(residual: Residual) -> Elimination | None:
+def elimination_of(residual: Residual) -> SparseElimination | None:
     """How the matrix of the equations is eliminated; None where it is full, or may not be eliminated in any
     order."""
     firm = residual.definite and not (residual.pushed or residual.weightless)
@@ -42,7 +42,7 @@ def elimination_of(residual: Residual) -> Elimination | None:
 
 
 @dataclass(frozen=True)
-class Rows:
+class RowSums:
     """Sums of products of so many ``blocks`` of eight, ``length`` terms together; and where their tables are:
     the first and the last term of each block, what it is taken from, and the places of both factors."""
 
@@ -69,13 +69,13 @@ class Terms:
 
 
 @dataclass(frozen=True)
-class Part:
+class EliminationRounds:
     """So many ``rounds`` of an elimination: sums for entries of D and of L, and tables of where those of a
     round begin among these, among blocks of positions, and among blocks of pairs."""
 
     rounds: int
-    diagonal: Rows
-    lower: Rows
+    diagonal: RowSums
+    lower: RowSums
     of_diagonal: int
     of_lower: int
     positions: int
@@ -85,7 +85,7 @@ class Part:
 class SaddleTables:
     """The tables of an elimination, and where its arrays are behind a beginning."""
 
-    def __init__(self, elimination: Elimination, tables: Tables) -> None:
+    def __init__(self, elimination: SparseElimination, tables: Tables) -> None:
         self.elimination, self.tables = elimination, tables
         self.listed: list[int | None] = []
         """The unknowns by their positions: each round begins a block of eight."""
@@ -136,7 +136,9 @@ class SaddleTables:
         """The entries of L by the unknown that is eliminated earlier, then by the other one's number."""
         return np.lexsort((self._later, self._places[self._earlier]))
 
-    def _factoring(self, ends: Places, pair_ends: Places) -> tuple[Sequence[Part], Mapping[str, Rows]]:
+    def _factoring(
+        self, ends: Places, pair_ends: Places
+    ) -> tuple[Sequence[EliminationRounds], Mapping[str, RowSums]]:
         """The tables of factoring: what entries of D and of L are given by pivots of either part."""
         first, zero = self.elimination.first, len(self.pairs)
         late = self._places[self._earlier] >= self.begin
@@ -164,7 +166,9 @@ class SaddleTables:
                 found.append((self._rows(mine, met, zero), self.tables.of_array(np.searchsorted(met, limit))))
             (pivots, of_diagonal), (under, of_lower) = found
             tables = [self.tables.of_array(limit) for limit in limits]
-            made.append(Part(rounds[1] - rounds[0], pivots, under, of_diagonal, of_lower, *tables))
+            made.append(
+                EliminationRounds(rounds[1] - rounds[0], pivots, under, of_diagonal, of_lower, *tables)
+            )
         passed = {}
         for name, terms, lately, begin in (
             ("diagonal", diagonal, late, ends[first]),
@@ -174,7 +178,7 @@ class SaddleTables:
             passed[name] = self._rows(mine, np.unique(mine.targets // LANES), zero)
         return made, passed
 
-    def _rows(self, terms: Terms, blocks: Places, zero: int, *, every: bool = False) -> Rows:
+    def _rows(self, terms: Terms, blocks: Places, zero: int, *, every: bool = False) -> RowSums:
         """Tables of the terms of these ``blocks`` of eight targets, in this order; blocks without terms are
         left out unless ``every`` one stays. Where a target has fewer terms than others of its block, these
         are products with what is at the place ``zero``."""
@@ -196,7 +200,7 @@ class SaddleTables:
             filled[at] = places
             both.append(filled)
         tables = [self.tables.of_array(one) for one in (starts, ends, kept, *both)]
-        return Rows(len(kept), length, *tables)
+        return RowSums(len(kept), length, *tables)
 
     def entries(self, of: Callable[[int, int], T], one: T, other: T) -> Mapping[str, Sequence[T]]:
         """The entries ``of`` the matrix by the arrays that they are factored in; where there is no unknown

@@ -19,7 +19,7 @@ from lagrange_cli.native.recurrences.batches.arrangement import grouped
 from lagrange_cli.native.recurrences.batches.columns import Everywhere, column_at
 from lagrange_cli.native.recurrences.batches.gathering import gathered, places_at
 from lagrange_cli.native.recurrences.batches.layout import BEFORE, CHANGE, INVERSE, LOW, SLOPE, Blocks
-from lagrange_cli.native.recurrences.batches.quotient import Moving, Quotient, View
+from lagrange_cli.native.recurrences.batches.quotient import Moving, OperandView, Quotient
 from lagrange_cli.native.recurrences.batches.saddle import Tabled
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.expansion import turning_masses
@@ -30,7 +30,7 @@ from lagrange_cli.series.program import Op, Series
 
 
 @dataclass
-class Jet:
+class JetData:
     """Data that all stages of the jet share while it is written."""
 
     residual: Residual
@@ -69,7 +69,7 @@ class BatchExpansion(VectorExpansion):
 class BatchStage(VectorStage):
     """Stage ``k`` of the eight members of a batch from the ``b``-th block on."""
 
-    def __init__(self, jet: Jet, k: int | Integer, batch: int, b: Integer) -> None:
+    def __init__(self, jet: JetData, k: int | Integer, batch: int, b: Integer) -> None:
         expansion = BatchExpansion(
             jet.residual, jet.quotient.program, jet.emitter,
             Everywhere(jet.tables.constants.slots),
@@ -87,7 +87,7 @@ class BatchStage(VectorStage):
 
     # places
 
-    def view(self, index: int) -> View:
+    def view(self, index: int) -> OperandView:
         return self.jet.quotient.views[index]
 
     def _vector_at(self, m: int, relative: bool) -> str:

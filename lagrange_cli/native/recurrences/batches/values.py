@@ -29,7 +29,7 @@ LEAF, FIXED = 0, -1
 FEW = 4
 
 
-class Values:
+class BatchedValues:
     """The values of ``nodes`` from those of ``leaves``, which are at ``base`` when ``write`` is called.
 
     What contains none of them is a constant of the motion, or a number. The scratch before ``first`` is that
@@ -251,7 +251,7 @@ class Values:
         f.store(f.reduce("fadd", total.get(), start), self.base, self.places[node])
 
 
-class CarefulValues(Values):
+class CarefulValues(BatchedValues):
     """The same with twice as many digits; ``base`` and, ``doubles`` behind it, what the leaves are more."""
 
     parts, few = 2, 0

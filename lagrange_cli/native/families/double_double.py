@@ -15,8 +15,8 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.beside import BesidePairs, beside
-from lagrange_cli.native.numbers.double_double import DoubleDouble, Pair, pair
+from lagrange_cli.native.numbers.beside import BesideDoubleDouble, beside
+from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble, pair
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.numbers.kind import Number
 from lagrange_cli.native.recurrences.batches.gathering import gathered_from
@@ -26,7 +26,7 @@ BEHIND_WORK, BEHIND_CONSTANTS = "@low_work", "@low_constants"
 """The constants of a program that say how far low parts are behind."""
 
 
-class PairPointer(Pointer):
+class DoubleDoublePointer(Pointer):
     """A place of numbers whose low parts are ``beyond`` doubles behind."""
 
     __slots__ = ("beyond",)
@@ -36,12 +36,12 @@ class PairPointer(Pointer):
         self.beyond = beyond
 
 
-class PairLanes(DoubleDouble):
+class DoubleDoubleLanes(DoubleDouble):
     """Eight numbers side by side as a ``NumberKind``."""
 
     lanes = LANES
 
-    def __init__(self, vectors: PairVectors) -> None:
+    def __init__(self, vectors: DoubleDoubleVectors) -> None:
         self.vectors = vectors
         super().__init__(vectors.f)
         self.repeated = 1
@@ -51,32 +51,32 @@ class PairLanes(DoubleDouble):
         """Floating-point operations of the function so far, each once."""
         return self.body.operations
 
-    def number(self, value: Number) -> Pair | None:
+    def number(self, value: Number) -> DDReal | None:
         return super().number(beside(value, self.vectors.factor))
 
-    def everywhere(self, table: str, first: str, index: int) -> Pair:
+    def everywhere(self, table: str, first: str, index: int) -> DDReal:
         """One number of ``%constants`` in every lane."""
         one = self.vectors.load(self.vectors.place(table, int(first)), index)
         return self.vectors.splat(one, LANES)
 
 
-class PairVariable:
+class DoubleDoubleVariable:
     """A variable of such numbers."""
 
-    def __init__(self, f: Function, value: Pair) -> None:
+    def __init__(self, f: Function, value: DDReal) -> None:
         self._parts: list[Variable[Real]] = [f.variable(one) for one in value.parts]
 
-    def get(self) -> Pair:
+    def get(self) -> DDReal:
         """Its value."""
-        return Pair(*(one.get() for one in self._parts))
+        return DDReal(*(one.get() for one in self._parts))
 
-    def set(self, value: Pair) -> None:
+    def set(self, value: DDReal) -> None:
         """Its value from here on."""
         for variable, one in zip(self._parts, value.parts):
             variable.set(one)
 
 
-class PairVectors:
+class DoubleDoubleVectors:
     """Double-double numbers in the function ``f``."""
 
     parts: ClassVar[int] = 2
@@ -91,120 +91,120 @@ class PairVectors:
             base: f.load_integer(name)
             for base, name in (("%work", BEHIND_WORK), ("%constants", BEHIND_CONSTANTS))
         }
-        self.kind = PairLanes(self)
+        self.kind = DoubleDoubleLanes(self)
 
     # memory
 
-    def place(self, base: Pointer | str, index: Integer | int) -> PairPointer:
-        beyond = base.beyond if isinstance(base, PairPointer) else self.behind[str(base)]
-        return PairPointer(self.f.place(base, index, "double"), beyond)
+    def place(self, base: Pointer | str, index: Integer | int) -> DoubleDoublePointer:
+        beyond = base.beyond if isinstance(base, DoubleDoublePointer) else self.behind[str(base)]
+        return DoubleDoublePointer(self.f.place(base, index, "double"), beyond)
 
-    def in_state(self, place: Pointer, width: int) -> PairPointer:
-        return PairPointer(place, width)
+    def in_state(self, place: Pointer, width: int) -> DoubleDoublePointer:
+        return DoubleDoublePointer(place, width)
 
-    def add_to_state(self, row: Integer, first: int, width: int, change: Callable[[], Pair]) -> None:
+    def add_to_state(self, row: Integer, first: int, width: int, change: Callable[[], DDReal]) -> None:
         state, at = self.in_state(self.f.pointer("%state"), width), row + first
         self.store(self.load(state, at) + change(), state, at)
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
-        assert isinstance(base, PairPointer)
+        assert isinstance(base, DoubleDoublePointer)
         return self.f.place(base, base.beyond, "double") if part else base
 
-    def load(self, base: Pointer | str, index: Integer | int = 0) -> Pair:
+    def load(self, base: Pointer | str, index: Integer | int = 0) -> DDReal:
         return self.load_row(base, index, 1)
 
-    def store(self, value: Pair, base: Pointer | str, index: Integer | int = 0) -> None:
+    def store(self, value: DDReal, base: Pointer | str, index: Integer | int = 0) -> None:
         self.store_row(value, base, index)
 
-    def load_row(self, base: Pointer | str, index: Integer | int, lanes: int) -> Pair:
+    def load_row(self, base: Pointer | str, index: Integer | int, lanes: int) -> DDReal:
         place = self.place(base, index)
-        return Pair(*(self.f.load_row(place, at, lanes) for at in (0, place.beyond)))
+        return DDReal(*(self.f.load_row(place, at, lanes) for at in (0, place.beyond)))
 
-    def store_row(self, value: Pair, base: Pointer | str, index: Integer | int) -> None:
+    def store_row(self, value: DDReal, base: Pointer | str, index: Integer | int) -> None:
         place = self.place(base, index)
         for part, at in zip(value.parts, (0, place.beyond)):
             self.f.store_row(part, place, at)
 
-    def gather(self, base: Pointer | str, places: Operand) -> Pair:
+    def gather(self, base: Pointer | str, places: Operand) -> DDReal:
         both = (self.parts_at(self.place(base, 0), part) for part in range(self.parts))
-        return Pair(*(Real(self.f, gathered_from(self.f, one.name, places), LANES) for one in both))
+        return DDReal(*(Real(self.f, gathered_from(self.f, one.name, places), LANES) for one in both))
 
     # numbers
 
-    def zero(self, lanes: int) -> Pair:
-        return Pair(self.f.zero(lanes))
+    def zero(self, lanes: int) -> DDReal:
+        return DDReal(self.f.zero(lanes))
 
     def single(self) -> DoubleDouble:
-        return BesidePairs(self.f, CONSTANTS * self.factor)
+        return BesideDoubleDouble(self.f, CONSTANTS * self.factor)
 
-    def of_single(self, value: Pair | None) -> Pair:
+    def of_single(self, value: DDReal | None) -> DDReal:
         return pair(self.f, 0) if value is None else value
 
-    def constant(self, value: float) -> Pair:
-        return Pair(self.f.constant(value))
+    def constant(self, value: float) -> DDReal:
+        return DDReal(self.f.constant(value))
 
-    def fused(self, a: Pair, b: Pair, c: Pair) -> Pair:
+    def fused(self, a: DDReal, b: DDReal, c: DDReal) -> DDReal:
         return a * b + c
 
-    def whole(self, value: Integer) -> Pair:
-        return Pair(value.to_real())
+    def whole(self, value: Integer) -> DDReal:
+        return DDReal(value.to_real())
 
-    def now(self) -> Pair:
+    def now(self) -> DDReal:
         self.inverse = self.f.constant(1.0) / Real(self.f, "%scale", 1)
-        return Pair(Real(self.f, "%t", 1), Real(self.f, "%tl", 1))
+        return DDReal(Real(self.f, "%t", 1), Real(self.f, "%tl", 1))
 
-    def at(self, time: Real, low: Real | None = None) -> Pair:
-        return Pair(time, low)
+    def at(self, time: Real, low: Real | None = None) -> DDReal:
+        return DDReal(time, low)
 
-    def variable(self, value: Pair) -> PairVariable:
-        return PairVariable(self.f, value)
+    def variable(self, value: DDReal) -> DoubleDoubleVariable:
+        return DoubleDoubleVariable(self.f, value)
 
-    def select(self, condition: Bit, yes: Pair, no: Pair) -> Pair:
-        return Pair(*(self.f.select(condition, a, b) for a, b in zip(yes.parts, no.parts)))
+    def select(self, condition: Bit, yes: DDReal, no: DDReal) -> DDReal:
+        return DDReal(*(self.f.select(condition, a, b) for a, b in zip(yes.parts, no.parts)))
 
-    def splat(self, one: Pair, lanes: int) -> Pair:
+    def splat(self, one: DDReal, lanes: int) -> DDReal:
         high, low = self.f.splat(one.high, lanes), one.low
-        return Pair(high, low and self.f.splat(low, lanes))
+        return DDReal(high, low and self.f.splat(low, lanes))
 
-    def lane(self, vector: Pair, index: Integer | int) -> Pair:
-        return Pair(*(self.f.lane(part, index) for part in vector.parts))
+    def lane(self, vector: DDReal, index: Integer | int) -> DDReal:
+        return DDReal(*(self.f.lane(part, index) for part in vector.parts))
 
-    def shuffle(self, a: Pair, lanes: Sequence[int], b: Pair) -> Pair:
-        return Pair(*(self.f.shuffle(one, lanes, other) for one, other in zip(a.parts, b.parts)))
+    def shuffle(self, a: DDReal, lanes: Sequence[int], b: DDReal) -> DDReal:
+        return DDReal(*(self.f.shuffle(one, lanes, other) for one, other in zip(a.parts, b.parts)))
 
-    def total(self, vector: Pair, start: Pair) -> Pair:
+    def total(self, vector: DDReal, start: DDReal) -> DDReal:
         for lane in range(LANES):
             start = start + self.lane(vector, lane)
         return start
 
-    def high(self, value: Pair) -> Real:
+    def high(self, value: DDReal) -> Real:
         return value.high
 
-    def operand(self, value: Pair) -> Pair:
+    def operand(self, value: DDReal) -> DDReal:
         return value
 
-    def number(self, value: Pair | None) -> Pair:
+    def number(self, value: DDReal | None) -> DDReal:
         return self.kind.written(value)
 
     # divisions
 
-    def quotient(self, a: Pair, b: Pair, inverse: Pair) -> Pair:
+    def quotient(self, a: DDReal, b: DDReal, inverse: DDReal) -> DDReal:
         return a / b
 
     def divisor(self, k: int | Integer, ahead: int) -> Real:
         return self._real(k, ahead) * self.inverse
 
-    def divided(self, value: Pair, divisor: Real) -> Pair:
+    def divided(self, value: DDReal, divisor: Real) -> DDReal:
         return value.divided(self.f.splat(divisor, value.high.lanes))
 
-    def over(self, value: Pair | None, k: int | Integer, ahead: int) -> Pair | None:
+    def over(self, value: DDReal | None, k: int | Integer, ahead: int) -> DDReal | None:
         return None if value is None else self.divided(value, self._real(k, ahead))
 
-    def integrated(self, value: Pair | None, k: int | Integer, ahead: int) -> Pair | None:
+    def integrated(self, value: DDReal | None, k: int | Integer, ahead: int) -> DDReal | None:
         return None if value is None else self.divided(value, self.divisor(k, ahead))
 
-    def rate(self, k: int | Integer, ahead: int) -> Pair:
-        return Pair(self.f.splat(self.divisor(k, ahead), LANES))
+    def rate(self, k: int | Integer, ahead: int) -> DDReal:
+        return DDReal(self.f.splat(self.divisor(k, ahead), LANES))
 
     def _real(self, k: int | Integer, ahead: int) -> Real:
         return self.f.constant(float(k + ahead)) if isinstance(k, int) else (k + ahead).to_real()
@@ -213,7 +213,7 @@ class PairVectors:
 
     def dots(
         self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
-    ) -> list[Pair]:
+    ) -> list[DDReal]:
         f, last = self.f, self.f.count(n) if isinstance(n, int) else n
         sums = [Accumulated(self) for _ in range(1 + weighted)]
         with f.loop(1, last) as m:
@@ -234,7 +234,7 @@ class PairVectors:
 class Accumulated:
     """A sum of vectors, and apart from it all that was rounded off."""
 
-    def __init__(self, vectors: PairVectors) -> None:
+    def __init__(self, vectors: DoubleDoubleVectors) -> None:
         self._sum, self._rest = (vectors.f.variable(vectors.f.zero(LANES)) for _ in range(2))
 
     def add(self, value: Real, error: Real) -> None:
@@ -243,11 +243,11 @@ class Accumulated:
         self._sum.set(total)
         self._rest.set(self._rest.get() + (lost + error))
 
-    def get(self) -> Pair:
+    def get(self) -> DDReal:
         """The sum."""
-        return Pair(*fast_sum(self._sum.get(), self._rest.get()))
+        return DDReal(*fast_sum(self._sum.get(), self._rest.get()))
 
 
-def beside_pairs(factor: int) -> type[PairVectors]:
+def beside_pairs(factor: int) -> type[DoubleDoubleVectors]:
     """The numbers that constants of a companion are computed in, to many digits."""
-    return type("BesideNumbers", (PairVectors,), {"factor": factor // CONSTANTS})
+    return type("BesideNumbers", (DoubleDoubleVectors,), {"factor": factor // CONSTANTS})

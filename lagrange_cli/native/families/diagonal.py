@@ -1,0 +1,62 @@
+"""``@jet`` of systems whose M is diagonal and constant: accelerations are forces divided by masses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lagrange_cli.families.arrays import Total
+from lagrange_cli.native.families.evaluation import Evaluation
+from lagrange_cli.native.families.jets import SeriesJet
+from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.spans import Span, in_vectors
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+
+
+class DiagonalJet(SeriesJet):
+    """The jet of such a system."""
+
+    def prepared(self) -> Sequence[Total]:
+        self.forces = self.lasting.arranged(self.system.forces, kept=False)
+        totals = needed([self.forces], self.slots, self.lasting.fixed)
+        self.arrange(totals)
+        return totals
+
+    def accelerate(
+        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+    ) -> None:
+        f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
+        self.emitter.repeated = self.degrees // LANES + 1
+        given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
+        velocities = self.at(self.system.v, k + 1)
+
+        def write(i: Integer, lanes: int) -> None:
+            rate = vectors.quotient(*(vectors.load_row(one, i, lanes) for one in given))
+            vectors.store_row(vectors.divided(rate, divisor), velocities, i)
+
+        in_vectors(f, span or (f.count(0), f.count(self.degrees)), write)
+        if not self.local:
+            rates = self.at(self.system.v, k + 1)
+            self.follow(k + 1, rates, self.at(self.system.q, k + 2), self.degrees)
+
+    def regular(self) -> Bit:
+        return regular_masses(self)
+
+
+def regular_masses(jet: SeriesJet) -> Bit:
+    """Whether the masses of a system are positive; where it has a Lagrangian, whether they are not 0."""
+    positive = jet.system.spec.lagrangian is None
+    return regular(jet.f, jet.at(jet.lasting.masses, 0), jet.degrees, positive=positive)
+
+
+def regular(f: Function, masses: Pointer, count: int, *, positive: bool) -> Bit:
+    """Whether numbers are positive, or at least not 0."""
+    wrong = {lanes: f.variable(f.never(lanes)) for lanes in (1, LANES)}
+
+    def look(i: Integer, lanes: int) -> None:
+        mass, found = f.load_row(masses, i, lanes), wrong[lanes]
+        found.set(found.get() | ~((mass if positive else f.magnitude(mass)) > 0.0))
+
+    in_vectors(f, (f.count(0), f.count(count)), look)
+    return ~(f.any(wrong[LANES].get()) | wrong[1].get())

@@ -1,0 +1,110 @@
+"""Guards in the state: what ends a step, where its argument is in the state, and what is kept of it.
+
+Compiled code and its callers agree on this, as on all of the state (``native.state``).
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.records import dataclass
+
+AT_REST = 2.0**-80
+"""An argument that rests at 0, with no force that holds it, moves again where it has become so large; or as
+large as its negative mark, where it is known less well."""
+CHANGES = 64.0
+"""If so many modes change while t hardly does, the motion is held there, or ends."""
+BRIEF, NOWHERE = 2.0**-38, 2.0**-50
+"""A step that is so small a fraction of the one before it, or of t, changes nothing: what was 0 up to
+rounding, still is."""
+INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
+"""Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
+leave a step that is divided very often (if it is not 0)."""
+SIMPLE, CUT, BREAK = -1, -2, -3
+"""Guards without an auxiliary coordinate."""
+RECORDS = 32
+"""Crossings of which compiled code keeps a record before they are taken from it."""
+NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS
+"""Where a record has the number of the guard, and three coefficients of its argument's series, from its rate
+on."""
+SAMPLE, AFTER = Clock.LEAVING, -1.0
+"""Where it has the number of samples before it; and the number of the record that follows, of the state after
+a simple action."""
+BESIDE = 3
+"""Rows that a guard has where something jumps."""
+
+
+class Role(IntEnum):
+    """What a guard is for: a switch, which is simple, or one that may hold the motion; an event of which no
+    more than a record is made, one whose action is simple, or one with another action; resting contact; the
+    cut of a function in other arguments, which a step goes a little beyond; one where an energy jumps."""
+
+    SWITCH = 0
+    HOLD = 1
+    RECORD = 2
+    CHANGE = 3
+    ACTION = 4
+    REST = 5
+    CUT = 6
+    BREAK = 7
+
+
+@dataclass(frozen=True)
+class GuardRow:
+    """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0; the
+    ``direction`` in which an argument's sign must change for an event (0: any); the first of two rows whose
+    rates are a ``limit`` plus the multiplier, and minus it, or 0 where the limit is 1; and of
+    those ``beside`` a break, whose rates tell whether there is one (see ``mechanics.switching.cuts``)."""
+
+    role: Role
+    row: int
+    multiplier: int = 0
+    direction: int = 0
+    limit: int = 0
+    beside: int = 0
+
+
+@dataclass(frozen=True)
+class GuardRows:
+    """The guards in the state: their modes are kept among ``settings``, behind the ``parameters`` of the run.
+
+    The arguments' quadratures are the ``arguments`` rows from the ``first`` integral on.
+    """
+
+    first: int
+    arguments: int
+    guards: tuple[GuardRow, ...]
+    parameters: int
+    changed: tuple[tuple[int, int], ...] = ()
+    """The new values that simple actions give: the guard, and the place among q, q_dot and the parameters."""
+    affected: tuple[tuple[int, int], ...] = ()
+    """Guards with such an action, each with those whose arguments it changes."""
+
+    @property
+    def count(self) -> int:
+        """The number of guards."""
+        return len(self.guards)
+
+    @property
+    def events(self) -> int:
+        """The number of guards that are for events."""
+        return sum(one.role in (Role.RECORD, Role.CHANGE, Role.ACTION) for one in self.guards)
+
+    def settings(self, parts: int) -> int:
+        """Doubles that parameters, modes, times of events and marks take."""
+        return parts * (self.parameters + self.count) + 2 * self.events + self.count
+
+    def mode(self, layout: StateLayout) -> int:
+        """The place of the first mode in memory."""
+        return layout.settings.start + self.parameters
+
+    def times(self, layout: StateLayout) -> slice[int, int, None]:
+        """The places of the times, with low parts, at which events have acted last; nan where they have
+        not."""
+        return slice(self.fresh(layout) - 2 * self.events, self.fresh(layout))
+
+    def fresh(self, layout: StateLayout) -> int:
+        """The place of the first mark: where a guard's argument is 0 at the beginning of the next step, the
+        length of the step before; else 0."""
+        return layout.settings.stop - self.count
