@@ -85,7 +85,8 @@ class Refusal:
         hint = "the constraints contradict each other: no velocities near these satisfy all of them"
         if not speeds:
             hint = (
-                "no values near these satisfy all constraints: begin elsewhere, or they contradict each other"
+                "no values near these were found that satisfy all constraints: begin elsewhere, or they "
+                "contradict each other"
             )
         return self.residuals(values, rows, scale, hint, speeds=speeds)
 
