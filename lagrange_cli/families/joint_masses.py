@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 LEAST = 1e-13
 """The part of a coordinate's mass that is left where its parents are free to move, below which it is 0."""
 
+OFTEN, WRITTEN = 10, 2000
+"""After so many products with M^-1, it is written down if it has no more columns than that."""
+
 
 class Kind:
     """Numbers of joints of one kind, ``count`` of them: ``moves`` (count, axes, coordinates), the changes of
@@ -189,7 +192,7 @@ class JointMasses:
         for axis in self.axes:
             felt[: self.nodes, axis, axis] = self.inertia[axis]
         least = LEAST * np.array(self.diagonal(self.count))
-        found: list[tuple[Link, Numbers, Numbers, Numbers]] = []
+        found: list[Eliminated] = []
         for link in self.links(fixed):
             own, shared, passed = link.own, link.shared, link.passed
             if link.node != NONE:
@@ -201,29 +204,63 @@ class JointMasses:
                 return None
             gain = shared @ inverse
             felt[link.parent] += passed - gain @ shared.T
-            found.append((link, inverse, gain, shared))
+            found.append(Eliminated(link, inverse, gain, shared))
 
-        def solve(right: Numbers) -> Numbers:
-            whole = np.zeros((self.count, right.shape[1]))
-            whole[list(chosen)] = right
-            pulls = np.zeros((self.nodes + 1, len(self.axes), right.shape[1]))
-            for link, _, gain, _ in found:
-                pull = whole[link.coordinates]
-                if link.node != NONE:
-                    pull = pull + link.moves.T @ pulls[link.node]
-                    pulls[link.parent] += pulls[link.node]
-                whole[link.coordinates] = pull
-                pulls[link.parent] -= gain @ pull
-            places = np.zeros(pulls.shape)
-            for link, inverse, _, shared in reversed(found):
-                parent = places[link.parent]
-                moved = inverse @ (whole[link.coordinates] - shared.T @ parent)
-                whole[link.coordinates] = moved
-                if link.node != NONE:
-                    places[link.node] = parent + link.moves @ moved
-            return whole[list(chosen)]
+        return Inverse(self, chosen, found)
 
-        return solve
+
+@dataclass(frozen=True, eq=False)
+class Eliminated:
+    """A joint whose coordinates are found from its parent's place: the ``inverse`` of their mass, the
+    ``gain`` of the parent's pull, and M by the parent's place and the coordinates, ``shared``."""
+
+    link: Link
+    inverse: Numbers
+    gain: Numbers
+    shared: Numbers
+
+
+class Inverse:
+    """M^-1 for the ``chosen`` coordinates, with the joints in the order of their elimination."""
+
+    def __init__(self, masses: JointMasses, chosen: tuple[int, ...], joints: Sequence[Eliminated]) -> None:
+        self.chosen, self.joints, self.count = list(chosen), joints, masses.count
+        self.places = masses.nodes + 1, len(masses.axes)
+        self._calls = 0
+
+    def __call__(self, right: Numbers) -> Numbers:
+        """M^-1 b (coordinates, columns)."""
+        self._calls += 1
+        if self._calls > OFTEN and len(self.chosen) <= WRITTEN:
+            return self.matrix @ right
+        return self.solved(right)
+
+    @cached_property
+    def matrix(self) -> Numbers:
+        """M^-1."""
+        return self.solved(np.eye(len(self.chosen)))
+
+    def solved(self, right: Numbers) -> Numbers:
+        """The same joint by joint."""
+        whole = np.zeros((self.count, right.shape[1]))
+        whole[self.chosen] = right
+        pulls = np.zeros((*self.places, right.shape[1]))
+        for one in self.joints:
+            link = one.link
+            pull = whole[link.coordinates]
+            if link.node != NONE:
+                pull = pull + link.moves.T @ pulls[link.node]
+                pulls[link.parent] += pulls[link.node]
+            whole[link.coordinates] = pull
+            pulls[link.parent] -= one.gain @ pull
+        places = np.zeros(pulls.shape)
+        for one in reversed(self.joints):
+            link, parent = one.link, places[one.link.parent]
+            moved = one.inverse @ (whole[link.coordinates] - one.shared.T @ parent)
+            whole[link.coordinates] = moved
+            if link.node != NONE:
+                places[link.node] = parent + link.moves @ moved
+        return whole[self.chosen]
 
 
 def along(tree: Tree | None, values: Numbers, *, back: bool = False) -> None:

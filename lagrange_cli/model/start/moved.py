@@ -56,7 +56,9 @@ def moved(
     if not speeds and (len(x) <= DENSE or search.given.forced):  # speeds are linear
         found = [one for one in equally_near(search, surface, x, near) if off(one) <= NEAR]
     if not found:
-        raise refusal.contradiction(*surface.at(x), scale, speeds=speeds)
+        steep = steepness(surface.at(x)[1], scale)
+        flat = [i for i, (one, usual) in enumerate(zip(steep, search.typical(scale))) if one <= NEAR * usual]
+        raise refusal.contradiction(*surface.at(x), scale, flat, speeds=speeds)
     if search.given.forced and len(found) == 1:
         return found[0]
     if search.given.forced:
