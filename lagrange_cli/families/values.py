@@ -23,6 +23,38 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
+class Doubles:
+    """How numbers of arrays are computed: as doubles."""
+
+    functions: Mapping[str, Callable[..., Any]] = FUNCTIONS
+    exact: Any = None
+    """The module of numbers with many digits."""
+
+    def number(self, value: Any) -> Any:
+        """A number of an expression."""
+        return float(value)
+
+    def array(self, values: Any) -> Any:
+        """Numbers as an array."""
+        return np.asarray(values, dtype=np.float64)
+
+    def zeros(self, *shape: int) -> Any:
+        """An array of zeros."""
+        return np.zeros(shape)
+
+    def add(self, made: Any, targets: Any, values: Any) -> None:
+        """Add values to those at the places ``targets``."""
+        if made.ndim == 1:
+            made += np.bincount(targets, values, len(made))
+        elif np.all(np.diff(targets) > 0):
+            made[targets] += values
+        else:
+            np.add.at(made, targets, values)
+
+
+DOUBLES = Doubles()
+
+
 class Described(Protocol):
     """What expressions of families are made of."""
 
@@ -44,8 +76,8 @@ class Described(Protocol):
 
 class FamilyValues:
     """The values at one state: ``q``, ``v`` (coordinates,), t, ``parameters`` in the file's order, and those
-    of ``others``. At several states q and v are (coordinates, states), t is (states,), and so are values: of
-    each member, those at all states."""
+    of ``others``; numbers of a ``kind``. At several states q and v are (coordinates, states), t is (states,),
+    and so are values: of each member, those at all states."""
 
     def __init__(
         self,
@@ -55,8 +87,9 @@ class FamilyValues:
         v: Values,
         parameters: Values,
         others: Mapping[Array, Values] | None = None,
+        kind: Doubles = DOUBLES,
     ) -> None:
-        self.slots = system.slots
+        self.slots, self.kind = system.slots, kind
         self._states = q.shape[1:]
         self._arrays: dict[Array, Values] = {system.q: q, system.v: v, system.given: self._each(parameters)}
         self._arrays |= others or {}
@@ -73,16 +106,10 @@ class FamilyValues:
 
     def added(self, count: int, terms: Sequence[Term], *, sizes: bool = False) -> Values:
         """The sums of terms at ``count`` places; with ``sizes``, of the terms' absolute values."""
-        made = np.zeros((count, *self._states))
+        made: Values = self.kind.zeros(count, *self._states)
         for term in terms:
             values = np.broadcast_to(self.node(term.node), (term.domain.count, *self._states))
-            values = np.abs(values) if sizes else values
-            if not self._states:
-                made += np.bincount(term.targets, values, count)
-            elif np.all(np.diff(term.targets) > 0):
-                made[term.targets] += values
-            else:
-                np.add.at(made, term.targets, values)
+            self.kind.add(made, term.targets, np.abs(values) if sizes else values)
         return made
 
     def _each(self, numbers: Values) -> Values:
@@ -102,10 +129,10 @@ class FamilyValues:
                 return self._scalars[node]
             slot = self.slots.of[node]
             if slot.array.source is Source.WHOLE:
-                return self._each(slot.table.astype(np.float64))
+                return self._each(self.kind.array(slot.table))
             array = self.of(slot.array) if isinstance(slot.array, Total) else self._arrays[slot.array]
             return array[slot.table]
-        return OPERATIONS[node.kind](node.data, arguments)
+        return OPERATIONS[node.kind](node.data, arguments, self.kind)
 
 
 def along(chain: Chain, values: Values) -> Values:
@@ -125,32 +152,32 @@ def along(chain: Chain, values: Values) -> Values:
     return np.array(listed)
 
 
-def _sum(data: Any, arguments: Sequence[Any]) -> Any:
+def _sum(data: Any, arguments: Sequence[Any], kind: Doubles) -> Any:
     constant, coefficients = data
-    made = float(constant)
+    made = kind.number(constant)
     for coefficient, one in zip(coefficients, arguments):
-        made = made + float(coefficient) * one
+        made = made + kind.number(coefficient) * one
     return made
 
 
-def _product(data: Any, arguments: Sequence[Any]) -> Any:
+def _product(data: Any, arguments: Sequence[Any], kind: Doubles) -> Any:
     made: Any = 1.0
     for exponent, one in zip(data, arguments):
-        made = made * (one if exponent == 1 else one ** float(exponent))
+        made = made * (one if exponent == 1 else one ** kind.number(exponent))
     return made
 
 
-def _switch(data: Any, arguments: Sequence[Any]) -> Any:
+def _switch(data: Any, arguments: Sequence[Any], kind: Doubles) -> Any:
     u, above, below = arguments
     at = (above + below) / 2 if data == 0 else above if data > 0 else below
     return np.where(u > 0, above, np.where(u < 0, below, at))
 
 
-OPERATIONS: Mapping[Kind, Callable[[Any, Sequence[Any]], Any]] = {
-    Kind.NUMBER: lambda data, arguments: float(data),
+OPERATIONS: Mapping[Kind, Callable[[Any, Sequence[Any], Doubles], Any]] = {
+    Kind.NUMBER: lambda data, arguments, kind: kind.number(data),
     Kind.SUM: _sum,
     Kind.PRODUCT: _product,
-    Kind.POWER: lambda data, arguments: arguments[0] ** arguments[1],
+    Kind.POWER: lambda data, arguments, kind: arguments[0] ** arguments[1],
     Kind.SWITCH: _switch,
-    Kind.FUNCTION: lambda data, arguments: FUNCTIONS[str(data)](*arguments),
+    Kind.FUNCTION: lambda data, arguments, kind: kind.functions[str(data)](*arguments),
 }

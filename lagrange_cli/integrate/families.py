@@ -100,10 +100,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
 def closable(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether a motion of chains and trees with constraints can be followed: in doubles, forwards, without
     events and without outputs that contain multipliers at all samples."""
-    plain = compilation.precision == DOUBLE and compilation.factor is None and not compilation.backward
-    needs = METHODS[compilation.method].needs
-    further = bool(system.spec.events) or "multipliers" in compilation.outputs
-    return plain and needs is Needs.SERIES and not further
+    return METHODS[compilation.method].needs is Needs.SERIES and not compilation.backward
 
 
 def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
+from lagrange_cli.records import replace
 from lagrange_cli.run.start_notes import in_short
 
 if TYPE_CHECKING:
@@ -62,12 +63,13 @@ def dependent(spec: Spec, parameters: Mapping[str, float], end: End) -> tuple[st
     """The constraints that depend on others where a motion ended, besides those that do so everywhere."""
     from lagrange_cli.model.start.equations import Equations
     from lagrange_cli.model.start.linear import independent, scales
+    from lagrange_cli.run.start import of_families
 
     count = len(spec.coordinates)
     state = end.state.tolist()
     q, v = state[:count], state[count : 2 * count]
     try:
-        equations = Equations(spec, parameters)
+        equations = of_families(replace(spec, left_out=()), parameters) or Equations(spec, parameters)
         masses = equations.masses(end.t, q, v)
         rows = equations.at(end.t, q, v).rows
     except (LagrangeError, ArithmeticError):

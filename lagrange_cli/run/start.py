@@ -10,6 +10,7 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
+    from lagrange_cli.families.consistency import WholeEquations
     from lagrange_cli.model.start.consistent import Start
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
@@ -92,16 +93,18 @@ def in_doubles(spec: Spec, values: Values, t: float, given: Collection[str], *, 
     from lagrange_cli.spec.values import left_open
 
     begin = Given(t, values.q, values.v, *open_numbers(spec, left_open(spec, given)), forced)
-    if spec.families.get("constraints"):
-        from lagrange_cli.families.consistency import WholeEquations, satisfied, whole
+    equations = of_families(spec, values.parameters)
+    clear = None if equations is None else equations.satisfied(begin)
+    return clear or consistent(spec, values.parameters, begin, equations=equations)
 
-        found = whole(spec)
-        if found is not None:
-            equations = WholeEquations(found, spec, values.parameters)
-            return satisfied(equations, begin) or consistent(
-                spec, values.parameters, begin, equations=equations
-            )
-    return consistent(spec, values.parameters, begin)
+
+def of_families(spec: Spec, parameters: Mapping[str, Any], *, exact: bool = False) -> WholeEquations | None:
+    """The constraints and masses of a large system of families, for all members at once; None of others."""
+    if not spec.families.get("coordinates"):
+        return None
+    from lagrange_cli.families.consistency import equations_of
+
+    return equations_of(spec, parameters, exact=exact)
 
 
 def in_many_digits(
@@ -148,7 +151,8 @@ def refined(
     free_q, free_v = open_numbers(spec, left_open(spec, given))
     q = [context().mpf(near.q[k]) if k in free_q else x for k, x in enumerate(state[0])]
     begin = Given(t, q, state[1], free_q, free_v, forced)
-    return consistent(spec, parameters, begin, context(), near.generic)
+    equations = of_families(spec, parameters, exact=True)
+    return consistent(spec, parameters, begin, context(), near.generic, equations)
 
 
 def open_numbers(spec: Spec, names: Collection[str]) -> tuple[frozenset[int], frozenset[int]]:

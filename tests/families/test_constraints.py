@@ -301,7 +301,7 @@ def start_of(text: str, monkeypatch: pytest.MonkeyPatch, *, together: bool) -> t
     """The consistent start, from the numbers of all members together, or of one after the other."""
     with monkeypatch.context() as patch:
         if not together:
-            patch.setattr(consistency, "whole", lambda spec: None)
+            patch.setattr(consistency, "whole", lambda spec, exact: None)
         return begun(text)
 
 

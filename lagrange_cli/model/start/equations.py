@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from lagrange_cli.errors import NotLinear, SpecError
 from lagrange_cli.expression.sloped import Sloped, SlopedAlgebra
@@ -20,6 +20,10 @@ from lagrange_cli.model.start.parts import Parts
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 Row = Mapping[int, Any]
 """The coefficients of the velocities in the rate of a constraint, by coordinate."""
@@ -43,12 +47,50 @@ class Rates:
     drifts: list[Any]
 
 
+Solver = Callable[["NDArray[np.float64]"], "NDArray[np.float64]"]
+"""Solves M x = b for some coordinates: b (coordinates, columns) to x."""
+
+
+class Matter(Protocol):
+    """The mass matrix M at a place."""
+
+    @property
+    def rows(self) -> Mapping[int, Mapping[int, Any]]:
+        """M as far as it is not 0."""
+
+    @property
+    def extent(self) -> float:
+        """sum m r^2 of the particles."""
+
+    def diagonal(self, count: int) -> list[float]:
+        """M_kk of so many coordinates."""
+
+    def times(self, way: Sequence[Any], chosen: Iterable[int]) -> dict[int, Any]:
+        """The ``chosen`` rows of M times a vector."""
+
+    def solver(self, chosen: Sequence[int]) -> Solver | None:
+        """How M x = b is solved for the ``chosen`` coordinates; None where only the rows are known."""
+
+
 @dataclass(frozen=True)
 class Masses:
-    """The mass matrix, ``rows`` as far as they are not 0, and sum m r^2 of the particles, the ``extent``."""
+    """``Matter`` whose ``rows`` are known."""
 
     rows: Mapping[int, Mapping[int, Any]]
     extent: float = 0.0
+
+    def diagonal(self, count: int) -> list[float]:
+        return [abs(float(self.rows.get(k, {}).get(k, 0.0))) for k in range(count)]
+
+    def times(self, way: Sequence[Any], chosen: Iterable[int]) -> dict[int, Any]:
+        found: dict[int, Any] = dict.fromkeys(chosen, 0.0)
+        for j in found:
+            for k, m in self.rows.get(j, {}).items():
+                found[j] += m * way[k]
+        return found
+
+    def solver(self, chosen: Sequence[int]) -> Solver | None:
+        return None
 
 
 class Equations:

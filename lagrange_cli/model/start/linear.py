@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from lagrange_cli.model import orthogonal, sparse
-from lagrange_cli.model.start.equations import Masses, Row
+from lagrange_cli.model.start.equations import Matter, Row
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,13 +37,13 @@ def scattered(number: int, count: int) -> list[float]:
     return [2 * ((0.5 + golden * (number * count + k + 1)) % 1.0) - 1 for k in range(count)]
 
 
-def scales(masses: Masses, values: Sequence[Any], extent: float = 0.0) -> list[float]:
+def scales(masses: Matter, values: Sequence[Any], extent: float = 0.0) -> list[float]:
     """How large a value of each coordinate, or velocity, is when the whole system moves by its own size.
 
     In the metric of the masses the size is sqrt(sum m_k x_k^2), or that of the ``extent`` of the particles.
     Without a mass it is the largest of the values.
     """
-    diagonal = [abs(float(masses.rows.get(k, {}).get(k, 0.0))) for k in range(len(values))]
+    diagonal = masses.diagonal(len(values))
     numbers = [float(x) for x in values]
     whole = math.sqrt(max(sum(m * x * x for m, x in zip(diagonal, numbers)), extent))
     largest = max(map(abs, numbers), default=0.0) or 1.0

@@ -19,6 +19,8 @@ from lagrange_cli.model.start.search import SLIGHTLY, Search, away
 from lagrange_cli.records import replace
 
 FEW = 10
+PATIENCE = 20
+"""Rounds of Newton's method without progress after which it ends, of many coordinates."""
 ASIDE, SIDES = 0.5, 4
 """How far aside of a state other searches begin, as a part of the way to the point that was found, and in how
 many directions and their opposites; in one, of more coordinates than a ``FEW``."""
@@ -39,8 +41,10 @@ def moved(
     if off(x) <= 2 * search.unit:
         return x
     scale, refusal = surface.scale, search.refusal
-    if len(x) > DENSE and not search.given.forced:
-        surface = replace(surface, descents=FEW)  # what is not slightly off is refused
+    if len(x) > DENSE:
+        surface = replace(surface, patience=PATIENCE)
+        if not search.given.forced:
+            surface = replace(surface, descents=0)  # what is not slightly off is refused
     near = tried(surface.nearest, x)
     if near is not None and off(near) > NEAR:
         near = None
@@ -52,13 +56,15 @@ def moved(
     if not speeds and (len(x) <= DENSE or search.given.forced):  # speeds are linear
         found = [one for one in equally_near(search, surface, x, near) if off(one) <= NEAR]
     if not found:
-        raise refusal.contradiction(*surface.at(x), scale, speeds=speeds)
+        steep = steepness(surface.at(x)[1], scale)
+        flat = [i for i, (one, usual) in enumerate(zip(steep, search.typical(scale))) if one <= NEAR * usual]
+        raise refusal.contradiction(*surface.at(x), scale, flat, speeds=speeds)
     if search.given.forced and len(found) == 1:
         return found[0]
     if search.given.forced:
         raise refusal.equally_near([dict(enumerate(map(float, one))) for one in found])
     names = [*map(velocity_name, search.coordinates)] if speeds else search.coordinates
-    moves = [told(names, x, one, scale) for one in found] if surface.descents > FEW else []
+    moves = [told(names, x, one, scale) for one in found] if surface.descents else []
     raise refusal.far_off(*surface.at(x), scale, moves, speeds=speeds)
 
 

@@ -11,7 +11,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from lagrange_cli.model.start.equations import Masses, Row
+from lagrange_cli.model.start.equations import Matter, Row
+from lagrange_cli.model.start.linear import steepness
 from lagrange_cli.model.start.shortest import Shortest
 from lagrange_cli.records import dataclass
 
@@ -36,23 +37,32 @@ NEAR = 1e-9
 class Surface:
     """Where the functions ``at`` are 0 that have the numbers ``kept``, for changes of the ``unknown``
     coordinates; ``scale`` is that of each coordinate, and ``unit`` what rounding makes of 1. The nearest
-    point is found by so many ``descents`` at most."""
+    point is found by so many ``descents`` at most, and Newton's method ends after so many rounds,
+    its ``patience``, in which no values became smaller."""
 
     at: Callable[[Sequence[Any]], Values]
     kept: Sequence[int]
     unknown: Sequence[int]
-    masses: Masses
+    masses: Matter
     scale: Sequence[float]
     unit: float
     descents: int = DESCENTS
+    patience: int = ROUNDS
 
     def reach(self, x: Sequence[Any]) -> list[Any] | None:
         """A point of it, by Newton's method from ``x``; None where there is none."""
         found, last, halved = list(x), math.inf, 0
         if not self.kept:
             return found
-        for _ in range(ROUNDS):
+        sizes, least, waited = [1.0 for _ in self.kept], math.inf, 0
+        for number in range(ROUNDS):
             values, rows = self.at(found)
+            if not number:
+                sizes = [x or 1.0 for x in steepness([rows[i] for i in self.kept], self.scale)]
+            off = max(abs(float(values[i])) / x for i, x in zip(self.kept, sizes))
+            least, waited = min(off, least), 0 if off < least else waited + 1
+            if waited > self.patience:
+                return None
             step, _mu = self._shortest(rows).solve({}, [-float(values[i]) for i in self.kept])
             size = self.size(step)
             if not math.isfinite(size):
@@ -122,11 +132,7 @@ class Surface:
 
     def pull(self, start: Sequence[Any], x: Sequence[Any]) -> dict[int, Any]:
         """M (start - x)."""
-        found: dict[int, Any] = dict.fromkeys(self.unknown, 0.0)
-        for j in self.unknown:
-            for k, m in self.masses.rows.get(j, {}).items():
-                found[j] += m * (start[k] - x[k])
-        return found
+        return self.masses.times([one - other for one, other in zip(start, x)], self.unknown)
 
     def gap(self, start: Sequence[Any], x: Sequence[Any]) -> float:
         """The square of the distance from ``start``."""

@@ -78,15 +78,24 @@ class Refusal:
         values: Sequence[Any],
         rows: Sequence[Any],
         scale: Sequence[float],
+        flat: Sequence[int] = (),
         *,
         speeds: bool = False,
     ) -> SpecError:
-        """No state nearby satisfies all constraints."""
+        """No state was found nearby that satisfies all constraints. The slopes of those with the numbers
+        ``flat`` are 0."""
         hint = "the constraints contradict each other: no velocities near these satisfy all of them"
         if not speeds:
             hint = (
-                "no values near these satisfy all constraints: begin elsewhere, or they contradict each other"
+                "no values near these were found that satisfy all constraints: begin elsewhere, or they "
+                "contradict each other"
             )
+            off = [[*self.spec.all_constraints][i] for i in flat if abs(float(values[i])) > 0]
+            if off:
+                hint = (
+                    f"all slopes of '{off[0]}' are 0 at these values, as where a chain is stretched, so that "
+                    "they do not tell which way to go: begin elsewhere"
+                )
         return self.residuals(values, rows, scale, hint, speeds=speeds)
 
     def restricting(self, name: str, *, later: bool) -> SpecError:

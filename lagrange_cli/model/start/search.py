@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Protocol
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.model.start.equations import Equations, Masses, Part, Rates
+from lagrange_cli.model.start.equations import Equations, Masses, Matter, Part, Rates
 from lagrange_cli.model.start.linear import scales, scattered, steepness
 from lagrange_cli.model.start.nearest import LONG_ROUND, NEAR, ROUND, Values
 from lagrange_cli.model.start.report import Refusal
@@ -53,7 +53,7 @@ class Evaluated(Protocol):
 
     def at(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Rates: ...
     def part(self, t: Any, q: Sequence[Any], chosen: Sequence[int]) -> Part: ...
-    def masses(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Masses: ...
+    def masses(self, t: Any, q: Sequence[Any], v: Sequence[Any]) -> Matter: ...
 
 
 class Search:
@@ -77,7 +77,7 @@ class Search:
         self.coordinates = [*names_of(spec.coordinates)]
         self.unit = ROUND if exact is None else LONG_ROUND
         self.refusal = Refusal(spec)
-        self._measured: tuple[tuple[Any, ...], list[float], Masses] = ((), [], Masses({}))
+        self._measured: tuple[tuple[Any, ...], list[float], Matter] = ((), [], Masses({}))
 
     @property
     def count(self) -> int:
@@ -96,7 +96,7 @@ class Search:
             raise ArithmeticError(error.problems[0].message) from error
         return found.values[: self.count], found.rows[: self.count]
 
-    def metric(self, q: Sequence[Any]) -> tuple[list[float], Masses]:
+    def metric(self, q: Sequence[Any]) -> tuple[list[float], Matter]:
         """The scale of each coordinate, and the masses."""
         place = tuple(q)
         if self._measured[0] != place:

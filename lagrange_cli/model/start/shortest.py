@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lagrange_cli.model.start.equations import Masses, Row
+from lagrange_cli.model.start.equations import Matter, Row, Solver
 from lagrange_cli.model.start.linear import of_products, solved
 from lagrange_cli.records import dataclass
 
@@ -21,7 +21,7 @@ class Shortest:
     """Solves M dx - A^T mu = g, A dx = r for the ``unknown`` coordinates, and ``rows`` A that are
     independent."""
 
-    masses: Masses
+    masses: Matter
     rows: Sequence[Row]
     unknown: Sequence[int]
 
@@ -38,6 +38,9 @@ class Shortest:
         self, rows: Sequence[Mapping[int, float]], g: Mapping[int, float], r: Sequence[float]
     ) -> tuple[dict[int, float], list[float]]:
         """The same for rows whose norm is 1."""
+        solver = self.masses.solver(self.unknown)
+        if solver is not None:
+            return self._bordered(solver, rows, g, r)
         inner = set(self.unknown)
         matter = {
             j: {k: float(m) for k, m in self.masses.rows.get(j, {}).items() if k in inner}
@@ -54,6 +57,20 @@ class Shortest:
                     alone[k] += a * x
             return alone, mu
         return self._together(rows, matter, g, r)
+
+    def _bordered(
+        self, solver: Solver, rows: Sequence[Row], g: Mapping[int, float], r: Sequence[float]
+    ) -> tuple[dict[int, float], list[float]]:
+        """By M^-1 of each row: A M^-1 A^T mu = r - A M^-1 g."""
+        places = {k: place for place, k in enumerate(self.unknown)}
+        columns = np.zeros((len(places), len(rows) + 1))
+        for i, row in enumerate(rows):
+            columns[[places[k] for k in row], i] = [*row.values()]
+        columns[:, -1] = [g.get(k, 0.0) for k in places]
+        found, bound = solver(columns), columns[:, :-1]
+        alone, replies = found[:, -1], found[:, :-1]
+        mu = solved(bound.T @ replies, np.array(r) - bound.T @ alone)
+        return dict(zip(places, (alone + replies @ np.array(mu)).tolist())), mu
 
     def _together(
         self,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lagrange_cli.model.start.closures import determined
-from lagrange_cli.model.start.equations import Masses, Rates
+from lagrange_cli.model.start.equations import Masses, Matter, Rates
 from lagrange_cli.model.start.linear import scales, steepness
 from lagrange_cli.model.start.moved import moved, tried
 from lagrange_cli.model.start.nearest import Surface, Values
@@ -15,7 +15,7 @@ from lagrange_cli.model.start.search import Search
 
 
 def speeds(
-    search: Search, q: Sequence[Any], scale: Sequence[float], masses: Masses, kept: Sequence[int]
+    search: Search, q: Sequence[Any], scale: Sequence[float], masses: Matter, kept: Sequence[int]
 ) -> list[Any]:
     """Consistent velocities."""
     given, v = search.given, list(search.given.v)

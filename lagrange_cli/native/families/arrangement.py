@@ -70,7 +70,9 @@ class Arrangement:
             self.balance = Balance(system, self.lasting.arranged)
         elif system.bonds is not None:
             self.motion = AlongMotion(system, self.lasting)
-        self.residuals = None if self.closure is None or order <= RATES else Residuals(self.closure)
+        self.residuals = None
+        if self.closure is not None and order > RATES:
+            self.residuals = Residuals(self.closure, careful=kind.parts == 1)
         self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
         if system.bonds is not None:
             self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
@@ -84,7 +86,7 @@ class Arrangement:
             self.acted = [(one, i) for one in acted for i in range(one.count)]
         self.integrands = self.beside([*integrands.values()]) if self.integrals else None
         self.pulled = None
-        if system.bonds is not None and system.bonds.multipliers in needed(self.roots, self.slots):
+        if self.motion is not None and self.motion.bonds.multipliers in needed(self.roots, self.slots):
             self.pulled = AtAState(system, self.lasting)
         everyone = np.arange(self.degrees)
         force, mass = (

@@ -20,6 +20,7 @@ from lagrange_cli.native.families.constrained import MemberTabled
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.node_arrays import array
 from lagrange_cli.native.families.sweeps import Sweeps
+from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
 from lagrange_cli.native.state import StateLayout
@@ -36,7 +37,7 @@ class Added:
     state's low parts add to the steps, what is lost in the sums, and the squares of all terms."""
 
     chain: Chain
-    sums: Array
+    sums: Total
     steps: Total
     low: Total
     lost: Array
@@ -44,13 +45,14 @@ class Added:
 
 
 class Residuals:
-    """The totals of what should be 0: ``off`` f, and then df/dt, each with the square of its ``sizes``."""
+    """The totals of what should be 0: ``off`` f, and then df/dt, each with the square of its ``sizes``. They
+    are computed with what rounding loses if they are ``careful``, as with doubles, and else plainly."""
 
-    def __init__(self, closure: Closure) -> None:
-        system = closure.system
+    def __init__(self, closure: Closure, *, careful: bool) -> None:
+        system, self.careful = closure.system, careful
         self.closure, self.system, self.slots, self.graph = closure, system, closure.slots, closure.graph
         self.low_q, self.low_v, self.low_time = array(system.q.count), array(system.q.count), array(1)
-        self.lower: dict[Array, Array] = {system.q: self.low_q, system.v: self.low_v}
+        self.lower: dict[Array, Array] = {system.q: self.low_q, system.v: self.low_v} if careful else {}
         self.added = {one: self._added(one) for c in sorted(closure.components) for one in self._chains(c)}
         self.off = [self._off(speed=speed) for speed in (False, True)]
         self.sizes = [self._sizes(speed=speed) for speed in (False, True)]
@@ -73,7 +75,8 @@ class Residuals:
             closure.total(chain.count, low), array(chain.count),
             closure.lasting.arranged(squares, kept=False),
         )  # fmt: skip
-        self.lower[chain] = made.lost
+        if self.careful:
+            self.lower[chain] = made.lost
         return made
 
     def _terms(self, node: Node) -> list[Node]:
@@ -86,7 +89,11 @@ class Residuals:
         """What the low parts add to an expression."""
         graph, start = self.graph, np.zeros(domain.count, dtype=np.int64)
         rate = graph.diff(node, self.system.time)
-        terms = [] if rate.is_zero else [rate * self.slots.symbol(domain, self.low_time, start)]
+        terms = (
+            []
+            if rate.is_zero or not self.careful
+            else [rate * self.slots.symbol(domain, self.low_time, start)]
+        )
         for symbol, slot in [*self.slots.inside(node)]:
             if slot.array in self.lower:
                 low = self.slots.symbol(domain, self.lower[slot.array], slot.table)
@@ -126,11 +133,16 @@ class Residuals:
     @property
     def parts(self) -> Sequence[Total]:
         """What is computed before sums along chains."""
-        return [total for one in self.added.values() for total in (one.steps, one.low, one.squares)]
+        listed = self.added.values()
+        if self.careful:
+            return [total for one in listed for total in (one.steps, one.low, one.squares)]
+        return [total for one in listed for total in (one.sums, one.squares)]
 
     @property
     def arrays(self) -> Sequence[Array]:
         """All that are computed, but for those in the state."""
+        if not self.careful:
+            return list(dict.fromkeys([*self.parts, *self.off, *self.sizes]))
         sums = [array for one in self.added.values() for array in (one.sums, one.lost)]
         return list(dict.fromkeys([self.low_time, *self.parts, *sums, *self.off, *self.sizes]))
 
@@ -152,14 +164,16 @@ class ClosedProjection:
     def text(self) -> str:
         """The function's text."""
         f, vectors, found = self.evaluation.f, self.evaluation.vectors, self.residuals
-        vectors.store(self.low_time, self.evaluation.where(found.low_time))
+        if found.careful:
+            vectors.store(self.low_time, self.evaluation.where(found.low_time))
         fine = f.variable(Bit(f, "true", 1))
         self._look()
         for k in range(2):
             self._judge(k, fine)
         with f.when(~fine.get()):
             constants, state = f.pointers("constants", "state")
-            regular = f.call(Bit, AT_A_STATE, constants, self.time, state, self.work)
+            times = times_of(vectors, self.time, self.low_time)
+            regular = f.call(Bit, AT_A_STATE, constants, *times, state, self.work)
             with f.when(regular):
                 self._move()
         f.give()
@@ -170,7 +184,7 @@ class ClosedProjection:
         evaluation, found = self.evaluation, self.residuals
         known = [one.sums for one in found.added.values()]
         evaluation.write([one for one in found.parts if one not in self.fixed])
-        for one in found.added.values():
+        for one in found.added.values() if found.careful else ():
             assert one.chain.tree is not None
             sweeps = Sweeps(evaluation.vectors, evaluation.tables, one.chain.tree, evaluation.where)
             sweeps.add_up(one.steps, one.low, one.sums, one.lost)
@@ -183,8 +197,8 @@ class ClosedProjection:
         loose = f.constant((LOOSE * self.evaluation.emitter.unit) ** 2)
         off, sizes = where(self.residuals.off[k]), where(self.residuals.sizes[k])
         with f.loop(0, self.residuals.closure.count, tested=False) as i:
-            value = vectors.load(off, i)
-            fine.set(fine.get() & (value * value <= vectors.load(sizes, i) * loose))
+            value, size = vectors.high(vectors.load(off, i)), vectors.high(vectors.load(sizes, i))
+            fine.set(fine.get() & (value * value <= size * loose))
 
     def _move(self) -> None:
         """Coordinates and then velocities back to where that is so."""
@@ -218,3 +232,8 @@ class ClosedProjection:
         vectors = self.evaluation.vectors
         with vectors.f.loop(0, self.jet.closure.size, tested=False) as row:
             vectors.add_to_state(row, first, self.layout.width, lambda: vectors.load(changes, row))
+
+
+def times_of(vectors: Vectors, time: Real, low: Real) -> Sequence[Real]:
+    """The times with which a jet without series is called (``Vectors.times``)."""
+    return (time,) if vectors.parts == 1 else (time, low, vectors.f.constant(1.0))

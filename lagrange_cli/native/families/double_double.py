@@ -85,11 +85,14 @@ class DoubleDoubleVectors:
     factor: ClassVar[int] = 1
     """Not 1 for numbers in expressions that are beside those of the run (``numbers.beside``)."""
 
+    behind_work: ClassVar[str] = BEHIND_WORK
+    """How far low parts are behind in ``%work``."""
+
     def __init__(self, f: Function) -> None:
         self.f = f
         self.behind = {
             base: f.load_integer(name)
-            for base, name in (("%work", BEHIND_WORK), ("%constants", BEHIND_CONSTANTS))
+            for base, name in (("%work", self.behind_work), ("%constants", BEHIND_CONSTANTS))
         }
         self.kind = DoubleDoubleLanes(self)
 
@@ -251,3 +254,9 @@ class Accumulated:
 def beside_pairs(factor: int) -> type[DoubleDoubleVectors]:
     """The numbers that constants of a companion are computed in, to many digits."""
     return type("BesideNumbers", (DoubleDoubleVectors,), {"factor": factor // CONSTANTS})
+
+
+class InConstants(DoubleDoubleVectors):
+    """The same for a function whose ``%work`` is a part of the ``%constants``."""
+
+    behind_work = BEHIND_CONSTANTS

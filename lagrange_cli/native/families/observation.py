@@ -10,14 +10,14 @@ from lagrange_cli.native.families.arrangement import Element
 from lagrange_cli.native.families.constrained import solved_at_a_state
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.preparation import Preparation
+from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.families.restraint import AtAState
 from lagrange_cli.native.families.runs import runs_of
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 
 
-class Observation(Preparation):
+class Observation(AtRest):
     """The functions that compute outputs, and what actions need."""
 
     def values(
@@ -42,6 +42,11 @@ class Observation(Preparation):
         totals = [one for one in needed(roots, self.slots, self.lasting.fixed) if one not in known]
         for total in (*known, *totals):
             put(total, total.count)
+        bonds = self.system.bonds
+        resting = None
+        if self.closure is not None and bonds is not None and bonds.multipliers in totals:
+            resting = self.room_at_rest(vectors, base)
+            totals.remove(bonds.multipliers)
         scratch = vectors.place(base, self.size)
         at = {id(array): place for array, place in arrays.items()}
         changed = self.lasting.changed
@@ -62,6 +67,8 @@ class Observation(Preparation):
                 solved_at_a_state(evaluation, pulled, self.tabled, scratch, multipliers)
                 self.size += room(self.tabled.size)
                 totals = [one for one in totals if one is not multipliers]
+            if resting is not None and bonds is not None:
+                self.multipliers_at_rest(evaluation, resting, sample, stride, bonds.multipliers)
             evaluation.write(totals)
             for part, run in product(range(vectors.parts), runs):
                 source = vectors.parts_at(evaluation.where(run.total), part)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from lagrange_cli.families.arrays import Array
-from lagrange_cli.native.families.closed import ClosedJet
-from lagrange_cli.native.families.closed_projection import AT_A_STATE, ClosedProjection, Residuals
+from lagrange_cli.native.families.closed_projection import ClosedProjection, Residuals
 from lagrange_cli.native.families.evaluation import room
-from lagrange_cli.native.families.preparation import Preparation
 from lagrange_cli.native.families.projection import Projection
+from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer
-from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.projection import HEAD
 
 
-class Returning(Preparation):
+class Returning(AtRest):
     """The function that takes the state back to the constraints."""
 
     def projection(self) -> str:
@@ -46,16 +44,15 @@ class Returning(Preparation):
 
     def closed_projection(self, residuals: Residuals) -> str:
         """The same of chains and trees, and the jet that it calls."""
-        assert self.closure is not None
-        given = self.system, self.lasting, self.places, self.tables, self.layout, RATES
-        jet = ClosedJet(self.closure, self.tabled, *given, self.kind, AT_A_STATE)
-        text = jet.write().text
+        jet, written = self.at_a_state
         f, layout = Function(HEAD), self.layout
         vectors = self.kind(f)
         base = self.scratch(vectors)
         places = self.system.q, self.system.v, residuals.low_q, residuals.low_v
         rows = 0, self.degrees, layout.width, layout.width + self.degrees
         arrays = {one: f.place("%state", row, "double") for one, row in zip(places, rows)}
+        for one in places[:2]:
+            arrays[one] = vectors.in_state(arrays[one], layout.width)
         for array in residuals.arrays:
             if array not in self.lasting.fixed:
                 arrays[array] = vectors.place(base, self.size)
@@ -63,6 +60,8 @@ class Returning(Preparation):
         work = vectors.place(base, self.size)
         self.size += jet.work
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-        evaluation = self.evaluation(vectors, arrays, time)
+        evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
         fixed = frozenset(self.lasting.fixed)
-        return text + ClosedProjection(residuals, evaluation, layout, jet, work, time, low, fixed).text()
+        return (
+            written.text + ClosedProjection(residuals, evaluation, layout, jet, work, time, low, fixed).text()
+        )
