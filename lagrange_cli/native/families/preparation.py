@@ -65,6 +65,10 @@ class Preparation(Arrangement):
                 f.store(f.load("%parameters", i + part * count if part else i), target, i)
         with f.loop(0, self.largest, tested=False) as i:
             vectors.store(vectors.whole(i), whole, i)
+        if self.modes is not None:
+            signs = vectors.place(base, self.places[self.modes.signs])
+            with f.loop(0, self.modes.signs.count, tested=False) as i:
+                f.store(f.load("%parameters", i + count), signs, i)
         # arrays may need further constants, which are computed before them
         inner = Function(f"define internal void {arrays}(ptr noalias %constants) #0")
         one = kind(inner)
