@@ -110,12 +110,12 @@ class FamilyBuilder(ArrayBuilder):
     # conditions
 
     def _where(self, tree: Call, indices: Indices) -> Value:
-        """One branch for all members, or a switch where none of what is compared are whole numbers."""
+        """One branch for all members where indices decide, else a switch."""
         for one in comparisons(tree.arguments[0]):
             compared = one.operands if isinstance(one, Comparison) else ()
-            if all(is_whole(part, lambda name: is_index(name, indices)) for part in compared):
-                return super()._where(tree, indices)
-        return Builder._where(self, tree, indices)
+            if not all(is_whole(part, lambda name: is_index(name, indices)) for part in compared):
+                return Builder._where(self, tree, indices)
+        return super()._where(tree, indices)
 
     # names
 

@@ -119,7 +119,7 @@ class FamilySystem:
     @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
-        given = *self.needed, self.forces, *self.loads
+        given = *self.needed, self.forces, *self.loads, *([self.modes.arguments] if self.modes else [])
         return self.steady_potential and self.steady_bonds and not self.depends_on_time(given)
 
     @property

@@ -7,14 +7,16 @@ it has as many modes as its argument has different values among the members.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with
@@ -25,23 +27,53 @@ if TYPE_CHECKING:
 
 
 def with_modes(system: FamilySystem) -> FamilySystem | None:
-    """The system with modes in place of the switches in its forces; None if there are none.
+    """The system with modes in place of the switches in its forces and in the arguments of its events; None
+    if there are none.
 
     Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change;
-    where switches depend on others; and for switches in masses, in constraints and on chains and trees.
+    where switches depend on others; and for switches in masses, in joints and in constraints.
     """
     found = Switching(system)
     if not found.any:
         return None
-    if system.joints is not None or (system.events is not None and system.events.changed):
-        raise Unsuited
     found.refuse()
-    arguments, _ = found.numbered
-    return replace(
-        system, forces=found.of(system.forces), needed=[*map(found.of, system.needed)],
-        slopes=found.of(system.slopes), applied=found.of(system.applied),
-        modes=Modes(arguments, found.modes),
-    )  # fmt: skip
+    return found.smooth()
+
+
+def with_modes_in(
+    system: FamilySystem, listed: Sequence[Total]
+) -> tuple[FamilySystem, Mapping[Total, Total]]:
+    """The same of a system that has some, and of further totals that are ``listed``: with modes, by those
+    without."""
+    found = Switching(system, listed)
+    return found.smooth(), {one: found.of(one) for one in listed}
+
+
+def symbols_of(slots: Slots, *arrays: Array) -> int:
+    """The symbols of numbers of these arrays, and of sums."""
+    found = 0
+    for symbol, slot in slots.of.items():
+        if slot.array in arrays or isinstance(slot.array, Total):
+            found |= symbol.symbols
+    return found
+
+
+def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
+    """Raise ``Unsuited`` where an expression, or a sum in it, may jump as numbers of these arrays change."""
+    moving = symbols_of(slots, *arrays)
+    for one in switches(Merging(slots.graph, moving).merged([node]), moving):
+        if jumps(slots.graph, one):
+            raise Unsuited
+    for _, slot in slots.inside(node):
+        if isinstance(slot.array, Total):
+            for term in slot.array.terms:
+                refuse_jumps(slots, term.node, *arrays)
+
+
+def jumps(graph: Graph, switch: Node) -> bool:
+    """Whether a switch may have two values where its argument is 0."""
+    argument, above, below = switch.arguments
+    return not vanishes_with(graph, above - below, argument)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,16 +90,21 @@ class Argument:
 class Switching:
     """The switches of a system, and its totals with modes."""
 
-    def __init__(self, system: FamilySystem) -> None:
+    def __init__(self, system: FamilySystem, listed: Sequence[Total] = ()) -> None:
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
-        self.moving = system.time.symbols
-        for symbol, slot in self.slots.of.items():
-            if slot.array in (system.q, system.v) or isinstance(slot.array, Total):
-                self.moving |= symbol.symbols
-        self.totals = [*dict.fromkeys((*system.energies, *system.acting, system.slopes, system.applied))]
-        bonds = system.bonds.nodes if system.bonds is not None else ()
-        self._others = [system.kinetic, *bonds, *(one.node for one in system.masses.terms)]
+        self.places = symbols_of(self.slots, system.q, system.v)
+        """What moves, but t."""
+        self.moving = self.places | system.time.symbols
+        events = [] if system.events is None else [system.events.arguments]
+        used = *system.energies, *system.acting, system.slopes, system.applied, *events, *listed
+        self.totals = [*dict.fromkeys(used)]
+        self._others = [system.kinetic, *(one.node for one in system.masses.terms)]
         """What may have no switches."""
+        if system.bonds is not None:
+            self._others += system.bonds.nodes
+        if system.joints is not None:
+            fixed = *system.joints.nodes, *system.joints.inertia
+            self._others += [*system.joints.moved, *(term.node for one in fixed for term in one.terms)]
         self._merging = Merging(self.graph, self.moving)
         self._merged: dict[Total, tuple[Term, ...]] = {}
         self._changed: dict[Total, Total] = {}
@@ -108,11 +145,16 @@ class Switching:
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
         for one in switches(nodes, self.moving):
             argument, above, below = one.arguments
-            if self.switched(argument) or not vanishes_with(self.graph, above - below, argument):
+            if self.switched(argument) or (argument.symbols & self.places and jumps(self.graph, one)):
                 raise Unsuited
-            by_speed = any(slot.array is self.system.v for _, slot in self.slots.inside(argument))
-            if by_speed and any(map(is_root, reachable([above, below]))):
+            if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
                 raise Unsuited  # what has no series where a velocity is 0 may come to rest there
+
+    def speedy(self, node: Node) -> bool:
+        """Whether velocities are in an expression, or in what it is made of."""
+        arrays = {slot.array for _, slot in self.slots.inside(node)}
+        inner = (term.node for one in arrays if isinstance(one, Total) for term in one.terms)
+        return self.system.v in arrays or any(map(self.speedy, inner))
 
     @cached_property
     def arguments(self) -> list[Argument]:
@@ -154,6 +196,18 @@ class Switching:
             )
             count += len(rows)
         return total_of(count, terms, self.graph), numbers
+
+    def smooth(self) -> FamilySystem:
+        """The system with modes."""
+        system, events = self.system, self.system.events
+        if events is not None:  # modes may have to be chosen after an action
+            arguments = self.of(events.arguments)
+            events = replace(events, arguments=arguments, simple=frozenset(), affected=())
+        return replace(
+            system, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
+            slopes=self.of(system.slopes), applied=self.of(system.applied),
+            loads=[*map(self.of, system.loads)], events=events, modes=Modes(self.numbered[0], self.modes),
+        )  # fmt: skip
 
     @cached_property
     def modes(self) -> Array:
