@@ -40,6 +40,8 @@ FEWEST = 1000
 """Terms of all sums below which members are written out."""
 FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
+FEWEST_SWITCHED = 50
+"""The same where there are switches, which cost more one by one."""
 FEWEST_BOUND = 75
 """Constraints, or terms of sums in them, below which they are, too."""
 UNKNOWN = "nonholonomic", "bodies", "replaced"
@@ -55,7 +57,10 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     found = any_family_system(spec, algebra)
     if found is None or (found.joints and found.joints.count):
         return found
-    few = found.terms < FEWEST if found.bonds is None else found.bonds.terms < FEWEST_BOUND
+    if found.bonds is not None:
+        few = found.bonds.terms < FEWEST_BOUND
+    else:
+        few = found.terms < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
     return None if few else found
 
 

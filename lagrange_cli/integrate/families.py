@@ -96,7 +96,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if system.bonds is not None and system.joints is not None and not closable(system, compilation):
         return None
-    if system.smooth is not None and not (needs is Needs.SERIES and plain and outputs == compilation.outputs):
+    if system.smooth is not None and not (needs is Needs.SERIES and plain):
         return None
     return None if needs is Needs.STEPS and mixed(system) else system
 
@@ -174,7 +174,12 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     scheme = compilation.method if needs is Needs.STEPS else ""
     hides = narrow(system)
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
-    followed = system.smooth or system
+    followed = system
+    if system.smooth is not None:
+        from lagrange_cli.families.switches import with_modes_in
+
+        followed, changed = with_modes_in(system, [*dict.fromkeys(one for one, _ in integrands.values())])
+        integrands = {name: (changed[one], index) for name, (one, index) in integrands.items()}
     if compilation.backward:
         from lagrange_cli.families.backward import Reversal
 

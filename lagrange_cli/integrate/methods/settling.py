@@ -33,6 +33,8 @@ ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
+FEW = 8
+"""So many guards are looked at one by one."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
@@ -173,19 +175,20 @@ class Settling(Crossing):
                 if not self._leads(j):
                     self.modes[j] = -self.modes[j]
                 continue
-            wrong = [j for j in guards if self.modes[j] != 0.0 and not self._leads(j)]
+            wrong = self._misled([j for j in guards if self.modes[j] != 0.0])
             if not wrong:
                 return good
-            for j in wrong:
-                self.modes[j] = -self.modes[j]
-                self._series()
-                if not self._leads(j):
+            for some in few_or_all(wrong):
+                self.modes[some] = -self.modes[some]
+                touching = set[int]()
+                for j in self._misled(some):
                     if self._rows.guards[j].multiplier:
                         self.modes[j] = 0.0
                         able.append(j)
                     else:  # both sides lead back: it touches 0, and rounding decides
                         self.modes[j] = -self.modes[j]
-                        guards = [one for one in guards if one != j]
+                        touching.add(j)
+                guards = [one for one in guards if one not in touching]
         return False
 
     def _stop_at(self, j: int) -> None:
@@ -220,14 +223,30 @@ class Settling(Crossing):
 
     def _leads(self, j: int) -> bool:
         """Whether the motion leads to the side of a guard's mode; or along u = 0."""
-        self.modes[j] = -self.modes[j]
-        self._series()
-        other = self._coefficients(self._rows.first + j)
-        self.modes[j] = -self.modes[j]
-        self._series()
-        u = self._coefficients(self._rows.first + j)
-        rates, scale = u[1:], np.fmax(self.scale()[: len(u)], np.abs(u - other))
-        for m, one in enumerate(rates, 1):
-            if not abs(one) <= ROUNDING * scale[m]:
-                return bool(one * self.modes[j] > 0.0)
-        return bool(np.all(np.isfinite(u)))
+        return not self._misled([j])
+
+    def _misled(self, guards: Sequence[int]) -> list[int]:
+        """The guards to whose sides the motion does not lead, nor along u = 0."""
+        found = list[int]()
+        for some in few_or_all(guards):
+            self.modes[some] = -self.modes[some]
+            self._series()
+            others = [self._coefficients(self._rows.first + j) for j in some]
+            self.modes[some] = -self.modes[some]
+            self._series()
+            usual = self.scale()
+            for j, other in zip(some, others):
+                u = self._coefficients(self._rows.first + j)
+                scale = ROUNDING * np.fmax(usual[: len(u)], np.abs(u - other))
+                clear = np.flatnonzero(~(np.abs(u[1:]) <= scale[1:]))
+                leads = u[1 + clear[0]] * self.modes[j] > 0.0 if len(clear) else np.all(np.isfinite(u))
+                if not leads:
+                    found.append(j)
+        return found
+
+
+def few_or_all(guards: Sequence[int]) -> list[list[int]]:
+    """A few guards one by one, many of them together: a series costs as much as there are of them."""
+    if len(guards) <= FEW:
+        return [[j] for j in guards]
+    return [[*guards]]
