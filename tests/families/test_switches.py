@@ -227,7 +227,9 @@ def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.Monk
     monkeypatch.setattr(Modes, "_series", counting)
 
     def series(count: int) -> int:
-        text = form.format(count=count, potential="sum(max(0, x[i])**2 + x[i]*where(i % 2 == 0, 1, -1) for i in range(N))")
+        text = form.format(
+            count=count, potential="sum(max(0, x[i])**2 + x[i]*where(i % 2 == 0, 1, -1) for i in range(N))"
+        )
         calls[0] = 0
         found = followed(ready(text), text, 0.1)
         signs = np.sign(found["q/x"][-1])
