@@ -96,7 +96,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if system.bonds is not None and system.joints is not None and not closable(system, compilation):
         return None
-    if system.smooth is not None and not (needs is Needs.SERIES and plain):
+    if system.smooth is not None and needs is not Needs.SERIES:
         return None
     return None if needs is Needs.STEPS and mixed(system) else system
 

@@ -61,6 +61,8 @@ class Arrangement:
         followed = [one.arguments for one in (self.modes, self.events) if one is not None]
         self.integrals = (*(f"guard {i}" for i in range(sum(one.count for one in followed))), *integrands)
         """What is followed beside the motion: the arguments of switches and events, and quadratures."""
+        self.settings = len(self.parameters) + len(self.integrals) - len(integrands)
+        """The numbers of all parameters and of all modes."""
         self.layout = StateLayout(self.degrees, len(self.integrals))
         for total in system.totals:
             self.lasting.arranged(total)

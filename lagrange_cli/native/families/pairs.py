@@ -149,6 +149,9 @@ class PairVectors:
     def whole(self, value: Integer) -> Pair:
         return Pair(value.to_real())
 
+    def moment(self) -> Sequence[Real]:
+        return tuple(Real(self.f, name, 1) for name in ("%t", "%tl", "%scale"))
+
     def now(self) -> Pair:
         self.inverse = self.f.constant(1.0) / Real(self.f, "%scale", 1)
         return Pair(Real(self.f, "%t", 1), Real(self.f, "%tl", 1))

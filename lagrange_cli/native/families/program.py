@@ -165,7 +165,7 @@ class _Writer(Returning, Observation):
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
         given = self.given(interface, 2 * orders * width, floors)
         texts = [*operations(), *functions(), *stepper(lengths, orders, given)]
-        return given.work, texts, (0, 0, 0)
+        return given.work, texts, (lengths.first, lengths.row, lengths.term)
 
     def given(self, interface: Interface, work: int, floors: str) -> Given:
         """What steps need to know of the motion."""
