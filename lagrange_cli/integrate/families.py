@@ -78,7 +78,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     if not known(spec, outputs):
         return None
     plain = compilation.precision == DOUBLE and compilation.factor is None
-    if not plain and (compilation.backward or spec.events or outputs != compilation.outputs):
+    if not plain and compilation.backward:
         return None
     if spec.events and needs is not Needs.SERIES:
         return None

@@ -57,6 +57,8 @@ class Arrangement:
         self.lasting = Lasting(system)
         self.degrees = system.q.count
         self.events = system.events if order > RATES and not scheme else None
+        if self.events is not None and kind.parts > 1:  # simple actions set doubles
+            self.events = replace(self.events, simple=frozenset(), affected=())
         self.modes = system.modes
         followed = [one.arguments for one in (self.modes, self.events) if one is not None]
         self.integrals = (*(f"guard {i}" for i in range(sum(one.count for one in followed))), *integrands)
