@@ -83,11 +83,16 @@ class ArrayBuilder(Builder):
     def _where(self, tree: Call, indices: Indices) -> Value:
         assert isinstance(indices, Members)
         condition, *branches = tree.arguments
+        return self._value(branches[0 if self._holds(condition, indices) else 1], indices)
+
+    def _holds(self, condition: Tree, indices: Indices) -> bool:
+        """The same for all members; raises ``Differ`` where they differ."""
+        assert isinstance(indices, Members)
         known = holding(condition, indices)
         found = np.unique(known)
         if len(found) > 1:
             raise Differ(np.asarray(known, dtype=np.int64))
-        return self._value(branches[0 if found[0] else 1], indices)
+        return bool(found[0])
 
     def _sum(self, tree: Sum, indices: Indices) -> Value:
         assert isinstance(indices, Members)

@@ -115,12 +115,17 @@ class Builder:
         except ArithmeticError as error:
             raise arithmetic(tree, error, indices) from error
 
+    def _holds(self, condition: Tree, indices: Indices) -> bool:
+        """Whether a condition on indices holds."""
+        return holds(condition, indices)
+
     def _where(self, tree: Call, indices: Indices) -> Value:
         """One branch or the other; a branch that is known not to apply is not computed."""
         condition, *branches = tree.arguments
         algebra = self.algebra
         try:
-            met = conditions.met(condition, indices, partial(self._value, indices=indices), algebra)
+            value = partial(self._value, indices=indices)
+            met = conditions.met(condition, indices, value, algebra, self._holds)
             if isinstance(met, bool):
                 return self._value(branches[0 if met else 1], indices)
             chosen = met.select(algebra, algebra.number("1"), algebra.number("0"))

@@ -56,16 +56,21 @@ Condition = Positive | Joined
 
 
 def met(
-    condition: Tree, indices: Indices, value: Callable[[Tree], Value], algebra: Algebra[Any]
+    condition: Tree,
+    indices: Indices,
+    value: Callable[[Tree], Value],
+    algebra: Algebra[Any],
+    decided: Callable[[Tree, Indices], bool] = holds,
 ) -> bool | Condition:
-    """Whether a condition holds, where that is known; ``value`` gives those of what is compared."""
+    """Whether a condition holds, where that is known; ``value`` gives those of what is compared, and
+    ``decided`` whether whole numbers do as they should."""
     if isinstance(condition, Logic):
         if condition.operator == "not":
-            inner = met(condition.operands[0], indices, value, algebra)
+            inner = met(condition.operands[0], indices, value, algebra, decided)
             return not inner if isinstance(inner, bool) else Joined((inner,), True, True)
         every, open_ones = condition.operator == "and", []
         for operand in condition.operands:
-            inner = met(operand, indices, value, algebra)
+            inner = met(operand, indices, value, algebra, decided)
             if isinstance(inner, bool):
                 if inner is not every:
                     return inner
@@ -77,7 +82,7 @@ def met(
             condition.span, "expected a condition, found a value", "compare it with another, as in x > 0"
         )
     if all(is_whole(operand, lambda name: is_index(name, indices)) for operand in condition.operands):
-        return holds(condition, indices)
+        return decided(condition, indices)
     values = [scalar(operand, value(operand)) for operand in condition.operands]
     found: list[Condition] = []
     for operator, left, right in zip(condition.operators, values, values[1:]):

@@ -11,6 +11,7 @@ from lagrange_cli.families.arrays import Array, Domain, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
 from lagrange_cli.families.slopes import slopes
+from lagrange_cli.families.switches import refuse_jumps
 from lagrange_cli.spec.spec import Spec, grouped
 
 ON_COORDINATES, ON_PARTICLES, DISSIPATION = "generalized_forces", "forces", "dissipation"
@@ -30,6 +31,7 @@ def applied_forces(
     lost: list[Total] = []
     for one in spec.forces.get(DISSIPATION, {}).values():
         power = builder.of_root(one.tree, one.indices)
+        refuse_jumps(builder.slots, power, builder.v)
         (rates,), taken = slopes(power, builder.root, builder.totals, builder.slots, builder.v)
         lost += taken
         terms += [Term(term.domain, -term.node, term.targets) for term in rates.terms]

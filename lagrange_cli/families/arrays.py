@@ -37,6 +37,7 @@ class Source(Enum):
     VELOCITIES = "v"
     PARAMETERS = "parameters"
     WHOLE = "whole numbers, 0 and up"
+    MODES = "modes of switches"
     TOTAL = "total"
 
 

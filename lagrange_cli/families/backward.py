@@ -48,8 +48,11 @@ class Reversal:
             listed = [replace(one, direction=-one.direction) for one in events.listed]
             arguments, sizes = self.of(events.arguments), self.of(events.sizes)
             events = replace(events, listed=listed, arguments=arguments, sizes=sizes)
+        modes = system.modes
+        if modes is not None:
+            modes = replace(modes, arguments=self.of(modes.arguments))
         return replace(
-            system, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
+            system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             loads=[*map(self.of, system.loads)], events=events,
         )  # fmt: skip
 

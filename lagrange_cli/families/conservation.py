@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
-from lagrange_cli.families.arrays import Total
+from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import curved
 from lagrange_cli.families.rigid import Places, Rigid, displacement, together
@@ -59,7 +59,13 @@ class RandomState:
         q, v = chance.uniform(0.2, 1.2, count), chance.uniform(-1.0, 1.0, count)
         self.system, self.v, self.t = system, v, float(chance.uniform(0.2, 1.2))
         self.q, self.parameters = q, chance.uniform(0.5, 1.5, len(spec.parameters))
-        self.values = FamilyValues(system, self.t, q, v, self.parameters)
+        signs: dict[Array, Values] = {}
+        if system.modes is not None:  # each member is on either side in two states, one after the other
+            count = system.modes.signs.count
+            signs[system.modes.signs] = (
+                np.random.default_rng(STATES).choice([-1.0, 1.0], count) * (-1) ** seed
+            )
+        self.values = FamilyValues(system, self.t, q, v, self.parameters, signs)
         self.slopes, self.slope_sizes = self._pair(system.slopes)
         self.applied, self.applied_sizes = self._pair(system.applied)
 
@@ -127,6 +133,7 @@ class ConservedQuantities:
 
 def constants_of(system: FamilySystem) -> ConservedQuantities:
     """What L does not contain, and what every motion keeps."""
+    system = system.smooth or system
     with np.errstate(all="ignore"):
         states = [RandomState(system, seed) for seed in range(STATES)]
         straight = np.ones(system.q.count, dtype=bool)

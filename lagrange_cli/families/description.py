@@ -34,6 +34,14 @@ class Component:
 
 
 @dataclass(frozen=True, eq=False)
+class Modes:
+    """What decides switches: the ``arguments``, and the modes that have their signs until these change."""
+
+    arguments: Total
+    signs: Array
+
+
+@dataclass(frozen=True, eq=False)
 class FamilySystem:
     """``masses`` and ``forces`` have an entry for each coordinate: M a = forces. ``needed`` are the totals
     that the forces take, in the order in which they can be computed, ``totals`` all that expressions contain.
@@ -77,6 +85,10 @@ class FamilySystem:
     bonds: Bonds | None = None
     """The constraints."""
     events: Events | None = None
+    smooth: FamilySystem | None = None
+    """The system with modes in place of switches in forces, if there are any."""
+    modes: Modes | None = None
+    """These modes, in that system."""
 
     @cached_property
     def reactions(self) -> Mapping[str, Sequence[Total]] | None:
@@ -107,7 +119,7 @@ class FamilySystem:
     @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
-        given = *self.needed, self.forces, *self.loads
+        given = *self.needed, self.forces, *self.loads, *([self.modes.arguments] if self.modes else [])
         return self.steady_potential and self.steady_bonds and not self.depends_on_time(given)
 
     @property

@@ -115,7 +115,7 @@ def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:
     """Raise ``Unsuited`` where an argument may jump, or hide a zero within a step."""
     nodes = reachable([term.node for one in totals for term in one.terms])
     for node in nodes:
-        if node.kind in (Kind.SWITCH, Kind.DDT) or (node.kind is Kind.FUNCTION and node.data == "atan2"):
+        if node.kind is Kind.DDT or (node.kind is Kind.FUNCTION and node.data == "atan2"):
             raise Unsuited
     moving = builder.time.symbols
     for symbol, slot in builder.slots.of.items():

@@ -31,6 +31,7 @@ from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import particles, separated
 from lagrange_cli.families.slopes import slopes
+from lagrange_cli.families.switches import with_modes
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
@@ -39,6 +40,8 @@ FEWEST = 1000
 """Terms of all sums below which members are written out."""
 FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
+FEWEST_SWITCHED = 50
+"""The same where there are switches, which cost more one by one."""
 FEWEST_BOUND = 75
 """Constraints, or terms of sums in them, below which they are, too."""
 UNKNOWN = "nonholonomic", "bodies", "replaced"
@@ -54,7 +57,10 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     found = any_family_system(spec, algebra)
     if found is None or (found.joints and found.joints.count):
         return found
-    few = found.terms < FEWEST if found.bonds is None else found.bonds.terms < FEWEST_BOUND
+    if found.bonds is not None:
+        few = found.bonds.terms < FEWEST_BOUND
+    else:
+        few = found.terms < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
     return None if few else found
 
 
@@ -181,7 +187,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         positions=positions, observables=observables, **parts,
     )  # fmt: skip
     refuse_others(found)
-    return found
+    return replace(found, smooth=with_modes(found))
 
 
 def opposite(total: Total) -> list[Term]:
@@ -208,13 +214,16 @@ def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Tota
 
 
 def refuse_others(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where forces may jump, or have kinks, or exponentials that have to be bounded."""
+    """Raise ``Unsuited`` where forces have cuts, switches by parameters, or exponentials that have to be
+    bounded."""
     roots, moving = [*system.force_nodes, system.potential], system.time.symbols
-    for node in reachable(roots):
-        if node.kind in (Kind.SWITCH, Kind.DDT) or (node.kind is Kind.FUNCTION and node.data == "atan2"):
-            raise Unsuited
     for symbol, slot in system.slots.of.items():
         if slot.array in (system.q, system.v, *system.totals):
             moving |= symbol.symbols
+    for node in reachable(roots):
+        if node.kind is Kind.DDT or (node.kind is Kind.FUNCTION and node.data == "atan2"):
+            raise Unsuited
+        if node.kind is Kind.SWITCH and not node.arguments[0].symbols & moving:
+            raise Unsuited
     if saturated_each(system.slots.graph, roots, moving) != tuple(roots):
         raise Unsuited

@@ -48,7 +48,9 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     if spec.events or not known(spec, outputs):
         return False
     system = family_system(spec)
-    return system is not None and system.bonds is None and not narrow(system) and not mixed(system)
+    if system is None or system.bonds is not None or system.smooth is not None:
+        return False
+    return not narrow(system) and not mixed(system)
 
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:
@@ -76,7 +78,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     if not known(spec, outputs):
         return None
     plain = compilation.precision == DOUBLE and compilation.factor is None
-    if not plain and (compilation.backward or spec.events or outputs != compilation.outputs):
+    if not plain and compilation.backward:
         return None
     if spec.events and needs is not Needs.SERIES:
         return None
@@ -93,6 +95,8 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return None
     if system.bonds is not None and system.joints is not None and not closable(system, compilation):
+        return None
+    if system.smooth is not None and needs is not Needs.SERIES:
         return None
     return None if needs is Needs.STEPS and mixed(system) else system
 
@@ -142,7 +146,7 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
 
 def unproven(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether steps must be proven, and cannot be."""
-    provable = system.joints is None and system.bonds is None
+    provable = system.joints is None and system.bonds is None and system.smooth is None
     return not (provable or compilation.unproven) and (compilation.proven or narrow(system))
 
 
@@ -168,10 +172,15 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     hides = narrow(system)
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
     followed = system
+    if system.smooth is not None:
+        from lagrange_cli.families.switches import with_modes_in
+
+        followed, changed = with_modes_in(system, [*dict.fromkeys(one for one, _ in integrands.values())])
+        integrands = {name: (changed[one], index) for name, (one, index) in integrands.items()}
     if compilation.backward:
         from lagrange_cli.families.backward import Reversal
 
-        reversal = Reversal(system)
+        reversal = Reversal(followed)
         followed, integrands = reversal.equations(), reversal.integrands(integrands)
     try:
         program = write_family_program(

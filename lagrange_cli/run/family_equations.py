@@ -106,7 +106,7 @@ def may_have(spec: Spec, form: str) -> bool:
     from lagrange_cli.families.system import any_family_system
 
     found = any_family_system(spec)
-    return found is None or found.joints is None
+    return found is None or (found.joints is None and found.smooth is None)
 
 
 def in_form(derived: Printed, form: str) -> Printed:
@@ -153,7 +153,7 @@ def derive_families(
             system = without_constraints(spec) if small else None
         else:
             system = any_family_system(spec) if small else family_system(spec)
-        if system is None:
+        if system is None or system.smooth is not None:
             return None
         from lagrange_cli.limits import Work
         from lagrange_cli.symbolic.families.equations import family_equations
@@ -208,7 +208,7 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     found = any_family_system(spec)
     if found is not None and found.joints is not None and form in DIAGONAL:
         return f"--form {form} writes out every member of chains and trees"
-    if found is not None:
+    if found is not None and found.smooth is None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
     kinds = "a constant diagonal mass matrix, or chains and trees of 12 coordinates or more, without kinks"
     return f"every member is written out, since printing with indices needs {kinds}"

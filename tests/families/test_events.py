@@ -86,7 +86,7 @@ CASES = {
 
 def keep_families(monkeypatch: pytest.MonkeyPatch, whole: bool) -> None:
     """Families stay families however few their members are; or none does."""
-    for name in ("FEWEST", "FEWEST_JOINTED", "FEWEST_BOUND"):
+    for name in ("FEWEST", "FEWEST_SWITCHED", "FEWEST_JOINTED", "FEWEST_BOUND"):
         monkeypatch.setattr(systems, name, 0 if whole else 10**9)
     systems._LATEST.clear()
 
@@ -166,7 +166,6 @@ events:
     "events",
     [
         '{"floor[i in range(N)]": {when: "x[i]", action: {set: {"x_dot[i]": "-0.5*x_dot[i]"}}}}',
-        '{"kink[i in range(N)]": {when: "abs(x[i]) - 1"}}',
         '{angle: {when: "atan2(x[0], x[1]) - 1"}}',
         '{narrow: {when: "exp(-1000*x[0]**2) - 0.5"}}',
     ],

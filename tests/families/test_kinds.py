@@ -66,7 +66,7 @@ def whole(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def fewest(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
-    for name in ("FEWEST", "FEWEST_JOINTED", "FEWEST_BOUND"):
+    for name in ("FEWEST", "FEWEST_SWITCHED", "FEWEST_JOINTED", "FEWEST_BOUND"):
         monkeypatch.setattr(systems, name, count)
     monkeypatch.setattr(systems, "_LATEST", [])
 

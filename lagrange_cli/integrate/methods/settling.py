@@ -40,6 +40,8 @@ ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
+FEW = 8
+"""So many guards are looked at one by one."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
@@ -219,38 +221,39 @@ class Settling(Crossing):
                 if not self._leads(j):
                     self.modes[j] = -self.modes[j]
                 continue
-            wrong = [j for j in guards if self.modes[j] != 0.0 and not self._leads(j)]
+            wrong = self._misled([j for j in guards if self.modes[j] != 0.0])
             if not wrong:
                 return True, entered
-            for j in wrong:
-                self.modes[j] = -self.modes[j]
+            for some in few_or_all(wrong):
+                self.modes[some] = -self.modes[some]
                 infinite = self._infinite()
-                if infinite or not self._leads(j):
+                touching = set[int]()
+                for j in some if infinite else self._misled(some):
                     if self._rows.guards[j].multiplier:
                         self.modes[j] = 0.0
                         able.append(j)
                     else:  # both sides lead back: it touches 0, and rounding decides
                         self.modes[j] = -self.modes[j]
-                        guards = [one for one in guards if one != j]
+                        touching.add(j)
                         entered += [j] if infinite else []
+                guards = [one for one in guards if one not in touching]
         return False, entered
 
     def _let_rest(self, guards: Sequence[int]) -> None:
         """Set the modes of guards to 0 whose arguments stay 0, beside forces that have no series there: these
         act as soon as they are felt."""
-        resting = []
-        for j in guards:
-            mode = float(self.modes[j])
-            self._series()
-            if mode != 0.0 and not np.any(self._coefficients(self._rows.first + j)):
-                self.modes[j] = -mode
-                singular = self._infinite()
-                self.modes[j] = 0.0 if singular else mode
-                if singular and self._infinite():
-                    self.modes[j] = mode
-                resting += [j] if self.modes[j] == 0.0 else []
-        if resting:
-            self.marks[resting] = -LARGER * self._rounding()[resting]
+        self._series()
+        still = [j for j in guards if self.modes[j] and not np.any(self._coefficients(self._rows.first + j))]
+        modes = self.modes[still].copy()
+        self.modes[still] = -modes
+        if not still or not self._infinite():
+            self.modes[still] = modes
+            return
+        self.modes[still] = 0.0
+        if self._infinite():
+            self.modes[still] = modes
+        else:
+            self.marks[still] = -LARGER * self._rounding()[still]
 
     def _rounding(self) -> Array:
         """How much arguments change where all coordinates change by a rounding error of the largest one."""
@@ -295,14 +298,30 @@ class Settling(Crossing):
 
     def _leads(self, j: int) -> bool:
         """Whether the motion leads to the side of a guard's mode; or along u = 0."""
-        self.modes[j] = -self.modes[j]
-        self._series()
-        other = self._coefficients(self._rows.first + j)
-        self.modes[j] = -self.modes[j]
-        self._series()
-        u = self._coefficients(self._rows.first + j)
-        rates, scale = u[1:], np.fmax(self.scale()[: len(u)], np.abs(u - other))
-        for m, one in enumerate(rates, 1):
-            if not abs(one) <= ROUNDING * scale[m]:
-                return bool(one * self.modes[j] > 0.0)
-        return bool(np.all(np.isfinite(u)))
+        return not self._misled([j])
+
+    def _misled(self, guards: Sequence[int]) -> list[int]:
+        """The guards to whose sides the motion does not lead, nor along u = 0."""
+        found = list[int]()
+        for some in few_or_all(guards):
+            self.modes[some] = -self.modes[some]
+            self._series()
+            others = [self._coefficients(self._rows.first + j) for j in some]
+            self.modes[some] = -self.modes[some]
+            self._series()
+            usual = self.scale()
+            for j, other in zip(some, others):
+                u = self._coefficients(self._rows.first + j)
+                scale = ROUNDING * np.fmax(usual[: len(u)], np.abs(u - other))
+                clear = np.flatnonzero(~(np.abs(u[1:]) <= scale[1:]))
+                leads = u[1 + clear[0]] * self.modes[j] > 0.0 if len(clear) else np.all(np.isfinite(u))
+                if not leads:
+                    found.append(j)
+        return found
+
+
+def few_or_all(guards: Sequence[int]) -> list[list[int]]:
+    """A few guards one by one, many of them together: a series costs as much as there are of them."""
+    if len(guards) <= FEW:
+        return [[j] for j in guards]
+    return [[*guards]]

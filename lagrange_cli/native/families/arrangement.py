@@ -25,6 +25,7 @@ from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import StateLayout
+from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
 
 Element = tuple[Total, int]
@@ -56,9 +57,14 @@ class Arrangement:
         self.lasting = Lasting(system)
         self.degrees = system.q.count
         self.events = system.events if order > RATES and not scheme else None
-        arguments = 0 if self.events is None else self.events.arguments.count
-        self.integrals = (*(f"guard {i}" for i in range(arguments)), *integrands)
-        """What is followed beside the motion: the arguments of events, and quadratures."""
+        if self.events is not None and kind.parts > 1:  # simple actions set doubles
+            self.events = replace(self.events, simple=frozenset(), affected=())
+        self.modes = system.modes
+        followed = [one.arguments for one in (self.modes, self.events) if one is not None]
+        self.integrals = (*(f"guard {i}" for i in range(sum(one.count for one in followed))), *integrands)
+        """What is followed beside the motion: the arguments of switches and events, and quadratures."""
+        self.settings = len(self.parameters) + len(self.integrals) - len(integrands)
+        """The numbers of all parameters and of all modes."""
         self.layout = StateLayout(self.degrees, len(self.integrals))
         for total in system.totals:
             self.lasting.arranged(total)
@@ -84,7 +90,7 @@ class Arrangement:
         if self.events is not None:
             acted = [self.lasting.arranged(one) for one in (self.events.values, self.events.sizes)]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
-        self.integrands = self.beside([*integrands.values()]) if self.integrals else None
+        self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
         self.pulled = None
         if self.motion is not None and self.motion.bonds.multipliers in needed(self.roots, self.slots):
             self.pulled = AtAState(system, self.lasting)
@@ -100,12 +106,17 @@ class Arrangement:
         self.size, self.board, self.lines, self.strips = 0, 0, 0, 0
         for array, count in ((system.given, system.given.count), (system.whole, self.largest)):
             self.place(array, count)
+        if self.modes is not None:
+            self.place(self.modes.signs, self.modes.signs.count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
 
-    def beside(self, listed: Sequence[Element]) -> Total:
-        """One array of the arguments of events and of what is ``listed``."""
-        terms = [] if self.events is None else [*self.events.arguments.terms]
+    def beside(self, followed: Sequence[Total], listed: Sequence[Element]) -> Total:
+        """One array of all that is ``followed``, and of what is ``listed``."""
+        terms, first = list[Term](), 0
+        for one in followed:
+            terms += [replace(term, targets=term.targets + first) for term in one.terms]
+            first += one.count
         places: dict[Total, tuple[list[int], list[int]]] = {}
         for place, (total, index) in enumerate(listed, len(self.integrals) - len(listed)):
             sources, targets = places.setdefault(total, ([], []))

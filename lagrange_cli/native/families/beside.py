@@ -39,7 +39,7 @@ class BesideJet(SeriesJet):
         operations = self.emitter.operations + self.stages()
         last = self.vectors.place(self.at(self.system.v, self.order), self.degrees)
         with f.loop(0, count, tested=False) as i:
-            f.store(f.constant(0.0), last, i)
+            self.vectors.store(self.vectors.zero(1), last, i)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 

@@ -152,6 +152,9 @@ class DoubleDoubleVectors:
     def whole(self, value: Integer) -> DDReal:
         return DDReal(value.to_real())
 
+    def moment(self) -> Sequence[Real]:
+        return tuple(Real(self.f, name, 1) for name in ("%t", "%tl", "%scale"))
+
     def now(self) -> DDReal:
         self.inverse = self.f.constant(1.0) / Real(self.f, "%scale", 1)
         return DDReal(Real(self.f, "%t", 1), Real(self.f, "%tl", 1))

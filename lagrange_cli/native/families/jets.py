@@ -213,7 +213,7 @@ class SeriesJet(ABC):
             self.vectors.store(self.vectors.zero(1), last, i)
         if self.beside:
             constants, state, work = (f.pointer(f"%{one}") for one in ("constants", "state", "work"))
-            f.call(Bit, BESIDE, constants, self.vectors.now(), state, work)
+            f.call(Bit, BESIDE, constants, *self.vectors.moment(), state, work)
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 

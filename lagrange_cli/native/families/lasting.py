@@ -43,7 +43,7 @@ class Lasting:
         """Whether a node is a constant of the motion."""
         if node.symbols & self.system.time.symbols:
             return False
-        lasting = Source.PARAMETERS, Source.WHOLE
+        lasting = Source.PARAMETERS, Source.WHOLE, Source.MODES
         return all(
             slot.array.source in lasting or slot.array in self.fixed for _, slot in self.slots.inside(node)
         )

@@ -66,7 +66,7 @@ class Preparation(Arrangement):
     def prepared(self, name: str, arrays: str, kind: type[Vectors]) -> list[str]:
         """A function that computes constants and arrays that last, and the one of the ``arrays``."""
         f = Function(f"define {name}(ptr noalias %parameters, ptr noalias %constants) #0")
-        vectors, count = kind(f), len(self.parameters)
+        vectors, count = kind(f), self.settings
         base = self.scratch(vectors)
         given = vectors.place(base, self.places[self.system.given])
         whole = vectors.place(base, self.places[self.system.whole])
@@ -76,6 +76,11 @@ class Preparation(Arrangement):
                 f.store(f.load("%parameters", i + part * count if part else i), target, i)
         with f.loop(0, self.largest, tested=False) as i:
             vectors.store(vectors.whole(i), whole, i)
+        if self.modes is not None:
+            signs = vectors.place(base, self.places[self.modes.signs])
+            with f.loop(0, self.modes.arguments.count, tested=False) as i:
+                sign = f.load("%parameters", i + len(self.parameters))
+                vectors.store(vectors.at(sign), signs, i)
         # arrays may need further constants, which are computed before them
         inner = Function(f"define internal void {arrays}(ptr noalias %constants) #0")
         one = kind(inner)
@@ -99,7 +104,7 @@ class Preparation(Arrangement):
         for node in slots:
             inside |= node.symbols
         known: dict[Node, Any] = {
-            symbols[name]: single.load("%parameters", i, len(self.parameters))
+            symbols[name]: single.load("%parameters", i, self.settings)
             for i, name in enumerate(self.parameters)
             if name in symbols and symbols[name].symbols & inside
         }

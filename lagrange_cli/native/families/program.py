@@ -35,7 +35,7 @@ from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.guards import Role
+from lagrange_cli.native.guards import SIMPLE, Role
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -96,7 +96,8 @@ class _Writer(Returning, Observation):
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=self.integrals,
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
-            guards=(), limits=(), events=self.numbered(), changed=self.events.changed if self.events else (),
+            guards=(SIMPLE,) * (self.modes.signs.count if self.modes else 0), limits=(),
+            events=self.numbered(), changed=self.events.changed if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
@@ -173,7 +174,7 @@ class _Writer(Returning, Observation):
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
         given = self.given(interface, 2 * orders * width, floors)
         texts = [*operations(), *functions(), *stepper(lengths, orders, given)]
-        return given.work, texts, (0, 0, 0)
+        return given.work, texts, (lengths.first, lengths.row, lengths.term)
 
     def given(self, interface: Interface, work: int, floors: str) -> Given:
         """What steps need to know of the motion."""

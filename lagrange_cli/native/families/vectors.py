@@ -87,8 +87,11 @@ class Vectors(Protocol):
     def whole(self, value: Integer) -> Numbers:
         """A whole number."""
 
+    def moment(self) -> Sequence[Real]:
+        """The ``times``."""
+
     def now(self) -> Numbers:
-        """The ``times`` as a number."""
+        """The same as a number."""
 
     def at(self, time: Real, low: Real | None = None) -> Numbers:
         """A time, whose low part may be known."""
@@ -190,6 +193,9 @@ class DoubleVectors:
 
     def whole(self, value: Integer) -> Real:
         return value.to_real()
+
+    def moment(self) -> Sequence[Real]:
+        return (Real(self.f, "%t", 1),)
 
     def now(self) -> Real:
         return Real(self.f, "%t", 1)

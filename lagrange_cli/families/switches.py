@@ -1,0 +1,247 @@
+"""Switches of families: expressions whose sides agree where they change, as those of springs that only push.
+
+A switch between two sides becomes one by a *mode*, which is +1 or -1 until its argument changes its sign (see
+``mechanics.guards``). All modes are one array, and all arguments another one. A switch stands in a term once;
+it has as many modes as its argument has different values among the members.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, total_of
+from lagrange_cli.families.description import FamilySystem, Modes
+from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with
+from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
+
+
+def with_modes(system: FamilySystem) -> FamilySystem | None:
+    """The system with modes in place of the switches in its forces and in the arguments of its events; None
+    if there are none.
+
+    Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change;
+    where switches depend on others; and for switches in masses, in joints and in constraints.
+    """
+    found = Switching(system)
+    if not found.any:
+        return None
+    found.refuse()
+    return found.smooth()
+
+
+def with_modes_in(
+    system: FamilySystem, listed: Sequence[Total]
+) -> tuple[FamilySystem, Mapping[Total, Total]]:
+    """The same of a system that has some, and of further totals that are ``listed``: with modes, by those
+    without."""
+    found = Switching(system, listed)
+    return found.smooth(), {one: found.of(one) for one in listed}
+
+
+def symbols_of(slots: Slots, *arrays: Array) -> int:
+    """The symbols of numbers of these arrays, and of sums."""
+    found = 0
+    for symbol, slot in slots.of.items():
+        if slot.array in arrays or isinstance(slot.array, Total):
+            found |= symbol.symbols
+    return found
+
+
+def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
+    """Raise ``Unsuited`` where an expression, or a sum in it, may jump as numbers of these arrays change."""
+    moving = symbols_of(slots, *arrays)
+    for one in switches(Merging(slots.graph, moving).merged([node]), moving):
+        if jumps(slots.graph, one):
+            raise Unsuited
+    for _, slot in slots.inside(node):
+        if isinstance(slot.array, Total):
+            for term in slot.array.terms:
+                refuse_jumps(slots, term.node, *arrays)
+
+
+def jumps(graph: Graph, switch: Node) -> bool:
+    """Whether a switch may have two values where its argument is 0."""
+    argument, above, below = switch.arguments
+    return not vanishes_with(graph, above - below, argument)
+
+
+@dataclass(frozen=True, eq=False)
+class Argument:
+    """What decides switches, whatever members it is of: an expression of ``symbols``, which stand for numbers
+    of ``arrays``; and the places of these numbers in each use, (members, symbols)."""
+
+    node: Node
+    symbols: tuple[Node, ...]
+    arrays: tuple[Array, ...]
+    uses: dict[tuple[Domain, Node], Places]
+
+
+class Switching:
+    """The switches of a system, and its totals with modes."""
+
+    def __init__(self, system: FamilySystem, listed: Sequence[Total] = ()) -> None:
+        self.system, self.slots, self.graph = system, system.slots, system.slots.graph
+        self.places = symbols_of(self.slots, system.q, system.v)
+        """What moves, but t."""
+        self.moving = self.places | system.time.symbols
+        events = [] if system.events is None else [system.events.arguments]
+        used = *system.energies, *system.acting, system.slopes, system.applied, *events, *listed
+        self.totals = [*dict.fromkeys(used)]
+        self._others = [system.kinetic, *(one.node for one in system.masses.terms)]
+        """What may have no switches."""
+        if system.bonds is not None:
+            self._others += system.bonds.nodes
+        if system.joints is not None:
+            fixed = *system.joints.nodes, *system.joints.inertia
+            self._others += [*system.joints.moved, *(term.node for one in fixed for term in one.terms)]
+        self._merging = Merging(self.graph, self.moving)
+        self._merged: dict[Total, tuple[Term, ...]] = {}
+        self._changed: dict[Total, Total] = {}
+
+    def merged(self, total: Total) -> tuple[Term, ...]:
+        """The terms of a total with one switch for each argument."""
+        if total not in self._merged:
+            nodes = self._merging.merged([one.node for one in total.terms])
+            terms = tuple(replace(one, node=node) for one, node in zip(total.terms, nodes))
+            self._merged[total] = terms if switches(nodes, self.moving) else total.terms
+        return self._merged[total]
+
+    @property
+    def any(self) -> bool:
+        """Whether there are switches."""
+        return any(map(self.switched, (*self._others, self.system.potential, *self._nodes)))
+
+    @property
+    def _nodes(self) -> list[Node]:
+        """The expressions of all totals with one switch for each argument."""
+        return [term.node for total in self.totals for term in self.merged(total)]
+
+    def within(self, total: Total) -> bool:
+        """Whether there are switches in it, or in what it is made of."""
+        return any(self.switched(term.node) for term in total.terms)
+
+    def switched(self, node: Node) -> bool:
+        """Whether there are switches in an expression, or in what it is made of."""
+        if switches([node], self.moving):
+            return True
+        arrays = (slot.array for _, slot in self.slots.inside(node))
+        return any(isinstance(array, Total) and self.within(array) for array in arrays)
+
+    def refuse(self) -> None:
+        """Raise ``Unsuited`` for switches that have no modes here."""
+        if any(map(self.switched, self._others)):
+            raise Unsuited
+        nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
+        for one in switches(nodes, self.moving):
+            argument, above, below = one.arguments
+            if self.switched(argument) or (argument.symbols & self.places and jumps(self.graph, one)):
+                raise Unsuited
+            if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
+                raise Unsuited  # what has no series where a velocity is 0 may come to rest there
+
+    def speedy(self, node: Node) -> bool:
+        """Whether velocities are in an expression, or in what it is made of."""
+        arrays = {slot.array for _, slot in self.slots.inside(node)}
+        inner = (term.node for one in arrays if isinstance(one, Total) for term in one.terms)
+        return self.system.v in arrays or any(map(self.speedy, inner))
+
+    @cached_property
+    def arguments(self) -> list[Argument]:
+        """The arguments of all switches; those that differ in their members alone are one."""
+        found: dict[tuple[Node, tuple[Array, ...]], Argument] = {}
+        for total in self.totals:
+            for term in self.merged(total):
+                for one in switches([term.node], self.moving):
+                    argument = one.arguments[0]
+                    inside = [
+                        (node, slot) for node in reachable([argument]) if (slot := self.slots.of.get(node))
+                    ]
+                    symbols = tuple(self.graph.symbol(f"argument {i}") for i in range(len(inside)))
+                    given = {node: symbol for (node, _), symbol in zip(inside, symbols)}
+                    alike = substituted(self.graph, [argument], given)[0]
+                    arrays = tuple(slot.array for _, slot in inside)
+                    places = np.array([slot.table for _, slot in inside], dtype=np.int64)
+                    known = found.setdefault((alike, arrays), Argument(alike, symbols, arrays, {}))
+                    known.uses[term.domain, argument] = places.reshape(-1, term.domain.count).T
+        return [*found.values()]
+
+    @cached_property
+    def numbered(self) -> tuple[Total, dict[tuple[Domain, Node], Places]]:
+        """The arguments of all modes, and which modes the members of a domain have."""
+        count, terms = 0, list[Term]()
+        numbers: dict[tuple[Domain, Node], Places] = {}
+        for one in self.arguments:
+            rows, inverse = np.unique(np.concatenate([*one.uses.values()]), axis=0, return_inverse=True)
+            ends = np.cumsum([len(places) for places in one.uses.values()])[:-1]
+            for use, which in zip(one.uses, np.split(inverse.reshape(-1), ends)):
+                numbers[use] = count + which
+            domain = Domain(len(rows))
+            slots = {
+                symbol: self.slots.symbol(domain, array, np.ascontiguousarray(table))
+                for symbol, array, table in zip(one.symbols, one.arrays, rows.T)
+            }
+            terms.append(
+                Term(domain, substituted(self.graph, [one.node], slots)[0], count + np.arange(len(rows)))
+            )
+            count += len(rows)
+        return total_of(count, terms, self.graph), numbers
+
+    def smooth(self) -> FamilySystem:
+        """The system with modes."""
+        system, events = self.system, self.system.events
+        if events is not None:  # modes may have to be chosen after an action
+            arguments = self.of(events.arguments)
+            events = replace(events, arguments=arguments, simple=frozenset(), affected=())
+        return replace(
+            system, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
+            slopes=self.of(system.slopes), applied=self.of(system.applied),
+            loads=[*map(self.of, system.loads)], events=events, modes=Modes(self.numbered[0], self.modes),
+        )  # fmt: skip
+
+    @cached_property
+    def modes(self) -> Array:
+        """The modes."""
+        return Array(Source.MODES, self.numbered[0].count)
+
+    def of(self, total: Total) -> Total:
+        """A total with modes; the same if it has no switches."""
+        if not self.within(total):
+            return total
+        if total not in self._changed:
+            terms = tuple(replace(one, node=self._frozen(one)) for one in self.merged(total))
+            self._changed[total] = replace(total, terms=terms)
+        return self._changed[total]
+
+    def _frozen(self, term: Term) -> Node:
+        """The expression of a term with modes."""
+        slots, made = self.slots, dict[Node, Node]()
+        for node in reachable([term.node]):
+            arguments = [made[one] for one in node.arguments]
+            slot = slots.of.get(node)
+            if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
+                numbers = self.numbered[1][term.domain, node.arguments[0]]
+                mode = slots.symbol(term.domain, self.modes, numbers)
+                made[node] = self.graph.switch(mode, arguments[1], arguments[2], -1)
+            elif slot is not None and isinstance(slot.array, Total):
+                made[node] = slots.symbol(term.domain, self.of(slot.array), slot.table)
+            elif all(a is b for a, b in zip(arguments, node.arguments)):
+                made[node] = node
+            else:
+                made[node] = rebuilt(self.graph, node, arguments)
+        return made[term.node]
+
+
+def is_root(node: Node) -> bool:
+    """Whether it has no series where what it is of is 0."""
+    return node.kind is Kind.POWER or (node.kind is Kind.PRODUCT and any(e != int(e) for e in node.data))

@@ -1,0 +1,256 @@
+"""Families with switches that stay families, beside the same systems written out and a closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import family_run
+from lagrange_cli.integrate.methods.modes import Modes
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.native.interface import SIMPLE
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.families.test_events import PENDULUM, keep_families
+from tests.support.motion import run
+
+OUTPUTS = frozenset(["q", "v", "h"])
+LEDGERS = frozenset([*OUTPUTS, "ledger", "action"])
+BEADS = """
+sizes: {{N: {count}}}
+parameters: {{k: 1.5, c: 0.3, "gap[i in range(N)]": "0.2 + 0.1*cos(i)"}}
+coordinates: {{"x[i in range(N)]": {{initial: "0.5*sin(i + 1)", velocity: "2*cos(i*i + 1)"}}}}
+masses: {{"bead[i in range(N)]": 1 + i/7}}
+embedding: {{"bead[i in range(N)]": "x[i]"}}
+potential: sum(x[i]**2/2 for i in range(N)) + {potential}
+"""
+GRID = """
+sizes: {{N: {count}, M: 3}}
+coordinates:
+  x[i in range(N), j in range(M)]: {{initial: "0.5*sin(i + 2*j + 1)", velocity: "2*cos(i*i + j + 1)"}}
+masses: {{"bead[i in range(N), j in range(M)]": 1 + i/7 + j}}
+embedding: {{"bead[i in range(N), j in range(M)]": "x[i, j]"}}
+potential: sum(x[i, j]**2/2 for i in range(N) for j in range(M)) + {potential}
+"""
+RODS = PENDULUM.replace("\nevents: {events}", " + {potential}")
+STOPS = "sum(k*max(0, x[i] - gap[i])**2 + k*max(0, -x[i] - gap[i])**2 for i in range(N))"
+KINK = "sum(max(0, x[i])**2 for i in range(N))"
+CASES = {
+    "springs that only push": (BEADS, "sum(4*max(0, x[i - 1] - x[i] - 0.1)**2 for i in range(1, N))"),
+    "stops on both sides": (BEADS, STOPS),
+    "powers of absolute values": (BEADS, "sum(k*abs(x[i])**3 + x[i]*abs(x[i])/9 for i in range(N))"),
+    "a ring": (BEADS, "sum(max(0, x[i] - x[(i + 1) % N] - gap[i])**2 for i in range(N))"),
+    "all pairs": (
+        BEADS,
+        "sum(max(0, x[i] - x[j] - 0.2)**2 - min(0, x[i] - x[j])**3/9 for i in range(N) for j in range(i))",
+    ),
+    "conditions on members and places": (
+        BEADS,
+        "sum(where(i % 2 == 0 and x[i] > 0, x[i]**2, 2*x[i]**2) for i in range(N))",
+    ),
+    "two conditions": (
+        BEADS,
+        "sum(where(x[i] > 0 and x[i] < 0.7, 0, x[i]**2*(x[i] - 0.7)**2) for i in range(N))",
+    ),
+    "one inside another": (
+        BEADS,
+        "sum(where(x[i] > 0, max(0, x[i] - 0.3)**2, x[i]**2) for i in range(N))",
+    ),
+    "a sum": (BEADS, "max(0, sum(x[i] for i in range(N)))**2"),
+    "times": (BEADS, "sum(where(t < 0.4 + gap[i], x[i]**2, 2*x[i]**2) for i in range(N))"),
+    "drag": (BEADS, '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*x_dot[i]*abs(x_dot[i])"}}'),
+    "damping on one side": (BEADS, "0\ndissipation: sum(c*max(0, x_dot[i])**2 for i in range(N))"),
+    "a push for a time": (
+        BEADS,
+        '0\ngeneralized_forces: {{"x[i in range(N)]": "where(t < 0.3 + i/10, 1, c)"}}',
+    ),
+    "events": (BEADS, KINK + '\nevents: {{"hit[i in range(N)]": {{when: "abs(x[i]) - gap[i]"}}}}'),
+    "walls": (
+        BEADS,
+        KINK + '\nevents: {{"wall[i in range(N)]": {{when: "x[i] - 0.6", direction: rising,'
+        ' action: {{set: {{"x_dot[i]": "-x_dot[i]"}}}}}}}}',
+    ),
+    "two indices": (
+        GRID,
+        "sum(max(0, x[i, j] - x[(i + 1) % N, j])**2 for i in range(N) for j in range(M)) + sum(where("
+        "x[i, j] > x[i, j - 1], (x[i, j] - x[i, j - 1])**2, 2*(x[i, j] - x[i, j - 1])**2)"
+        " for i in range(N) for j in range(1, M))",
+    ),
+    "rods": (RODS, "sum(3*max(0, th[i] - 0.2)**2 + max(0, 0.5 - bob[i].x)**2 for i in range(N))"),
+}
+
+
+def written(case: str, count: int) -> str:
+    """The text of a system file."""
+    form, potential = CASES[case]
+    return form.replace("{potential}", potential).format(count=count)
+
+
+def ready(text: str, outputs: frozenset[str] = OUTPUTS, *, backward: bool = False) -> Prepared:
+    """A system that has been compiled."""
+    asked = Compilation("taylor", 2.0**-52, outputs, backward=backward)
+    return prepare_system(read_spec(text, "system.yaml"), partial(derive_system, resting=True), None, asked)
+
+
+def followed(prepared: Prepared, text: str, stop: float = 1.5) -> Mapping[str, NDArray[np.float64]]:
+    """The samples of a motion and its events."""
+    return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
+
+
+def compare(
+    text: str,
+    monkeypatch: pytest.MonkeyPatch,
+    outputs: frozenset[str] = OUTPUTS,
+    stop: float = 1.5,
+    *,
+    backward: bool = False,
+) -> None:
+    """The families of a system move as their members do."""
+    keep_families(monkeypatch, whole=True)
+    asked = Compilation("taylor", 2.0**-52, outputs, backward=backward)
+    system = family_run(read_spec(text, "system.yaml"), asked)
+    assert system is not None
+    together = ready(text, outputs, backward=backward)
+    assert set(together.machine.program.guards) <= {SIMPLE}
+    found = followed(together, text, stop)
+    keep_families(monkeypatch, whole=False)
+    apart = ready(text, outputs, backward=backward)
+    expected = followed(apart, text, stop)
+    assert found.keys() == expected.keys()
+    for path, values in expected.items():
+        assert found[path].shape == values.shape, path
+        size = np.max(np.abs(values), initial=1.0)
+        assert np.max(np.abs(found[path] - values), initial=0.0) <= 2.0**-41 * size, path
+    one, other = together.recording, apart.recording
+    assert (one.events, one.at_events) == (other.events, other.at_events)
+    assert one.conserved == other.conserved
+
+
+@pytest.mark.exhaustive(keep=10)
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("case", CASES)
+def test_switches_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(written(case, count), monkeypatch)
+
+
+@pytest.mark.parametrize("case", ["stops on both sides", "drag"])
+def test_ledgers_have_switches_too(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(written(case, 3), monkeypatch, LEDGERS)
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("case", ["a ring", "drag", "times", "events", "rods"])
+def test_switches_change_backward_as_well(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(written(case, 3), monkeypatch, stop=-1.0, backward=True)
+
+
+PLACES = "{x}", "{x} - {y}", "{y} - 0.3", "{x} + {y}/2 - t/5", "{x}*{y} + 0.1"
+SHAPES = (
+    "max(0, {u})**2", "abs({u})**3/9", "min({u}, 0)**4", "where({u} > 0, ({u})**2, 2*({u})**2)",
+    "where({u} >= 0 or i == 1, 0, ({u})**2)", "where(not {u} > 0, ({u})**4, 0)", "sin(max({u}, 0)**2)",
+)  # fmt: skip
+OTHERS = "x[(i + 1) % N, j]", "x[i, (j + 2) % M]", "x[i, j - 1]", "x[j, i % M]"
+
+
+@given(data=st.data())
+@settings(max_examples=4, deadline=None)
+def test_random_families_with_switches(data: st.DataObject) -> None:
+    """Sums over rings, neighbours and two indices, with conditions."""
+    terms = []
+    for _ in range(data.draw(st.integers(1, 2))):
+        y, u = data.draw(st.sampled_from(OTHERS)), data.draw(st.sampled_from(PLACES))
+        shape = data.draw(st.sampled_from(SHAPES)).format(u=u.format(x="x[i, j]", y=y))
+        first = 1 if "j - 1" in y else 0
+        rows = "2" if "x[j" in y else "N"
+        columns = "2" if "x[j" in y else "M"
+        terms.append(f"sum({shape} for i in range({rows}) for j in range({first}, {columns}))")
+    count = data.draw(st.integers(2, 3))
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        compare(GRID.format(count=count, potential=" + ".join(terms)), monkeypatch, stop=1.0)
+
+
+def test_unlike_springs_to_the_left_and_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    """x'' = -a^2 x to the right, -b^2 x to the left: half a period each, with the speed unchanged."""
+    keep_families(monkeypatch, whole=True)
+    text = """
+sizes: {N: 9}
+coordinates: {"x[i in range(N)]": {initial: 0, velocity: "where(i % 2 == 0, 1, -1)"}}
+parameters: {"a[i in range(N)]": "1 + 0.1*i", b: 2}
+masses: {"bead[i in range(N)]": 1}
+embedding: {"bead[i in range(N)]": "x[i]"}
+potential: sum(where(x[i] > 0, a[i], b)**2*x[i]**2/2 for i in range(N))
+"""
+    found, times = followed(ready(text), text, 6.0)["q/x"], np.linspace(0.0, 6.0, 7)
+    for i in range(9):
+        rates = (1 + 0.1 * i, 2.0) if i % 2 == 0 else (2.0, 1 + 0.1 * i)
+        halves = np.pi / rates[0], np.pi / rates[1]
+        side = -1.0 if i % 2 else 1.0
+        since = times % sum(halves)
+        first = side * np.sin(rates[0] * since) / rates[0]
+        second = -side * np.sin(rates[1] * (since - halves[0])) / rates[1]
+        assert np.allclose(found[:, i], np.where(since < halves[0], first, second), rtol=0.0, atol=1e-13)
+
+
+def test_what_is_said_of_switches_does_not_grow_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+
+    def counted(count: int) -> tuple[int, int]:
+        text = written("stops on both sides", count)
+        system = systems.family_system(read_spec(text, "system.yaml"))
+        assert system is not None
+        program = ready(text).machine.program
+        assert len(program.guards) == 2 * count
+        return len(system.slots.graph.nodes), len(program.text.splitlines())
+
+    assert counted(64) == counted(100)
+
+
+def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All members begin where their forces have kinks, half of them to either side."""
+    keep_families(monkeypatch, whole=True)
+    form = BEADS.replace("0.5*sin(i + 1)", "0").replace("2*cos(i*i + 1)", "0")
+    own, calls = Modes._series, [0]
+
+    def counting(modes: Modes) -> NDArray[np.float64]:
+        calls[0] += 1
+        return own(modes)
+
+    monkeypatch.setattr(Modes, "_series", counting)
+
+    def series(count: int) -> int:
+        text = form.format(
+            count=count, potential="sum(max(0, x[i])**2 + x[i]*where(i % 2 == 0, 1, -1) for i in range(N))"
+        )
+        calls[0] = 0
+        found = followed(ready(text), text, 0.1)
+        signs = np.sign(found["q/x"][-1])
+        assert np.array_equal(signs, np.where(np.arange(count) % 2 == 0, -1.0, 1.0))
+        return calls[0]
+
+    assert series(200) == series(50) <= 12
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        "sum(k*abs(x[i]) for i in range(N))",
+        '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*sign(x_dot[i])"}}',
+        "sum(atan2(x[i], x[0] - 3)**2 for i in range(N))",
+        '0\ngeneralized_forces: {{"x[i in range(N)]": "-sign(x_dot[i])*sqrt(abs(x_dot[i]))"}}',
+        "sum(where(k > 1, x[i]**4, x[i]**6) for i in range(N))",
+    ],
+)
+def test_other_switches_go_through_the_members(potential: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    text = BEADS.replace("{potential}", potential).format(count=3)
+    assert systems.family_system(read_spec(text, "system.yaml")) is None
