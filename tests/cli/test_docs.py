@@ -53,11 +53,13 @@ def test_the_page_of_the_output_file_names_every_output():
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     examples = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    example, walls, rod, top, ball, rotor, plane, family, drawn, others, *examples = examples
+    example, walls, contact, rod, top, ball, rotor, plane, family, drawn, others, *examples = examples
     chain, pieces, attraction, units, times = examples
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
     walled = "parameters: {k: 1, m: 1, mu: 1, g: 1, F: 1}\ncoordinates: [x, y]\nmasses: {p: m}\n"
     assert read_spec(f"{walled}embedding: {{p: [x, y]}}\n{walls}", "walls.yaml").forces["generalized_forces"]
+    ground = "parameters: {k: 1, m: 1, g: 1, R: 1}\ncoordinates: [y]\nmasses: {p: m}\nembedding: {p: y}\n"
+    assert read_spec(ground + contact, "contact.yaml").potential
     assert [*read_spec(top, "top.yaml").bodies] == ["top"]
     assert [*read_spec(ball, "ball.yaml").events] == ["floor", "top"]
     rod = "parameters: {K: 1, T: 1}\ncoordinates: [theta]\nlagrangian: theta_dot**2/2\n"

@@ -19,7 +19,7 @@ from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.view import content as shown_content
 from lagrange_cli.run.view import page as shown_page
-from lagrange_cli.run.view.motion import Followed, read_shown, watched
+from lagrange_cli.run.view.motion import ViewedMotion, read_shown, watched
 from lagrange_cli.run.view.page import Page, view
 from tests.support.command import SYSTEMS
 from tests.support.v8 import Engine, data_of, unpacked
@@ -104,7 +104,7 @@ def test_a_page_computes_families_as_loops(name, members, stop):
         assert_same(found, name, {"N": members}, **changes)
 
 
-def drawn_page(members: int) -> tuple[Motion, Drawing, Followed]:
+def drawn_page(members: int) -> tuple[Motion, Drawing, ViewedMotion]:
     """A motion of pendulums, what is drawn of it, and its beginning."""
     content = (
         (SYSTEMS / "n_pendulum.yaml").read_bytes().replace(b"2.0 + 0.1*i", b"g*sum(l for j in range(i))")
@@ -112,7 +112,7 @@ def drawn_page(members: int) -> tuple[Motion, Drawing, Followed]:
     request = Request(sizes={"N": str(members)}, overrides={"l": "0.5"})
     motion = watched(read_shown(content, "chain.yaml", request))
     q = np.array([motion.values.q])
-    followed = Followed(np.zeros(1), q, 0 * q, {}, "", 1)
+    followed = ViewedMotion(np.zeros(1), q, 0 * q, {}, "", 1)
     drawing = shown_content.drawn(motion, followed)
     assert drawing is not None and drawing.located is not None
     return motion, drawing, followed
