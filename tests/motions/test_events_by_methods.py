@@ -281,3 +281,18 @@ def test_steps_are_not_shorter_than_rounding_explains(method: str, tolerance: fl
     motion = stepped(text, 0.05, method, tolerance, 6)
     assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps < 50000
     assert motion["q/x"][1:] == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-7, 1e-8])
+def test_nothing_falls_through_a_floor(method: str, tolerance: float) -> None:
+    """Impacts become so low that the motion between them is below the error of a longer step's polynomial."""
+    text = """
+    coordinates: {x: {initial: -0.6, velocity: -0.937}}
+    lagrangian: x_dot**2/2 - 17.254*x**2/2 - 0.3*sqrt(1 + x**2) - 0.5*cos(2*x)
+    dissipation: 0.05*x_dot**2/2
+    events: {floor: {when: x - 0.08, direction: falling, action: {set: {x_dot: -0.5*x_dot}}}}
+    """
+    motion = stepped(text, 5.0, method, tolerance, 41)
+    assert motion["q/x"][motion.t > 3.31] == pytest.approx(0.08, abs=1e-15)
