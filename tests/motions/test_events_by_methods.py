@@ -296,3 +296,18 @@ def test_nothing_falls_through_a_floor(method: str, tolerance: float) -> None:
     """
     motion = stepped(text, 5.0, method, tolerance, 41)
     assert motion["q/x"][motion.t > 3.31] == pytest.approx(0.08, abs=1e-15)
+
+
+@METHODS
+def test_friction_lets_go_with_no_speed_and_no_acceleration(method: str, tolerance: float) -> None:
+    """From there on v = 0.6 (cos(t0) - cos(t)) - (t - t0)/2, with 0.6 sin(t0) = 1/2."""
+    text = """
+    coordinates: {x: {initial: 1}, y: {initial: 0.3}}
+    lagrangian: (x_dot**2 - x**2 + y_dot**2)/2
+    generalized_forces: {y: -sign(y_dot)/2 + 0.6*sin(t)}
+    """
+    motion = stepped(text, 2.0, method, tolerance, 41)
+    free, let_go = motion.t > math.asin(5 / 6), math.asin(5 / 6)
+    known = 0.6 * (math.cos(let_go) - np.cos(motion.t)) - (motion.t - let_go) / 2
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/y"] == pytest.approx(np.where(free, known, 0), abs=1e-9)
