@@ -179,34 +179,6 @@ def test_an_impact_on_a_hard_spring_with_friction(method: str, tolerance: float)
     assert np.abs(found["diagnostics/ledger/h"]).max() < 1000 * tolerance
 
 
-SEVERAL = """
-coordinates: {{x: {{initial: {a}, velocity: {b}}}, y: {{initial: {c}, velocity: {d}}}}}
-lagrangian: (x_dot**2 + y_dot**2)/2 - {k}*x**2/2 - y**2/2 - 0.3*x**2*y + 0.05*y**3 - 0.2*abs(x - {e})
-dissipation: 0.01*(x_dot**2 + y_dot**2)
-events:
-  edge: x - {e}
-  product: {{when: x*y - 0.01, direction: rising}}
-  turn: x_dot
-  wall: {{when: 0.5 - y, direction: falling, action: {{set: {{y_dot: -0.8*y_dot}}}}}}
-  both: x_dot*y_dot
-"""
-
-
-@pytest.mark.exhaustive(keep=1)
-@pytest.mark.parametrize("number", range(12))
-def test_the_log_of_events_is_that_of_the_taylor_method(number: int) -> None:
-    """Events that share arguments with each other and with switches, at random; by another route."""
-    chance = random.Random(number)
-    given = {name: round(chance.uniform(-0.4, 0.4), 3) for name in "abcde"}
-    text = SEVERAL.format(**given, k=round(chance.uniform(1, 20), 3))
-    known = follow(text, 10.0, 3)
-    for method, tolerance in (("ias15", 2.0**-52), ("DOP853", 1e-10), ("Radau", 1e-8)):
-        found = stepped(text, 10.0, method, tolerance, 3)
-        for name in ("edge", "product", "turn", "wall", "both"):
-            times = (one.data.get(f"events/{name}/t", np.empty(0)) for one in (found, known))
-            assert next(times) == pytest.approx(next(times), abs=1e-6), (method, name)
-
-
 def test_what_rests_beside_constraints_does_not_make_steps_short() -> None:
     """Some velocities of the linkage are 0 up to rounding where it turns back."""
     motion = stepped("four_bar", 4.0, "ias15", 2.0**-52, 5)
