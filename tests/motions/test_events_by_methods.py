@@ -179,34 +179,6 @@ def test_an_impact_on_a_hard_spring_with_friction(method: str, tolerance: float)
     assert np.abs(found["diagnostics/ledger/h"]).max() < 1000 * tolerance
 
 
-SEVERAL = """
-coordinates: {{x: {{initial: {a}, velocity: {b}}}, y: {{initial: {c}, velocity: {d}}}}}
-lagrangian: (x_dot**2 + y_dot**2)/2 - {k}*x**2/2 - y**2/2 - 0.3*x**2*y + 0.05*y**3 - 0.2*abs(x - {e})
-dissipation: 0.01*(x_dot**2 + y_dot**2)
-events:
-  edge: x - {e}
-  product: {{when: x*y - 0.01, direction: rising}}
-  turn: x_dot
-  wall: {{when: 0.5 - y, direction: falling, action: {{set: {{y_dot: -0.8*y_dot}}}}}}
-  both: x_dot*y_dot
-"""
-
-
-@pytest.mark.exhaustive(keep=1)
-@pytest.mark.parametrize("number", range(12))
-def test_the_log_of_events_is_that_of_the_taylor_method(number: int) -> None:
-    """Events that share arguments with each other and with switches, at random; by another route."""
-    chance = random.Random(number)
-    given = {name: round(chance.uniform(-0.4, 0.4), 3) for name in "abcde"}
-    text = SEVERAL.format(**given, k=round(chance.uniform(1, 20), 3))
-    known = follow(text, 10.0, 3)
-    for method, tolerance in (("ias15", 2.0**-52), ("DOP853", 1e-10), ("Radau", 1e-8)):
-        found = stepped(text, 10.0, method, tolerance, 3)
-        for name in ("edge", "product", "turn", "wall", "both"):
-            times = (one.data.get(f"events/{name}/t", np.empty(0)) for one in (found, known))
-            assert next(times) == pytest.approx(next(times), abs=1e-6), (method, name)
-
-
 def test_what_rests_beside_constraints_does_not_make_steps_short() -> None:
     """Some velocities of the linkage are 0 up to rounding where it turns back."""
     motion = stepped("four_bar", 4.0, "ias15", 2.0**-52, 5)
@@ -281,3 +253,33 @@ def test_steps_are_not_shorter_than_rounding_explains(method: str, tolerance: fl
     motion = stepped(text, 0.05, method, tolerance, 6)
     assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps < 50000
     assert motion["q/x"][1:] == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-7, 1e-8])
+def test_nothing_falls_through_a_floor(method: str, tolerance: float) -> None:
+    """Impacts become so low that the motion between them is below the error of a longer step's polynomial."""
+    text = """
+    coordinates: {x: {initial: -0.6, velocity: -0.937}}
+    lagrangian: x_dot**2/2 - 17.254*x**2/2 - 0.3*sqrt(1 + x**2) - 0.5*cos(2*x)
+    dissipation: 0.05*x_dot**2/2
+    events: {floor: {when: x - 0.08, direction: falling, action: {set: {x_dot: -0.5*x_dot}}}}
+    """
+    motion = stepped(text, 5.0, method, tolerance, 41)
+    assert motion["q/x"][motion.t > 3.31] == pytest.approx(0.08, abs=1e-15)
+
+
+@METHODS
+def test_friction_lets_go_with_no_speed_and_no_acceleration(method: str, tolerance: float) -> None:
+    """From there on v = 0.6 (cos(t0) - cos(t)) - (t - t0)/2, with 0.6 sin(t0) = 1/2."""
+    text = """
+    coordinates: {x: {initial: 1}, y: {initial: 0.3}}
+    lagrangian: (x_dot**2 - x**2 + y_dot**2)/2
+    generalized_forces: {y: -sign(y_dot)/2 + 0.6*sin(t)}
+    """
+    motion = stepped(text, 2.0, method, tolerance, 41)
+    free, let_go = motion.t > math.asin(5 / 6), math.asin(5 / 6)
+    known = 0.6 * (math.cos(let_go) - np.cos(motion.t)) - (motion.t - let_go) / 2
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/y"] == pytest.approx(np.where(free, known, 0), abs=1e-9)

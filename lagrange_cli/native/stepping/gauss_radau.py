@@ -198,7 +198,9 @@ class GaussRadauSteps(RateSteps):
         most = [f.variable(f.zero(lanes)) for _ in range(2)]
         total = f.variable(f.zero(lanes))
         with self._each(f, self._count) as i:
-            scale = f.load_row("%work", i + self.scale, lanes)
+            # a velocity that begins at 0, without an acceleration, is measured by what it becomes
+            grown = f.splat(f.constant(1.0), lanes) / f.magnitude(self._term(f, self.terms, 0, i))
+            scale = f.smaller(f.load_row("%work", i + self.scale, lanes), grown)
             errors = self.rounding.of(f, i)
             for one, k in zip(most, (TERMS - 2, TERMS - 1)):
                 b = f.magnitude(self._term(f, self.terms, k, i))

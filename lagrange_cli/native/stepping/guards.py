@@ -176,11 +176,12 @@ class GuardCode:
         jumped there, as over the cut of atan2."""
         at = j + self.rows.mode(self.layout)
         row, term = self.lengths.place(f, f.load_integer("@guard_rows", j)), self.lengths.term
-        mode, u, slope = f.load("%state", at), f.load(row, term), f.load(row, 2 * term) * 2.0
+        mode, u, h = f.load("%state", at), f.load(row, term), Real(f, "%h")
+        slope, bend = f.magnitude(f.load(row, 2 * term)) * 2.0, f.magnitude(f.load(row, 3 * term)) * 3.0
         role = f.load_integer("@guard_roles", j)
         others = (Role.SWITCH, Role.HOLD, Role.REST, Role.CUT, *self._breaks)
         event = ~reduce(or_, [role.equals(one) for one in others])
-        jumped = f.magnitude(u) > f.magnitude(slope * Real(f, "%h")) * JUMP
+        jumped = f.magnitude(u) > f.fused(bend, h, slope) * h * JUMP
         with f.when(~fresh & (u * mode < 0.0) & jumped & event):
             f.store(-mode, "%state", at)
 

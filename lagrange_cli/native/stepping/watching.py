@@ -29,8 +29,9 @@ FARTHER, AHEAD, LOST = 1.25, 16.0, 3
 """The root may be so much beyond the end of the step. If it is not, it is looked for so much farther, so
 often."""
 NEARER, DOUBTS = 0.0625, 8
-"""Where an argument begins at 0 and seems to lead back, the step is taken again, so much shorter, so often:
-polynomials of long steps have errors in which what rests is lost."""
+"""Where an argument begins at 0 and seems to lead back, the step is taken again, so much shorter, so often;
+likewise where only a part of it is examined. Polynomials of long steps have errors in which what hardly moves
+is lost."""
 AT_ONCE = 2.0**-36
 """Up to this part of the step, polynomials are as precise as its end."""
 
@@ -171,11 +172,11 @@ class Watching:
         unit, none, length = f.constant(1.0), f.constant(NONE), f.variable(Real(f, "%h"))
         with f.section() as sure, f.loop(0, DOUBTS, tested=False):
             root, which, known = guards.first(f, length.get(), unit)
-            with f.when(~(root < 0.0)):
+            with f.when((root >= 0.0) & ((root < none) | (known >= length.get()))):
                 sure.leave()
-            with f.when(~(steps.retried(f, length.get() * NEARER) > 0.0)):
+            length.set(f.select(root < 0.0, length.get() * NEARER, known))
+            with f.when(~(steps.retried(f, length.get()) > 0.0)):
                 f.give(none, which, length.get())
-            length.set(length.get() * NEARER)
         h = length.get()
         root, which, known = guards.first(f, h, unit)
         with f.when(~((root > h * AT_ONCE) & (root <= known))):
