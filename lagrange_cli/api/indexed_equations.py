@@ -34,8 +34,8 @@ class IndexedEquations(Written):
     momenta : dict of str to sympy.Expr
         p_k = dL/dq_dot_k.
     accelerations, masses, force : dict of str to sympy.Expr, or None
-        The explicit solution, and the diagonal of M and f in M a = f; None along chains and trees, and
-        with constraints.
+        The explicit solution, which is None with constraints, and the diagonal of M and f in M a = f (with
+        constraints, M a = f + A^T lambda); None along chains and trees.
     positions : dict of str to sympy.Expr
         What the names of places stand for that the equations contain.
     constraints : dict of str to sympy.Expr
@@ -110,7 +110,7 @@ class IndexedEquations(Written):
 
     @property
     def accelerations(self) -> dict[str, sympy.Expr] | None:
-        """The explicit solution for each line; None along chains and trees."""
+        """The explicit solution for each line; None along chains and trees, and with constraints."""
         return None if self._found.accelerations is None else self._lines(self._found.accelerations)
 
     @property

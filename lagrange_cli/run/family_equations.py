@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lagrange_cli.symbolic.families.equations import FamilyEquations
     from lagrange_cli.symbolic.verify import Verification
 
-INDEXED = FORMS[:4]
+INDEXED = FORMS[:5]
 """Forms in which families are printed with their indices."""
 DIAGONAL = "hamilton", "matrix"
 """Those of them for which M has to be diagonal."""
@@ -99,7 +99,7 @@ def derive_printed(
 
 def may_have(spec: Spec, form: str) -> bool:
     """Whether a form may be printed with indices, as far as that is known before anything is derived."""
-    if form not in INDEXED or (spec.constraints and form != FORMS[0]):
+    if form not in INDEXED:
         return False
     if form not in DIAGONAL or not spec.families.get("coordinates"):
         return True
@@ -111,27 +111,36 @@ def may_have(spec: Spec, form: str) -> bool:
 
 def in_form(derived: Printed, form: str) -> Printed:
     """The same equations for another form, for which they may have to be written out."""
-    if isinstance(derived, Derived) or (_of_form(derived, form) is not None and form in INDEXED):
+    if isinstance(derived, Derived):
         return derived
-    return derive_printed(derived.spec, form)
+    found = _of_form(derived, form) if form in INDEXED else None
+    return derive_printed(derived.spec, form) if found is None else found
 
 
 def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | None:
     """The equations if they have a form with indices. Raises ``UsageError`` where they have it in no way."""
-    if derived is None or (derived.equations.constraints and form != FORMS[0]):
+    if derived is None:
         return None
     refuse_form(derived, form)
     if form in DIAGONAL and derived.equations.masses is None:
         return None
-    if form == "hamilton":
-        from lagrange_cli.expression.indices import Unsuited
-        from lagrange_cli.symbolic.families.hamilton import hamilton_form
+    from lagrange_cli.expression.indices import Unsuited
+    from lagrange_cli.expression.syntax import ExpressionError
+    from lagrange_cli.symbolic.families.frames import Split
 
-        try:
-            with derived.bounded():
+    try:
+        with derived.bounded():
+            if form == "hamilton":
+                from lagrange_cli.symbolic.families.hamilton import hamilton_form
+
                 hamilton_form(derived.equations)
-        except Unsuited:
-            return None
+            if form == "reactions":
+                from lagrange_cli.symbolic.families.reactions import reactions_of
+
+                found = reactions_of(derived.system, derived.constrained)
+                return replace(derived, equations=replace(derived.equations, reactions=found))
+    except (Unsuited, Split, ExpressionError, ArithmeticError):
+        return None
     return derived
 
 
@@ -198,8 +207,6 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     if form not in INDEXED:
         return f"--form {form} writes out every member"
     parts = [part for part in ("constraints", "events", *UNKNOWN) if getattr(spec, part)]
-    if parts == ["constraints"] and form != FORMS[0]:
-        return f"with constraints, --form {form} writes out every member"
     if parts == ["constraints"]:
         needs = "a constant diagonal mass matrix and constraints without t"
         return f"every member is written out, since printing constraints with indices needs {needs}"
@@ -223,6 +230,12 @@ def smaller(spec: Spec) -> str:
 
 def refuse_form(derived: DerivedFamilies, form: str) -> None:
     """Raise ``UsageError`` where the equations do not have a form."""
+    if form == "explicit" and derived.equations.constraints:
+        raise UsageError(
+            "--form explicit: with constraints, accelerations and multipliers are the solution of all "
+            "equations together, and are not printed with indices; "
+            "use --form matrix (M a = f + A^T lambda, A a = b)"
+        )
     if form == "explicit" and derived.equations.accelerations is None:
         raise UsageError(
             "--form explicit: accelerations along chains and trees are the solution of all "
@@ -242,7 +255,10 @@ def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dic
 def written(derived: Printed, format_: str, form: str, parameters: Mapping[str, float]) -> str:
     """The equations in a format other than JSON, likewise."""
     if isinstance(derived, DerivedFamilies):
-        return families_as_written(derived, format_, form, parameters)
+        if (format_, form) != ("python", "reactions"):
+            return families_as_written(derived, format_, form, parameters)
+        with by_members(derived.spec, form, ""):  # a module has the forces of all members
+            derived = derive(derived.spec)
     with by_members(derived.spec, form, derived.coordinates):
         return as_written(derived, format_, form, parameters)
 

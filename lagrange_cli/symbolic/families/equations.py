@@ -26,6 +26,7 @@ from lagrange_cli.symbolic.families.frames import Split
 from lagrange_cli.symbolic.families.given import Given, multiplier_name
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.places import NamedPlace
+from lagrange_cli.symbolic.families.reactions import ReactionForm
 from lagrange_cli.symbolic.families.sums import finished
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
@@ -63,14 +64,22 @@ class FamilyEquations:
     masses: tuple[Line, ...] | None
     """The diagonal of M in M a = f, where M is diagonal; None of chains and trees."""
     rates: tuple[Line, ...] | None
-    """f, the rates of the momenta, likewise."""
+    """f, the forces but those of constraint, likewise."""
     conserved: tuple[Conserved, ...]
     changing: tuple[Changing, ...]
     paths: tuple[Path, ...]
     constraints: tuple[Line, ...]
     """Expressions that are 0, each with a multiplier."""
+    pulls: tuple[Line, ...]
+    """A^T lambda, the forces of constraint on coordinates, where M is diagonal."""
+    driving: tuple[Line, ...]
+    """f + A^T lambda, the rates of momenta, likewise."""
+    allowed: tuple[Line, ...]
+    """The second derivatives of the constraints, which are 0, too."""
     places: tuple[NamedPlace, ...]
     """Where particles are, for places that are written by name, and their velocities and accelerations."""
+    reactions: ReactionForm | None = None
+    """The forces of constraint on particles, where they have been asked for."""
 
 
 def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEquations | None:
@@ -110,34 +119,40 @@ class _Deriver(Given):
         kinetic, potential = self.energies()
         lagrangian = potential if kinetic is None else kinetic - potential
         inertia = lagrangian if kinetic is None else kinetic
-        momenta, forces, accelerations, masses, rates = [], [], [], [], []
+        momenta, forces, accelerations, masses, rates, pulls = [], [], [], [], [], []
+        driving: list[Line] = []
         equations: list[tuple[Line, Equation]] = []
         constraints = [*self.constraints()]
         pull = sympy.Add(
             *(Summed(symbol_of(one, multiplier_name(one.family.name)) * one.expression, Loops(one.loops))
               for one in constraints)
         )  # fmt: skip
-        free = self.system.joints is None and not constraints
+        diagonal = self.system.joints is None
         for family in self.builder.coordinates:
             inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
             for line, own in self.lines.of(family, inertial):
                 momenta.append(line.of(own[MASS]))
-                if free:
+                if diagonal:
                     masses.append(line.of(self.mass_of(line, own[MASS])))
             force = {FORCE: [*self.applied(family.name)]}
             if force[FORCE]:
                 lines = self.lines.of(family, force)
                 forces += [line.of(own[FORCE]) for line, own in lines if own[FORCE] != 0]
-            if self.system.joints is not None:
+            if not diagonal:
                 equations += self.balanced(family, potential, force)
                 continue
             several = {**inertial, **force, SLOPE: [*self.parts(lagrangian, family.name)]}
             several[PULL] = [*self.parts(pull, family.name)]
             for line, own in self.lines.of(family, several):
-                equation, acceleration, rate = self.solved(line, own)
+                equation, acceleration = self.solved(line, own)
                 equations.append((line.of(equation.left), equation))
                 accelerations.append(line.of(acceleration))
-                rates.append(line.of(rate))
+                driving.append(line.of(self.total({**own, MASS: sympy.S.Zero})))
+            if constraints:
+                of_file = {**force, SLOPE: several[SLOPE]}
+                rates += [line.of(self.total(own)) for line, own in self.lines.of(family, of_file)]
+                held = {PULL: several[PULL]}
+                pulls += [line.of(self.total(own)) for line, own in self.lines.of(family, held)]
         left = [line for line, _ in equations]
         conserved, changing = balance(self, lagrangian, momenta, forces)
         h = self.neat(self.energy(lagrangian) if kinetic is None else self.kinetic(moving=True) + potential)
@@ -155,19 +170,26 @@ class _Deriver(Given):
             momenta=tuple(momenta),
             forces=tuple(forces),
             equations=tuple(equations),
-            accelerations=tuple(accelerations) if free else None,
-            masses=tuple(masses) if free else None,
-            rates=tuple(rates) if free else None,
+            accelerations=tuple(accelerations) if diagonal and not constraints else None,
+            masses=tuple(masses) if diagonal else None,
+            rates=tuple(rates if constraints else driving) if diagonal else None,
             conserved=tuple(conserved),
             changing=tuple(changing),
             paths=tuple(self.builder.paths),
-            constraints=tuple(
-                one.of(self.neat(one.expression, spans_within(one.loops, self.lines.sizes)))
+            constraints=tuple(one.of(self.of_members(one.expression, one.loops)) for one in constraints),
+            pulls=tuple(pulls),
+            driving=tuple(driving),
+            allowed=tuple(
+                one.of(self.of_members(self.builder.rate(self.builder.rate(one.expression)), one.loops))
                 for one in constraints
             ),
             places=tuple(self.places(lagrangian, h, *(one.expression for one in (*momenta, *forces, *left)))),
         )
         return self.finished(found)
+
+    def of_members(self, expression: sympy.Expr, loops: Sequence[Loop]) -> sympy.Expr:
+        """An expression of members in textbook form."""
+        return self.neat(expression, spans_within(loops, self.lines.sizes))
 
     def finished(self, found: FamilyEquations) -> FamilyEquations:
         """The equations as they are printed."""
@@ -196,6 +218,9 @@ class _Deriver(Given):
             accelerations=None if found.accelerations is None else lines(found.accelerations),
             rates=None if found.rates is None else lines(found.rates),
             constraints=lines(found.constraints),
+            pulls=lines(found.pulls),
+            driving=lines(found.driving),
+            allowed=lines(found.allowed),
             conserved=tuple(replace(one, expression=shown(one.expression)) for one in found.conserved),
             changing=tuple(replace(one, rate=shown(one.rate)) for one in found.changing),
             places=tuple(replace(one, expression=shown(one.expression, one.loops)) for one in found.places),
@@ -209,12 +234,16 @@ class _Deriver(Given):
             expression = self.lines.shown(one.expression, {}, one.loops)
             yield replace(one, expression=expression)
 
-    def solved(self, line: Line, own: Mapping[str, sympy.Expr]) -> tuple[Equation, sympy.Expr, sympy.Expr]:
-        """The equation of a line, where M is diagonal and constant, the acceleration, and the force."""
+    def solved(self, line: Line, own: Mapping[str, sympy.Expr]) -> tuple[Equation, sympy.Expr]:
+        """The equation of a line, where M is diagonal and constant, and the acceleration."""
         order = self.order
         a = symbol_of(line, acceleration_name(line.family.name))
         mass, force = self.mass_of(line, own[MASS]), own[SLOPE] + own[FORCE] + own[PULL]
-        return textbook_form(mass * a - force, order), tidy(force / mass, order), tidy(force, order)
+        return textbook_form(mass * a - force, order), tidy(force / mass, order)
+
+    def total(self, own: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        """A sum of forces."""
+        return tidy(sympy.Add(*own.values()), self.order)
 
     def mass_of(self, line: Line, momentum: sympy.Expr) -> sympy.Expr:
         """dp/dv of a line."""

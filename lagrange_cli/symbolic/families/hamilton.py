@@ -21,7 +21,7 @@ from lagrange_cli.symbolic.order import Order, Role
 @dataclass(frozen=True)
 class FamilyHamiltonian:
     """H and the canonical equations in q, p and t: dq/dt = dH/dp (``velocities``) and dp/dt = -dH/dq + Q
-    (``rates``), with a line for members that are alike."""
+    (``rates``; with constraints, + A^T lambda), with a line for members that are alike."""
 
     order: Order
     H: sympy.Expr
@@ -37,7 +37,7 @@ def momentum_name(coordinate: str) -> str:
 def hamilton_form(equations: FamilyEquations) -> FamilyHamiltonian:
     """The Legendre transform of L. Raises ``UsageError`` where a name is taken, and ``Unsuited`` where
     velocities in forces cannot be replaced with indices."""
-    if equations.masses is None or equations.rates is None:
+    if equations.masses is None:
         raise Unsuited
     ranks = equations.order.ranks
     assert isinstance(ranks, Ranks)
@@ -71,7 +71,7 @@ def hamilton_form(equations: FamilyEquations) -> FamilyHamiltonian:
                 found[symbol] = one.expression if alike else renamed(one.expression, names, {})
         return found
 
-    rates = tuple(line.of(tidy(line.expression.xreplace(known(line)), order)) for line in equations.rates)
+    rates = tuple(line.of(tidy(line.expression.xreplace(known(line)), order)) for line in equations.driving)
     potential = equations.U
     if potential is None:
         potential = -at_rest(equations.L, equations.order)

@@ -10,6 +10,7 @@ import sympy
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
+from lagrange_cli.records import replace
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form
@@ -102,29 +103,58 @@ def hamilton_sections(equations: FamilyEquations, momenta: Writer) -> list[Secti
     ]
     return [
         Section("Hamiltonian", (writer.statement("H", form.H),)),
+        *constraints(equations, momenta),
         Section("Canonical equations", tuple(canonical)),
         momenta_section(equations, momenta),
     ]
 
 
 def matrix_sections(equations: FamilyEquations, writer: Writer) -> list[Section]:
-    """M a = f, where M is diagonal."""
+    """M a = f, or with constraints M a = f + A^T lambda and A a = b, where M is diagonal."""
     if equations.masses is None or equations.rates is None:
         raise Unsuited
     masses = (line_statement(one, one.name("M_"), writer) for one in equations.masses)
     rates = (line_statement(one, one.name("f_"), writer) for one in equations.rates)
-    return [
-        Section("Equations of motion", (Statement("M a", "f"),)),
+    found = [
         Section("Mass matrix, which is diagonal", tuple(masses)),
         Section("Force", tuple(rates)),
+    ]
+    if not equations.constraints:
+        return [Section("Equations of motion", (Statement("M a", "f"),)), *found]
+    pull = f"{writer.notation.transposed(writer.names('A'))} {writer.names('lambda')}"
+    whole = writer.notation.plus.join(["f", pull])
+    pulls = (line_statement(one, one.name("r_"), writer) for one in equations.pulls)
+    said = Statement("M a", whole), Statement("A a", "b"), Statement("r", pull)
+    return [
+        Section("Equations of motion", said),
+        *found,
+        Section("Force of the constraints", tuple(pulls)),
+        *constraints(equations, writer),
+        Section("Accelerations allowed by the constraints", zeros(equations.allowed, writer)),
+    ]
+
+
+def reaction_sections(equations: FamilyEquations, writer: Writer) -> list[Section]:
+    """R = m a - F on each particle."""
+    if equations.reactions is None:
+        raise Unsuited
+    form = equations.reactions
+    known = replace(equations, places=form.places, paths=form.paths)
+    forces = (line_statement(one, one.name(), writer) for one in form.lines)
+    return [
+        *trees(known, writer),
+        *places(known, writer),
+        Section("Forces of constraint, R = m a - F", tuple(forces)),
+        *constraints(equations, writer),
     ]
 
 
 OTHER_FORMS: Mapping[str, Callable[[FamilyEquations, Writer], list[Section]]] = {
     "hamilton": hamilton_sections,
     "matrix": matrix_sections,
+    "reactions": reaction_sections,
 }
-"""The sections of forms for which M has to be diagonal."""
+"""The sections of further forms."""
 
 
 def momenta_section(equations: FamilyEquations, writer: Writer) -> Section:
@@ -154,14 +184,18 @@ BOUND = "the solution of all equations of motion and the second derivatives of t
 def constraints(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
     """The constraints, if there are any."""
     if equations.constraints:
-        said = (
-            Statement(
-                writer.text(one.expression), "0",
-                with_members(writer.notation.words(one.name()), one.loops, writer),
-            )
-            for one in equations.constraints
-        )  # fmt: skip
-        yield Section("Constraints", tuple(said))
+        yield Section("Constraints", zeros(equations.constraints, writer))
+
+
+def zeros(lines: Sequence[Line], writer: Writer) -> tuple[Statement, ...]:
+    """What is 0 of some members, with the names of these."""
+    return tuple(
+        Statement(
+            writer.text(one.expression), "0",
+            with_members(writer.notation.words(one.name()), one.loops, writer),
+        )
+        for one in lines
+    )  # fmt: skip
 
 
 def trees(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
@@ -197,7 +231,8 @@ def places(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
 def names_used(equations: FamilyEquations) -> set[str]:
     """The names of indices and sizes in the equations."""
     found = names_in(equations.L)
-    for line in (*equations.momenta, *(equations.accelerations or ()), *equations.constraints):
+    forces = () if equations.reactions is None else equations.reactions.lines
+    for line in (*equations.momenta, *(equations.accelerations or ()), *equations.constraints, *forces):
         found |= names_in(line.expression)
         found.update(*(one.names for one in line.loops), *(one.names for one in line.indices))
     return found
@@ -261,6 +296,7 @@ def as_data(
         "accelerations": by_line(equations.accelerations),
         "masses": by_line(equations.masses),
         "force": by_line(equations.rates),
+        **({"constraint_force": by_line(equations.pulls)} if equations.pulls else {}),
         "h": text(equations.h),
         "conserved": [
             {
@@ -282,6 +318,13 @@ def as_data(
             name: {one.name(): render(one.expression, notation, canonical.order) for one in lines}
             for name, lines in (("velocities", canonical.velocities), ("momentum_rates", canonical.rates))
         }
+    if equations.reactions is not None:
+        found = equations.reactions
+        data["reactions"] = by_line(found.lines)
+        data["members_of"] |= {"reactions": {one.name(): spoken(one.loops) for one in found.lines}}
+        data["positions"] |= {one.symbol.name: text(one.expression) for one in found.places}
+        data["members"] |= {one.symbol.name: spoken(one.loops) for one in found.places}
+        data["paths"] |= {one.name: parents(one.table) for one in found.paths}
     return data
 
 
@@ -294,10 +337,11 @@ def constraint_data(
             "name": one.name(),
             "kind": "holonomic",
             "expression": text(one.expression),
+            "second_derivative": text(allowed.expression),
             "multiplier": text(symbol_of(one, multiplier_name(one.family.name))),
             "members": spoken(one.loops),
         }
-        for one in equations.constraints
+        for one, allowed in zip(equations.constraints, equations.allowed)
     ]
 
 
@@ -315,6 +359,7 @@ def members_of(equations: FamilyEquations) -> dict[str, dict[str, str]]:
         "accelerations": equations.accelerations,
         "masses": equations.masses,
         "force": equations.rates,
+        "constraint_force": equations.pulls,
     }
     return {
         name: {one.name(): spoken(one.loops) for one in lines} for name, lines in quantities.items() if lines

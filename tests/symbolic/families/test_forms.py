@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,6 +24,8 @@ from lagrange_cli.run.family_equations import (
 )
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.families.readback import ReadBack
 from lagrange_cli.symbolic.source import as_python
 from tests.support.motion import SYSTEMS
 from tests.symbolic.families.test_equations import BODIES
@@ -127,7 +131,7 @@ def test_what_has_no_such_form_is_written_out() -> None:
     assert isinstance(derive_printed(spec, "hamilton"), Derived)
     spec = read_spec(BODIES, "system.yaml")
     assert isinstance(derive_printed(spec, "hamilton"), DerivedFamilies)
-    assert isinstance(derive_printed(spec, "reactions"), Derived)
+    assert isinstance(derive_printed(spec, "vakonomic"), Derived)
 
 
 def test_a_name_of_the_file_is_not_taken_for_a_momentum() -> None:
@@ -145,8 +149,8 @@ def test_what_is_too_long_written_out_has_indices(form: str, monkeypatch: pytest
     assert isinstance(derive_printed(spec, form), DerivedFamilies)
     with pytest.raises(TooLargeSystem, match="steps of work"):
         derive_printed(spec, form, indexed=False)
-    with pytest.raises(TooLargeSystem, match="--form reactions writes out every member"):
-        derive_printed(spec, "reactions")
+    with pytest.raises(TooLargeSystem, match="--form vakonomic writes out every member"):
+        derive_printed(spec, "vakonomic")
 
 
 def test_what_is_certain_to_take_too_much_work_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -188,10 +192,11 @@ def test_constraints_with_indices_are_those_of_the_file(name: str, count: int) -
     found = verify_families(derived, {})
     assert found.difference <= 1e-12
     data = families_as_data(derived, {})
-    assert data["accelerations"] is data["masses"] is None
+    assert data["accelerations"] is None and data["constraint_force"]
     assert {"lambda_rod[i]", "lambda_rod[1]"} & {one["multiplier"] for one in data["constraints"]}
-    for format_ in ("text", "unicode", "latex"):
-        assert families_as_written(derived, format_, "lagrange", {})
+    for format_, form in product(("text", "unicode", "latex"), ("lagrange", "hamilton", "matrix")):
+        assert families_as_written(derived, format_, form, {})
+    assert_forces(derived)
     with pytest.raises(UsageError, match="no --format python"):
         families_as_written(derived, "python", "lagrange", {})
     old, new = ("w**2*l[0]", "2*w**2*l[0]") if name == "net" else ("- y[i - 1]", "- 2*y[i - 1]")
@@ -201,6 +206,34 @@ def test_constraints_with_indices_are_those_of_the_file(name: str, count: int) -
     assert other is not None
     wrong = DerivedFamilies(derived.system, other.equations, Work(), spec)
     assert verify_families(wrong, {}).difference > 1e-6
+
+
+def assert_forces(derived: DerivedFamilies) -> None:
+    """M a - f - A^T lambda is what the equations of motion say, and A a - b the second derivative of the
+    constraints."""
+    found, chance = derived.equations, np.random.default_rng(0)
+    read = ReadBack(derived.system, found)
+    q, v, a = chance.uniform(-1, 1, (3, read.count))
+    parameters = np.array([*resolve_values(derived.spec).parameters.values()])
+
+    def values(lines: Sequence[Line]) -> Any:
+        return read.values(lines, (0.4, q, v, a, parameters), 10**6)[0]
+
+    motion = values([line.of(one.factor * (one.left - one.right)) for line, one in found.equations])
+    force, pull = values(found.rates or ()), values(found.pulls)
+    assert np.allclose(values(found.masses or ()) * a - force - pull, motion, rtol=1e-12, atol=1e-12)
+    assert np.allclose(values(found.driving), force + pull, rtol=1e-12, atol=1e-12)
+    for line, second in zip(found.constraints, found.allowed, strict=True):
+        read.first[line.family.name] = 0
+        places, indices = read.members(line)
+
+        def at(s: float, line: Line = line, indices: Any = indices, count: int = len(places)) -> Any:
+            moved = 0.4 + s, q + v * s + a * s**2 / 2, v + a * s, a, parameters
+            return read.value(line.expression, indices, count, moved)[0]
+
+        expected = (at(1e-3) - 2 * at(0.0) + at(-1e-3)) / 1e-6
+        here, _ = read.value(second.expression, indices, len(places), (0.4, q, v, a, parameters))
+        assert np.allclose(here, expected, rtol=1e-5, atol=1e-5)
 
 
 def test_a_long_chain_of_rods_has_two_constraints() -> None:
@@ -218,5 +251,9 @@ def test_a_long_chain_of_rods_has_two_constraints() -> None:
         assert formula in text, formula
     with pytest.raises(UsageError, match="at most 60 coordinates"):
         verify_families(derived, {})
-    with pytest.raises(TooLargeSystem, match="with constraints, --form matrix writes out every member"):
-        derive_printed(spec, "matrix")
+    matrix = derive_printed(spec, "matrix")
+    assert isinstance(matrix, DerivedFamilies)
+    text = families_as_written(matrix, "text", "matrix", {})
+    assert "r_x[N - 1] = 2*lambda_rod[N - 1]*(x[N - 1] - x[N - 2])" in text and text.count("\n") < 50
+    with pytest.raises(UsageError, match="with constraints, accelerations and multipliers are the solution"):
+        derive_printed(spec, "explicit")
