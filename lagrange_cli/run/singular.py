@@ -32,6 +32,8 @@ def singular_constraints(spec: Spec, parameters: Mapping[str, float], start: flo
     if names:
         verb = "are" if end.t == start else "become"
         text = f"the constraints {verb} dependent ({in_short(names)} on the others): a singular configuration"
+        if len(spec.all_constraints) == 1:
+            text = f"the derivatives of the constraint {names[0]} {verb} 0: a singular configuration"
         return Cause(text, end.t)
     return Cause(MATRIX, end.t) if end.ending is Ending.SINGULAR_MASS_MATRIX else None
 
