@@ -68,10 +68,10 @@ class Classification:
     """A system, and what is known of it before any run.
 
     ``skipped`` says what a run does not compute. ``warnings`` are places of the file where units contradict
-    each other, and where rounding may decide whether two numbers are equal.
-    ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities,
-    and combinations of them, are holonomic after all, and ``integrals`` has the functions that these keep
-    constant, by name, as far as they are found.
+    each other, where rounding may decide whether two numbers are equal, and where a body's angles are
+    singular. ``begin`` says how the initial state became consistent, ``integrability`` which constraints on
+    velocities, and combinations of them, are holonomic after all, and ``integrals`` has the functions that
+    these keep constant, by name, as far as they are found.
     """
 
     spec: Spec
@@ -114,6 +114,8 @@ def classify(
 
         draw(spec, values, spec.solve.start or 0.0)
     warnings = (*contradicting_units(spec), *rounded_equalities(spec))
+    if values is not None and spec.bodies:
+        warnings += singular_poses(spec, consistent)
     found, integrals = velocity_constraints(mechanics, {} if values is None else values.parameters)
     skipped = left_out(mechanics, left_out_of(spec))
     return Classification(spec, mechanics, skipped, warnings, begin, found, integrals)
@@ -253,6 +255,26 @@ def rounded_equalities(spec: Spec) -> tuple[Problem, ...]:
     return tuple(
         source.problem(place, f"rounding may decide whether {comparison} holds", hint)
         for place, comparison in doubtful_equalities(spec)
+    )
+
+
+def singular_poses(spec: Spec, values: Values) -> tuple[Problem, ...]:
+    """A warning for each body whose angles are singular at the start."""
+    from lagrange_cli.run.singular import angles_at
+    from lagrange_cli.spec.source import Source
+
+    source, hint = (
+        Source(spec.filename, spec.text),
+        "begin elsewhere, or use a quaternion: it has no such pose",
+    )
+    found = angles_at(spec, values.parameters, spec.solve.start or 0.0, (*values.q, *values.v))
+    return tuple(
+        source.problem(
+            spec.bodies[name].orientation.place,
+            f"the angles of body '{name}' are singular at the start: the {function} of the second one is 0",
+            hint,
+        )
+        for name, function in found.items()
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError
@@ -33,6 +33,8 @@ def singular_constraints(spec: Spec, parameters: Mapping[str, float], start: flo
     if names:
         verb = "are" if end.t == start else "become"
         text = f"the constraints {verb} dependent ({in_short(names)} on the others): a singular configuration"
+        if len(spec.all_constraints) == 1:
+            text = f"the derivatives of the constraint {names[0]} {verb} 0: a singular configuration"
         return Cause(text, end.t)
     return Cause(MATRIX, end.t) if end.ending is Ending.SINGULAR_MASS_MATRIX else None
 
@@ -41,22 +43,33 @@ def singular_angles(spec: Spec, parameters: Mapping[str, float], start: float, e
     """The same of the angles of a body: about the first and the last axis it turns the same way there."""
     if end.ending not in STUCK:
         return None
+    for name, function in angles_at(spec, parameters, end.t, end.state.tolist()).items():
+        verb = "are" if end.t == start else "become"
+        pose = f"the {function} of the second one is 0; a quaternion has no such singularity"
+        return Cause(f"the angles of body '{name}' {verb} singular ({pose})", end.t)
+    return None
+
+
+def angles_at(
+    spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float]
+) -> dict[str, str]:
+    """The bodies whose three angles, which all may change, are singular at a state, and the function of the
+    second one that is 0 there."""
     from lagrange_cli.model.scope import Scope
     from lagrange_cli.model.start.equations import Equations
 
-    count = len(spec.coordinates)
-    state = end.state.tolist()
-    algebra = Equations(spec, parameters).algebra(end.t, state[:count], state[count : 2 * count])
+    count, found = len(spec.coordinates), dict[str, str]()
+    algebra = Equations(spec, parameters).algebra(t, state[:count], state[count : 2 * count])
     for name, body in spec.bodies.items():
         how = body.orientation
-        if how.form == "euler":
-            middle = float(Scope(spec, algebra).scalar(how.entries[1]).value)
-            proper = how.sequence[0] == how.sequence[2]
-            if abs(math.sin(middle) if proper else math.cos(middle)) < CLOSE:
-                verb, function = "are" if end.t == start else "become", "sine" if proper else "cosine"
-                pose = f"the {function} of the second one is 0; a quaternion has no such singularity"
-                return Cause(f"the angles of body '{name}' {verb} singular ({pose})", end.t)
-    return None
+        if how.form != "euler":
+            continue
+        angles = [Scope(spec, algebra).scalar(entry) for entry in how.entries]
+        proper, middle = how.sequence[0] == how.sequence[2], float(angles[1].value)
+        small = abs(math.sin(middle) if proper else math.cos(middle)) < CLOSE
+        if small and all(any(slot and x for slot, x in angle.slopes.items()) for angle in angles):
+            found[name] = "sine" if proper else "cosine"
+    return found
 
 
 def dependent(spec: Spec, parameters: Mapping[str, float], end: End) -> tuple[str, ...]:

@@ -35,10 +35,11 @@ def notes(begin: Begin) -> Iterator[str]:
             "motion is unique"
         )
     if begin.singular:
-        noun, verb = ("constraint", "depends") if len(begin.singular) == 1 else ("constraints", "depend")
+        one = len(begin.singular) == 1
+        noun, verb, whose = ("constraint", "depends", "its") if one else ("constraints", "depend", "their")
         yield (
-            f"warning: the {noun} {in_short(begin.singular)} {verb} on the others at the start, and only "
-            "there: a singular configuration, from which the motion may not be unique"
+            f"warning: the {noun} {in_short(begin.singular)} {verb} on the others at the start, or {whose} "
+            "derivatives are 0 there: a singular configuration, from which the motion may not be unique"
         )
 
 

@@ -28,7 +28,7 @@ def check_formulation(draft: Draft, problems: Problems) -> None:
                 )
         return
     if "masses" not in places and "embedding" not in places:
-        if draft.strange or draft.bodies:
+        if draft.strange or draft.bodies or ("bodies" in places and problems.found):
             return
         problems.add(
             WHOLE_FILE,

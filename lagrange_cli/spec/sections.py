@@ -198,8 +198,8 @@ SECTIONS = Table(
             also="constraint holonomic holonomic_constraints closures closure loops restrictions",
             rule=Rule(
                 CONFIGURATION | {Kind.PARTICLE},
-                "a constraint is f(r, q, t): one in velocities is written under 'nonholonomic', and none "
-                "contains multipliers",
+                "a constraint is f(r, q, t), without multipliers: one in velocities is written under "
+                "'nonholonomic'",
             ),
             family="all",
         ),

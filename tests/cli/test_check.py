@@ -31,7 +31,7 @@ FACTS = {
     "pendulum": (1, True, [], {"h"}),
     "double_pendulum": (2, True, [], {"h"}),
     "atwood": (1, True, [], {"h", "C_1"}),
-    "incline": (1, True, [], {"h"}),
+    "incline": (1, True, [], {"h", "C_1"}),
     "henon_heiles": (2, True, [], {"h"}),
     "parabola_bead": (1, True, [], {"h"}),
     "rotating_hoop": (1, False, [], {"h"}),
@@ -151,6 +151,22 @@ def test_units_that_contradict_are_told_where_numbers_are_computed(tmp_path, com
     assert line.startswith("a.yaml: warning: sin is taken of a quantity in deg in the position of 'bob'; ")
     run = lagrange(command[0], "a.yaml", *command[1:], "--stop", "0.1", "--force", "--quiet", cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("sequence", "middle", "angle"),
+    [("zxz", "b", 0), ("xyz", "b", "pi/2"), ("zxz", "b", 0.1)],
+)
+def test_angles_that_are_singular_at_the_start_are_a_warning(sequence, middle, angle, tmp_path):
+    (tmp_path / "a.yaml").write_text(
+        f"coordinates: {{a: {{initial: 0.1}}, b: {{initial: {angle}}}, c: {{initial: 0}}}}\n"
+        "bodies:\n  top: {mass: 1, position: [b, 0, 0], inertia: [1, 1, 1],\n"
+        f"    orientation: {{euler: [a, {middle}, c], sequence: {sequence}}}}}\n"
+    )
+    run = lagrange("check", "a.yaml", cwd=tmp_path)
+    assert run.returncode == 0
+    warned = "the angles of body 'top' are singular at the start: the"
+    assert (warned in run.stderr) == (middle == "b" and angle != 0.1)
 
 
 def test_many_warnings_are_counted(tmp_path):

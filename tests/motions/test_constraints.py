@@ -310,6 +310,12 @@ def test_a_motion_that_ends_in_a_singular_configuration_says_so():
     assert singular_constraints(spec, {}, 0.0, End(Ending.NOT_A_NUMBER, 0.5, upright, 9, 9)) is None
     told = singular_constraints(spec, {}, 0.0, End(Ending.SINGULAR_MASS_MATRIX, 0.5, upright, 9, 9))
     assert told.text == "singular matrix of masses and constraints"
+    alone = spec_of(
+        "coordinates: {x: {initial: 0}, y: {initial: 0}}\nmasses: {p: 1}\npositions: {p: [x, y]}\n"
+        "constraints: {cusp: x**3 - y**2}\n"
+    )
+    told = singular_constraints(alone, {}, 0.0, End(Ending.SINGULAR_MASS_MATRIX, 0.0, np.zeros(4), 9, 9))
+    assert told.text == "the derivatives of the constraint cusp are 0: a singular configuration"
 
 
 def test_the_start_of_a_solve_is_made_consistent(tmp_path):

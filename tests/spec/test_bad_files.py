@@ -486,6 +486,7 @@ potential: x
         ("[w, x, y, z]", "[w, x, y]", "must be a list of 4 components, not 3"),
         ("quaternion: [w, x, y, z]", "euler: [x, y, z], sequence: zzx", "'zzx' is not a sequence of axes"),
         ("quaternion: [w, x, y, z]", "matrix: [[1, 2, 3], [1, 2, 3]]", "must have 3 rows, not 2"),
+        ("[1, 2, 2.5]", "[[1, 0], [0, 1]]", "inertia of body 'top' must have 3 rows, not 2"),
         ("potential: x", "potential: bob.at(1, 0, 0).x", "the particle 'bob' is not a rigid body"),
         (
             "potential: x",

@@ -51,13 +51,14 @@ def components(
 def square(node: nodes.Sequence, where: str, problems: Problems) -> tuple[Expression, ...] | None:
     """The nine entries of a list of rows."""
     hint = "write [[a, b, c], [d, e, f], [g, h, i]]"
+    if len(node.items) != 3:
+        problems.add(node.place, f"{where} must have 3 rows, not {len(node.items)}", hint)
+        return None
     rows = [
         components(row, f"row {i + 1} of {where}", problems, (3,), hint) for i, row in enumerate(node.items)
     ]
-    if len(rows) != 3:
-        problems.add(node.place, f"{where} must have 3 rows, not {len(rows)}", hint)
     found = [one for row in rows if row is not None for one in row]
-    return tuple(found) if len(found) == 9 and len(rows) == 3 else None
+    return tuple(found) if len(found) == 9 else None
 
 
 def is_square(node: Node) -> bool:
