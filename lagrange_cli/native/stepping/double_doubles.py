@@ -36,13 +36,13 @@ again."""
 NARROWER, NARROWEST = 2.0**-32, 2.0**-300
 """The factor for the unit if coefficients overflow, and its lower limit."""
 ROUGHLY, ROUGH = 2.0**-40, 2.0**-80
-"""What ``Bounds.almost`` and ``Bounds.rounding`` are for the trial of a long step's end before it is
+"""What ``PredictionBounds.almost`` and ``rounding`` are for the trial of a long step's end before it is
 taken."""
 TRIALS = 31
 EXPONENT = 0x7FF0000000000000
 
 
-class PairDivision(Division):
+class DoubleDoubleDivision(Division):
     """Integrals by parts, whose series have a unit of time close to their length."""
 
     edge, provable = 0.0, 2.0**-42
@@ -94,7 +94,7 @@ class DoubleDoubleSteps(Steps):
     """The parts of steps in double-double."""
 
     refined, parts, small = True, 2, 2.0**-94
-    division = PairDivision
+    division = DoubleDoubleDivision
 
     def __init__(self, lengths: Lengths, low: int, given: Given) -> None:
         self._low, self._width = low, lengths.width
