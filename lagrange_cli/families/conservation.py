@@ -16,7 +16,7 @@ from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import curved
-from lagrange_cli.families.rigid import Places, Rigid, displacement, together
+from lagrange_cli.families.rigid import ParticleVectors, Rigid, displacement, together
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
 from lagrange_cli.mechanics.conserved.displacements import TURNS
@@ -74,7 +74,7 @@ class RandomState:
         return values.of(total), values.added(total.count, total.terms, sizes=True)
 
     @property
-    def places(self) -> Places:
+    def places(self) -> ParticleVectors:
         """Where the particles are."""
         return {
             (name, axis): self.values.of(total)
@@ -82,7 +82,7 @@ class RandomState:
             for axis, total in enumerate(totals)
         }
 
-    def change(self, displacements: Places) -> Values | None:
+    def change(self, displacements: ParticleVectors) -> Values | None:
         """The change of coordinates that moves particles so far; None where there is none."""
         found = np.full(self.system.q.count, np.nan)
         left = {place: values != 0 for place, values in displacements.items()}

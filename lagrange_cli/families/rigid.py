@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     Numbers = NDArray[np.float64]
 
-Places: TypeAlias = "Mapping[tuple[str, int], Numbers]"
+ParticleVectors: TypeAlias = "Mapping[tuple[str, int], Numbers]"
 """Numbers (members,) of the particles of a family, by its name and an axis."""
 
 MOST_FAMILIES = 6
@@ -80,7 +80,7 @@ class Rigid:
     def __init__(self, system: FamilySystem) -> None:
         self.tried = candidates(system)
         self.names = [(name, k) for name, several in system.speeds.items() for k in range(len(several))]
-        self._places: list[Places] = []
+        self._places: list[ParticleVectors] = []
         self._columns: list[Numbers] = []
         for seed in range(STATES if self.tried else 0):
             chance = np.random.default_rng(seed)
@@ -132,12 +132,12 @@ def together(parts: Sequence[Part], q: Numbers) -> Numbers:
     return made
 
 
-def shift(places: Places, axis: int) -> Places:
+def shift(places: ParticleVectors, axis: int) -> ParticleVectors:
     """All particles move along an axis."""
     return {place: np.full(len(x), float(place[1] == axis)) for place, x in places.items()}
 
 
-def turn(places: Places, i: int, j: int) -> Places:
+def turn(places: ParticleVectors, i: int, j: int) -> ParticleVectors:
     """All particles turn from axis i to axis j."""
     moved = {place: np.zeros(len(x)) for place, x in places.items()}
     for name, axis in places:
@@ -146,7 +146,7 @@ def turn(places: Places, i: int, j: int) -> Places:
     return moved
 
 
-def displacement(quantity: str) -> Callable[[Places], Places]:
+def displacement(quantity: str) -> Callable[[ParticleVectors], ParticleVectors]:
     """What conserves P_x, K_x or L_z."""
     kind, _, name = quantity.partition("_")
     if kind == "L":

@@ -19,10 +19,10 @@ REPEATED = 4
 MOST_COMPARISONS = 2_000_000
 """Comparisons of pairs of factors that looking for the best order may take, about a second."""
 
-Pair = tuple[Node, Node]
+TwoFactors = tuple[Node, Node]
 
 
-def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, Pair]:
+def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, TwoFactors]:
     """Products, and parts of them, as products of two. Each time, the pair is multiplied first that most of
     the products have in common. The work of that grows with the cube of the number of factors: products of
     very many are halved instead.
@@ -35,14 +35,14 @@ def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, Pair]:
             long.append(product)
     plan = halved(graph, {product: factors.pop(product) for product in long})
     graph.work.charge(min(comparisons, MOST_COMPARISONS) // 2)
-    users: dict[Pair, dict[Node, None]] = {}
-    made: set[Pair] = set()
-    heap: list[tuple[int, int, int, Pair]] = []
+    users: dict[TwoFactors, dict[Node, None]] = {}
+    made: set[TwoFactors] = set()
+    heap: list[tuple[int, int, int, TwoFactors]] = []
 
-    def priority(pair: Pair) -> tuple[int, int, int, Pair]:
+    def priority(pair: TwoFactors) -> tuple[int, int, int, TwoFactors]:
         return -len(users[pair]) - (pair in made), pair[1].number, pair[0].number, pair
 
-    def enter(product: Node) -> Iterable[Pair]:
+    def enter(product: Node) -> Iterable[TwoFactors]:
         """Note which pairs a product has; one of two factors is made in any case."""
         found = pairs(factors[product])
         if factors[product].total() == 2:
@@ -67,7 +67,7 @@ def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, Pair]:
             continue
         both = graph.product([(best[0], 1), (best[1], 1)])
         plan.setdefault(both, best)
-        changed: dict[Pair, None] = {}
+        changed: dict[TwoFactors, None] = {}
         for product in list(users[best]):
             for pair in pairs(factors[product]):
                 users[pair].pop(product)
@@ -78,13 +78,13 @@ def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, Pair]:
     return plan
 
 
-def halved(graph: Graph, products: Mapping[Node, Counter[Node]]) -> dict[Node, Pair]:
+def halved(graph: Graph, products: Mapping[Node, Counter[Node]]) -> dict[Node, TwoFactors]:
     """Products of many factors, each from two halves, and these from their halves.
 
     All are cut at the same factors, so that products that differ in a few factors share most of their parts:
     the derivative of a product of n factors, n products of n - 1, takes about n log2 n products of two.
     """
-    plan: dict[Node, Pair] = {}
+    plan: dict[Node, TwoFactors] = {}
     order = sorted({factor for own in products.values() for factor in own}, key=lambda node: node.number)
     ranks = {factor: rank for rank, factor in enumerate(order)}
 
@@ -116,7 +116,7 @@ def factors_of(graph: Graph, product: Node) -> Counter[Node]:
     return found
 
 
-def pairs(factors: Counter[Node]) -> list[Pair]:
+def pairs(factors: Counter[Node]) -> list[TwoFactors]:
     """Every two of the factors, in order; a factor with itself if it occurs twice."""
     ordered = sorted(factors, key=lambda node: node.number)
     return [

@@ -173,6 +173,7 @@ def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, nu
     assert (folder / "out.h5").read_bytes() == expected
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
 def test_a_run_with_events_goes_on_to_the_same_bytes(folder, interrupted_after, method):
     """Steps that were taken again to end at events, on a state that is moved back to constraints."""

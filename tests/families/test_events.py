@@ -124,6 +124,7 @@ def test_events_are_those_of_the_members(case: str, count: int, monkeypatch: pyt
     assert set(one.conserved) <= set(other.conserved)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("case", ["walls", "kicks", "rods", "constraints"])
 def test_what_is_said_of_events_does_not_grow_with_them(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)

@@ -68,6 +68,7 @@ def test_polynomials_have_the_values_that_they_are_made_from(degree: int) -> Non
     assert found == pytest.approx(c[1:], abs=1e-15 * 16**degree**0.9)
 
 
+@pytest.mark.exhaustive(keep=5)
 @METHODS
 @pytest.mark.parametrize("direction", ["rising", "falling", "either"])
 def test_crossings_are_those_of_a_sine(method: str, tolerance: float, direction: str) -> None:
@@ -168,6 +169,7 @@ def test_a_rod_is_a_constraint(method: str, tolerance: float) -> None:
     assert np.abs(off).max() < 1e-15
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-11])
 def test_an_impact_on_a_hard_spring_with_friction(method: str, tolerance: float) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from lagrange_cli.families.arrays import Array, Chain, Source, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.stepping.coupling import Coupling, Places, coupling_of, full
+from lagrange_cli.native.stepping.coupling import Coupling, IndexArray, coupling_of, full
 from lagrange_cli.records import dataclass
 
 FLAGS = 2**27
@@ -26,10 +26,10 @@ class TooMany(Exception):
 class Dependencies:
     """The coordinates that each number of an array depends on: those of number k from ``starts[k]`` on."""
 
-    starts: Places
-    columns: Places
+    starts: IndexArray
+    columns: IndexArray
 
-    def read(self, table: Places) -> tuple[Places, Places]:
+    def read(self, table: IndexArray) -> tuple[IndexArray, IndexArray]:
         """What members depend on that read the numbers at the places of ``table``: members, coordinates."""
         counts = np.diff(self.starts)[table]
         total = int(counts.sum())
@@ -75,7 +75,7 @@ def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Dependencies
 
 def dependent(
     system: FamilySystem, total: Total, known: dict[Array, Dependencies]
-) -> Iterator[tuple[Places, Places]]:
+) -> Iterator[tuple[IndexArray, IndexArray]]:
     """Numbers of a total, and what each of them depends on."""
     for term in total.terms:
         for _, slot in system.slots.inside(term.node):

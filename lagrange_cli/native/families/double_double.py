@@ -254,7 +254,7 @@ class Accumulated:
         return DDReal(*fast_sum(self._sum.get(), self._rest.get()))
 
 
-def beside_pairs(factor: int) -> type[DoubleDoubleVectors]:
+def beside_double_doubles(factor: int) -> type[DoubleDoubleVectors]:
     """The numbers that constants of a companion are computed in, to many digits."""
     return type("BesideNumbers", (DoubleDoubleVectors,), {"factor": factor // CONSTANTS})
 

@@ -13,7 +13,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.companion import LONG, ONCE, put_beside
 from lagrange_cli.native.families.arrangement import Arrangement
-from lagrange_cli.native.families.double_double import BEHIND_CONSTANTS, BEHIND_WORK, beside_pairs
+from lagrange_cli.native.families.double_double import BEHIND_CONSTANTS, BEHIND_WORK, beside_double_doubles
 from lagrange_cli.native.families.sharing import Parts
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions
@@ -46,7 +46,7 @@ class Preparation(Arrangement):
             texts = self.prepared("void @prepare", "@arrays", self.kind)
         else:
             once = self.prepared(f"internal void @{ONCE}", "@arrays", DoubleVectors)
-            long = self.prepared(f"internal void @{LONG}", "@long_arrays", beside_pairs(self.factor))
+            long = self.prepared(f"internal void @{LONG}", "@long_arrays", beside_double_doubles(self.factor))
             texts = [*operations(), *functions(), *once, *long, self.prepare_companion()]
         return "".join(texts)
 

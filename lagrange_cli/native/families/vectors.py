@@ -22,7 +22,7 @@ from lagrange_cli.native.recurrences.vector_dots import Coefficients, dots
 from lagrange_cli.native.recurrences.vector_stage import numbered, over
 
 Numbers: TypeAlias = Any
-"""A vector of numbers, or a single one: a ``Real``, or a ``Pair`` of these. It has operators."""
+"""A vector of numbers, or a single one: a ``Real``, or a ``DDReal``. It has operators."""
 Operands: TypeAlias = Any
 """The same as values of the kind of numbers, in which expressions are written."""
 Divisor: TypeAlias = Any

@@ -17,7 +17,7 @@ from lagrange_cli.records import dataclass
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
 
-Places = np.ndarray[Any, np.dtype[np.int64]]
+IndexArray = np.ndarray[Any, np.dtype[np.int64]]
 FEW = 16
 """Up to so many coordinates, matrices are full."""
 
@@ -40,7 +40,7 @@ def full(count: int) -> Coupling:
     return Coupling(Banded(count, count - 1))
 
 
-def coupling_of(count: int, rows: Places, columns: Places) -> Coupling:
+def coupling_of(count: int, rows: IndexArray, columns: IndexArray) -> Coupling:
     """The coupling where the rates at ``rows`` depend on the coordinates or velocities at ``columns``; no
     pair comes twice."""
     if not len(rows):
@@ -58,7 +58,7 @@ def coupling_of(count: int, rows: Places, columns: Places) -> Coupling:
     return Coupling(best, tuple(places.tolist()) if best is found else ())
 
 
-def near(count: int, rows: Places, columns: Places) -> Places:
+def near(count: int, rows: IndexArray, columns: IndexArray) -> IndexArray:
     """The coordinates in an order in which neighbours are near: each one is followed by those of its
     neighbours that have not come yet, those with few neighbours first."""
     keys = np.unique(np.concatenate([rows * count + columns, columns * count + rows]))

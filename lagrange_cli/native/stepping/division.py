@@ -20,7 +20,7 @@ from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, NAN, RATES
 from lagrange_cli.native.stepping.power_laws import FARTHER, follow_powers
 from lagrange_cli.native.stepping.rounding_errors import measure_rounding
 from lagrange_cli.native.stepping.step_size import ENDLESS
-from lagrange_cli.native.stepping.sums import Pair, difference, moved_on
+from lagrange_cli.native.stepping.sums import HighLow, difference, moved_on
 
 LAG = 0.7
 """The factor by which the usual length of parts may shrink from one to the next."""
@@ -65,17 +65,17 @@ class Division:
     """Parts up to this part of the time are too short for proofs, in which time is a double."""
 
     def __init__(
-        self, parts: StepParts, prove: Callable[[Pair, Real], Bit] | None, halted: Callable[[], Bit],
+        self, parts: StepParts, prove: Callable[[HighLow, Real], Bit] | None, halted: Callable[[], Bit],
         *, tires: bool = False,
     ) -> None:  # fmt: skip
         self.f, self.parts, self.prove, self.halted = parts.f, parts, prove, halted
         self.tires = tires and prove is None
 
-    def asked(self, left: Real, place: Pair) -> Real:
+    def asked(self, left: Real, place: HighLow) -> Real:
         """The length that the integrals' series ask for at a place, at most what is left of the step."""
         return self.f.call(Real, "integral_length", self.parts.at.arrays, self.parts.at.there, left)
 
-    def proven(self, length: Real, least: Real, free: Bit, place: Pair) -> Real:
+    def proven(self, length: Real, least: Real, free: Bit, place: HighLow) -> Real:
         """A length, or as much of it as is proven, unless it is negligible. Close to a kink (not ``free``)
         parts are accepted only."""
         if self.prove is None:
@@ -89,7 +89,7 @@ class Division:
         return found.get()
 
     def divide(
-        self, t: Real, step: Pair, samples: Callable[[StepPart], Integer], index: Variable[Integer]
+        self, t: Real, step: HighLow, samples: Callable[[StepPart], Integer], index: Variable[Integer]
     ) -> tuple[Bit, Bit]:
         """The loop over the parts of a ``step`` at about ``t``; ``samples`` are written up to an ``index``
         that is kept if the part is good. Whether the end of the step was reached, and whether rounding, once

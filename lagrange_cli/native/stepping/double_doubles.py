@@ -23,7 +23,7 @@ from lagrange_cli.native.stepping.motion import Given, Steps
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
-from lagrange_cli.native.stepping.sums import Pair, PairSums, difference, pair
+from lagrange_cli.native.stepping.sums import DoubleDoubleSums, HighLow, difference, pair
 from lagrange_cli.records import replace
 
 GONE = 2.0**-900
@@ -37,18 +37,18 @@ again."""
 NARROWER, NARROWEST = 2.0**-32, 2.0**-300
 """The factor for the unit if coefficients overflow, and its lower limit."""
 ROUGHLY, ROUGH = 2.0**-40, 2.0**-80
-"""What ``Bounds.almost`` and ``Bounds.rounding`` are for the trial of a long step's end before it is
+"""What ``PredictionBounds.almost`` and ``rounding`` are for the trial of a long step's end before it is
 taken."""
 TRIALS = 31
 EXPONENT = 0x7FF0000000000000
 
 
-class PairDivision(Division):
+class DoubleDoubleDivision(Division):
     """Integrals by parts, whose series have a unit of time close to their length."""
 
     edge, provable = 0.0, 2.0**-42
 
-    def asked(self, left: Real, place: Pair) -> Real:
+    def asked(self, left: Real, place: HighLow) -> Real:
         f, unit = self.f, self.parts.units.part
         length, fresh = f.variable(left), f.variable(Bit(f, "true"))
 
@@ -95,11 +95,11 @@ class DoubleDoubleSteps(Steps):
     """The parts of steps in double-double."""
 
     refined, parts, small = True, 2, 2.0**-94
-    division = PairDivision
+    division = DoubleDoubleDivision
 
     def __init__(self, lengths: Lengths, low: int, given: Given) -> None:
         self._low, self._width = low, lengths.width
-        self._sums = PairSums(low, lengths.term)
+        self._sums = DoubleDoubleSums(low, lengths.term)
         super().__init__(given, lengths, DOUBLE_DOUBLE, self._sums, GONE)
 
     def own(self) -> list[Function]:
@@ -108,12 +108,12 @@ class DoubleDoubleSteps(Steps):
         expected = self.expect("expect", self.lengths), *integrals
         return [*sums, self.sample_at(), self.update(), *expected, self.holds()]
 
-    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> Bit:
+    def compute(self, f: Function, time: HighLow, unit: Real, state: Pointer, series: Pointer) -> Bit:
         return f.call(Bit, "jet", f.pointer("%constants"), *time, unit, state, series)
 
     # functions
 
-    def at_end(self, f: Function, name: str, row: Row) -> Pair:
+    def at_end(self, f: Function, name: str, row: Row) -> HighLow:
         """What a series adds over (%h, %hl), or its slope there."""
         return self._sums.called(f, name, row, f.pointer("%work"), (Real(f, "%h"), Real(f, "%hl")))
 

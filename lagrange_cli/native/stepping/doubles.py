@@ -16,7 +16,7 @@ from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rat
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
-from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, Pair
+from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, HighLow
 
 MANY = 64
 """From so many coordinates on, those that stand beside no velocity have a loop of their own."""
@@ -50,7 +50,7 @@ class DoubleSteps(Steps):
     def own(self) -> list[Function]:
         return [self.sizes.shortened_step()]
 
-    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> Bit:
+    def compute(self, f: Function, time: HighLow, unit: Real, state: Pointer, series: Pointer) -> Bit:
         f.call(None, "clear", series, f.count(self._work))
         return f.call(Bit, "jet", f.pointer("%constants"), time[0] + time[1], state, series)
 

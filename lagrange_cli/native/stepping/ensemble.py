@@ -30,7 +30,7 @@ from lagrange_cli.native.stepping.pack import Pack, each_lane, spread
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
-from lagrange_cli.native.stepping.sums import Pair
+from lagrange_cli.native.stepping.sums import HighLow
 
 ALL = 2**LANES - 1
 ENOUGH, CRAWLING = 1 << 18, 2.0**-12
@@ -104,7 +104,7 @@ class Follower:
         f.give(Bit(f, "true"))
         return f
 
-    def expand(self, f: Function, time: Pair, unit: Real) -> None:
+    def expand(self, f: Function, time: HighLow, unit: Real) -> None:
         """Compute the series of the lanes' states."""
         t, low = time
         f.call(Bit, "paired_jet", f.pointer("%constants"), t + low, f.pointer("%state"), f.pointer("%work"))

@@ -25,7 +25,7 @@ from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.related import write_floors
 from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
-from lagrange_cli.native.stepping.sums import Pair, Sums, difference
+from lagrange_cli.native.stepping.sums import HighLow, Sums, difference
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class Steps(ABC):
         size = 0.5 * self.bounds.rounding
         return Noise(self.lengths, width, self.state.errors, first, size, last, self.computed)
 
-    def computed(self, f: Function, time: Pair, unit: Real) -> Bit:
+    def computed(self, f: Function, time: HighLow, unit: Real) -> Bit:
         """Compute the series of the state where they belong."""
         return self.compute(f, time, unit, *self.places(f))
 
@@ -138,7 +138,7 @@ class Steps(ABC):
         """Functions of this kind of numbers."""
 
     @abstractmethod
-    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> Bit:
+    def compute(self, f: Function, time: HighLow, unit: Real, state: Pointer, series: Pointer) -> Bit:
         """Compute the series of a state where others may be; whether the mass matrix is regular."""
 
     @abstractmethod
@@ -240,7 +240,7 @@ class Steps(ABC):
         inverse = 1.0 / unit
         return [one * inverse for one in times]
 
-    def time(self, f: Function) -> Pair:
+    def time(self, f: Function) -> HighLow:
         """The time of the state."""
         t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         return t, low
@@ -309,10 +309,10 @@ class Steps(ABC):
         series, arrays = (f.place(trial, one) for one in (first, first + self.given.work))
         units = Units(unit, f.variable(unit))
 
-        def expand(place: Pair) -> None:
+        def expand(place: HighLow) -> None:
             self.compute(f, self.sums.sum(f, (t, low), place), units.part.get(), arrays, series)
 
-        def prove(place: Pair, length: Real) -> Bit:
+        def prove(place: HighLow, length: Real) -> Bit:
             return self._has_proven(f, (t + low) + place[0], arrays, series, length, units.part.get())
 
         at = StepArrays(trial, f.pointer("%work"), arrays, series)

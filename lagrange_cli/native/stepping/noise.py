@@ -19,7 +19,7 @@ from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.rounding_errors import WAYS, share
 from lagrange_cli.native.stepping.step_size import ENDLESS
-from lagrange_cli.native.stepping.sums import Pair
+from lagrange_cli.native.stepping.sums import HighLow
 from lagrange_cli.records import dataclass
 
 FAINT = 2.0**-52
@@ -49,7 +49,7 @@ class Noise:
     first: int
     size: float
     last: int
-    expand: Callable[[Function, Pair, Real], object]
+    expand: Callable[[Function, HighLow, Real], object]
 
     def function(self) -> Function:
         """The function."""

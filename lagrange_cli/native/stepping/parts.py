@@ -13,7 +13,7 @@ from lagrange_cli.native.stepping.acceptance import allowance
 from lagrange_cli.native.stepping.lengths import FollowingSeries, Row
 from lagrange_cli.native.stepping.quadratures import FADING, ROUNDING, Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS
-from lagrange_cli.native.stepping.sums import Pair, Sums, difference
+from lagrange_cli.native.stepping.sums import HighLow, Sums, difference
 from lagrange_cli.records import dataclass
 
 NAN = "0x7FF8000000000000"
@@ -47,9 +47,9 @@ class StepPart:
     ``steep`` there; it may be the ``last`` one.
     """
 
-    start: Pair
-    end: Pair
-    h: Pair
+    start: HighLow
+    end: HighLow
+    h: HighLow
     short: Bit
     steep: Bit
     last: Bit
@@ -63,7 +63,7 @@ class Units:
     part: Variable[Real]
 
 
-def choice(f: Function, where: Bit, yes: Pair, no: Pair) -> Pair:
+def choice(f: Function, where: Bit, yes: HighLow, no: HighLow) -> HighLow:
     """One number or the other."""
     return f.select(where, yes[0], no[0]), f.select(where, yes[1], no[1])
 
@@ -76,7 +76,7 @@ class StepParts:
 
     def __init__(
         self, f: Function, quadratures: Quadratures, sums: Sums, at: StepArrays, low: int, units: Units,
-        expand: Callable[[Pair], None],
+        expand: Callable[[HighLow], None],
     ) -> None:  # fmt: skip
         self.f, self.at, self.low, self.sums, self.units = f, at, low, sums, units
         self.lengths, self.own, self.bounds = quadratures.lengths, quadratures.own, quadratures.bounds
@@ -88,7 +88,7 @@ class StepParts:
         """One of the arrays."""
         return self.f.place(self.at.arrays, number * self.lengths.width) if number else self.at.arrays
 
-    def put(self, row: Row, value: Pair, to: Pointer, where: Bit | None = None) -> None:
+    def put(self, row: Row, value: HighLow, to: Pointer, where: Bit | None = None) -> None:
         """Store a number and its low part, or where that holds only."""
         for shift, one in zip((0, self.low), value):
             row.put(one if where is None else self.f.select(where, one, row.at(to, shift)), to, shift)
@@ -103,7 +103,7 @@ class StepParts:
                 error = error * self.units.part.get()
             row.put(error, self.array(ROUNDING))
 
-    def go(self, place: Pair) -> None:
+    def go(self, place: HighLow) -> None:
         """The motion at a place of the step, and the series there; the integrals stay as they are."""
         f, lengths, first = self.f, self.lengths, 0
         if lengths.followers:
@@ -119,7 +119,7 @@ class StepParts:
                 self._carry(row, place, moves)
         self.expand(place)
 
-    def _carry(self, row: Row, place: Pair, moves: Bit) -> None:
+    def _carry(self, row: Row, place: HighLow, moves: Bit) -> None:
         """Rows that move, at a place of the step."""
         f, at, sums = self.f, self.at, self.sums
         old = sums.state(f, row, at.begin, self.low, self.lengths.wide(f, place[0]))
@@ -128,7 +128,7 @@ class StepParts:
 
     # integrals
 
-    def rate(self, row: Row) -> Pair:
+    def rate(self, row: Row) -> HighLow:
         """The integrand at the beginning of a part."""
         series, beyond = row.series(self.at.there), self.sums.beyond
         low = series[1 + beyond] if beyond else self.f.zero(row.lengths.lanes)
@@ -150,7 +150,7 @@ class StepParts:
             row.put(row.at(array) * self.own.wide(self.f, times), array)
         self.units.part.set(unit)
 
-    def integral(self, row: Row, part: StepPart, h: Pair) -> Pair:
+    def integral(self, row: Row, part: StepPart, h: HighLow) -> HighLow:
         """An integral within ``h`` of the beginning of a part. A rate that is not finite counts as 0: what
         lies beyond tells whether it may be."""
         f, sums, lengths = self.f, self.sums, row.lengths
@@ -221,7 +221,7 @@ class StepParts:
             if self.sums.beyond:
                 f.store(none, "%out", place + Integer(f, "%beyond"))
 
-    def sample(self, part: StepPart, dt: Pair, index: Integer) -> None:
+    def sample(self, part: StepPart, dt: HighLow, index: Integer) -> None:
         """One sample: rows of ``%out`` are ``%stride`` apart, low parts ``%beyond`` behind."""
         f, (first, count) = self.f, self.own.followed
         one, h = self.own.one_by_one(), difference(dt, part.start)
@@ -233,7 +233,7 @@ class StepParts:
                 f.store(low, "%out", place + Integer(f, "%beyond"))
 
     def samples(
-        self, index: Variable[Integer], last: Integer, part: StepPart, since: Callable[[Real], Pair]
+        self, index: Variable[Integer], last: Integer, part: StepPart, since: Callable[[Real], HighLow]
     ) -> Integer:
         """Write the samples of a part from ``index`` to before ``last``, at times ``since`` the beginning of
         the step: the first one beyond."""

@@ -11,7 +11,7 @@ from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, StepParts
 from lagrange_cli.native.stepping.quadratures import ROUNDING
-from lagrange_cli.native.stepping.sums import Pair
+from lagrange_cli.native.stepping.sums import HighLow
 
 WAYS = 4
 """The state is changed in so many ways: in one of them an integrand may be the same by chance."""
@@ -23,7 +23,7 @@ LINEAR = 0.25
 """A change that is not in proportion, up to this part of it, is that of a jump, or of a pole."""
 
 
-def measure_rounding(parts: StepParts, place: Pair) -> None:
+def measure_rounding(parts: StepParts, place: HighLow) -> None:
     """Write down the rounding errors of the integrands at a ``place`` of the step, where the series are."""
     f, own, size = parts.f, parts.own, 0.5 * parts.bounds.rounding
     beyond = parts.sums.beyond

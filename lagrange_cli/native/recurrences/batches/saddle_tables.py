@@ -27,7 +27,7 @@ NOWHERE = -1, -1
 """No place of the matrix."""
 
 T = TypeVar("T")
-Pair = tuple[int, int]
+Entry = tuple[int, int]
 """Two unknowns."""
 
 
@@ -90,7 +90,7 @@ class SaddleTables:
         self.listed: list[int | None] = []
         """The unknowns by their positions: each round begins a block of eight."""
         ends, pair_ends = [0], [0]
-        self.pairs: list[Pair | None] = []
+        self.pairs: list[Entry | None] = []
         """The places (i, p) of L, of each round in whole blocks."""
         for one in elimination.rounds:
             self.listed += [*one, *[None] * (-len(one) % LANES)]
