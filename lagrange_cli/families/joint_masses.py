@@ -133,22 +133,22 @@ class JointMasses:
         columns = [self.product(column).tolist() for column in self.numbers.kind.array(np.eye(self.count))]
         return {k: {j: m for j, m in enumerate(column) if m} for k, column in enumerate(columns)}
 
-    def diagonal(self, count: int) -> list[float]:
-        carried = np.zeros((self.nodes + 1, len(self.axes)))
+    def diagonal(self, count: int) -> list[Any]:
+        carried = self.numbers.kind.zeros(self.nodes + 1, len(self.axes))
         for axis in self.axes:
             carried[: self.nodes, axis] = self.inertia[axis]
-        made = np.zeros(count)
+        made = self.numbers.kind.zeros(count)
         for kind in self.kinds:
             for component, slopes, mass in kind.weights:
                 if component is not None:
-                    np.add.at(carried[:, component], kind.parents, as_doubles(mass))
+                    np.add.at(carried[:, component], kind.parents, mass)
                 for b, rows in enumerate(kind.rows):
-                    made[rows] += as_doubles(mass) * as_doubles(slopes[:, b]) ** 2
-        along(self.tree, carried, back=True)
+                    made[rows] += mass * slopes[:, b] ** 2
+        along(self.tree, carried[: self.nodes], back=True)
         for kind in self.kinds:
             if kind.nodes is not None:
                 for b, rows in enumerate(kind.rows):
-                    made[rows] += np.sum(carried[kind.nodes] * as_doubles(kind.moves[:, :, b]) ** 2, axis=1)
+                    made[rows] += np.sum(carried[kind.nodes] * kind.moves[:, :, b] ** 2, axis=1)
         return made.tolist()  # type: ignore[no-any-return]
 
     def links(self, fixed: NDArray[np.bool_]) -> Iterator[Link]:
@@ -191,7 +191,7 @@ class JointMasses:
         felt = np.zeros((self.nodes + 1, len(self.axes), len(self.axes)))
         for axis in self.axes:
             felt[: self.nodes, axis, axis] = self.inertia[axis]
-        least = LEAST * np.array(self.diagonal(self.count))
+        least = LEAST * as_doubles(np.array(self.diagonal(self.count)))
         found: list[Eliminated] = []
         for link in self.links(fixed):
             own, shared, passed = link.own, link.shared, link.passed

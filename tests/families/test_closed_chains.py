@@ -3,20 +3,32 @@ in Cartesian coordinates, and in equilibrium."""
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
+
+import h5py
 import numpy as np
 import pytest
 
+from lagrange_cli.families import consistency
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.spec.values import resolve_long_values, resolve_values
+from tests.support.command import lagrange
 from tests.support.motion import Motion, run
 
-OUTPUTS = frozenset(["q", "v", "p", "h", "T", "U", "positions", "constraints", "conserved"])
+OUTPUTS = frozenset(["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "conserved"])
+EVENTS = """
+events:
+  turning: {{when: b[{0}].vx}}
+  "fast[i in range(N)]": {{when: "a_dot[i] - 2"}}
+"""
 CHAIN = """
 sizes: {{N: {count}}}
 parameters: {{l: 3/N, m: 3/N, g: 9.81, A: 1.2, h: 2*A/(N - 1), d: l*sin(N*h/2)/sin(h/2), w: 2, X: 3}}
@@ -71,10 +83,10 @@ def followed(text: str, stop: float = 0.3, samples: int = 4) -> tuple[Prepared, 
     return ready, run(ready, values, 0.0, stop, samples)
 
 
-@pytest.mark.exhaustive(keep=1, most=8)
+@pytest.mark.exhaustive(keep=2, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 def test_chains_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = chain(case, 13)
+    text = chain(case, 14) + EVENTS.format(3)
     together, motion = followed(text)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
     apart, expected = followed(text)
@@ -86,6 +98,58 @@ def test_chains_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPa
         assert np.max(np.abs(values - expected.data[path])) <= 2.0**-40 * size, path
         if "constraints" in path:
             assert np.max(np.abs(values)) < 4e-15, path
+
+
+@pytest.mark.exhaustive(keep=1, most=8)
+@pytest.mark.parametrize("case", [*CASES])
+def test_chains_move_as_their_members_do_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = chain(case, 6)
+    monkeypatch.setattr(consistency, "FEWEST", 0)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+    outputs = OUTPUTS - {"T", "U", "conserved"}
+    together, motion = exactly_followed(text, outputs)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
+    monkeypatch.setattr(consistency, "FEWEST", 10**9)
+    apart, expected = exactly_followed(text, outputs)
+    assert together.machine.program.loops and not apart.machine.program.loops
+    for path, values in expected.data.items():
+        low = f"low/{path}"
+        if not path.startswith("low/"):
+            size = np.max(np.abs(values), initial=1.0)
+            off = (motion.data[path] - values) + (motion.data.get(low, 0.0) - expected.data.get(low, 0.0))
+            assert np.max(np.abs(off)) <= 2.0**-94 * size, path
+
+
+def exactly_followed(text: str, outputs: frozenset[str]) -> tuple[Prepared, Motion]:
+    """The same in double-double."""
+    spec = read_spec(text, "system.yaml")
+    spec, values, _ = consistent_values(spec, resolve_long_values(spec, {}), 0.0, (), exact=True)
+    compilation = Compilation("taylor", FULL_DOUBLE_DOUBLE, outputs, precision=DOUBLE_DOUBLE)
+    ready = prepare_system(spec, partial(derive_system, exact=True), None, compilation)
+    return ready, run(ready, values, 0.0, 0.2, 3)
+
+
+@pytest.mark.exhaustive(keep=1, most=8)
+@pytest.mark.parametrize("case", [*CASES])
+def test_the_estimated_error_of_a_chain_covers_the_true_one(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+    (tmp_path / "chain.yaml").write_text(chain(case, 6), encoding="utf-8")
+    found = []
+    given = "--stop", "0.5", "--samples", "9", "--quiet", "--no-cache"
+    for options in (("--certify",), ("--precision", "double-double")):
+        output = f"{len(found)}.h5"
+        made = lagrange("solve", "chain.yaml", "-o", output, *given, *options, cwd=tmp_path)
+        assert made.returncode == 0, made.stderr
+        found.append(h5py.File(tmp_path / output))
+    with found[0] as plain, found[1] as exact:
+        for name in "qv":
+            error = np.abs(plain[f"{name}/a"][:] - exact[f"{name}/a"][:])
+            estimate = plain[f"diagnostics/error/{name}/a"][:]
+            covered = error <= 8 * estimate + 4 * np.spacing(np.max(np.abs(exact[f"{name}/a"][:])))
+            assert np.mean(covered) > 0.95, case
+            assert np.max(estimate) < 1e-11
 
 
 CARTESIAN = """

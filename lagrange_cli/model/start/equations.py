@@ -62,7 +62,7 @@ class Matter(Protocol):
     def extent(self) -> float:
         """sum m r^2 of the particles."""
 
-    def diagonal(self, count: int) -> list[float]:
+    def diagonal(self, count: int) -> list[Any]:
         """M_kk of so many coordinates."""
 
     def times(self, way: Sequence[Any], chosen: Iterable[int]) -> dict[int, Any]:
@@ -79,8 +79,8 @@ class Masses:
     rows: Mapping[int, Mapping[int, Any]]
     extent: float = 0.0
 
-    def diagonal(self, count: int) -> list[float]:
-        return [abs(float(self.rows.get(k, {}).get(k, 0.0))) for k in range(count)]
+    def diagonal(self, count: int) -> list[Any]:
+        return [self.rows.get(k, {}).get(k, 0.0) for k in range(count)]
 
     def times(self, way: Sequence[Any], chosen: Iterable[int]) -> dict[int, Any]:
         found: dict[int, Any] = dict.fromkeys(chosen, 0.0)

@@ -43,7 +43,7 @@ def scales(masses: Matter, values: Sequence[Any], extent: float = 0.0) -> list[f
     In the metric of the masses the size is sqrt(sum m_k x_k^2), or that of the ``extent`` of the particles.
     Without a mass it is the largest of the values.
     """
-    diagonal = masses.diagonal(len(values))
+    diagonal = [abs(float(m)) for m in masses.diagonal(len(values))]
     numbers = [float(x) for x in values]
     whole = math.sqrt(max(sum(m * x * x for m, x in zip(diagonal, numbers)), extent))
     largest = max(map(abs, numbers), default=0.0) or 1.0

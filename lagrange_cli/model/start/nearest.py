@@ -27,6 +27,8 @@ LONG_ROUND = 2.0**-106
 """The same of two doubles."""
 CONTRACTING = 0.5
 """Steps that become shorter by this factor converge."""
+SOLVED = 2.0**-46
+"""Steps that are no longer are rounding errors of ones in doubles, and need not become shorter at once."""
 DESCENTS, LONGEST = 400, 100.0
 """Steps along the surface, and the longest one, as a part of the slope."""
 NEAR = 1e-9
@@ -92,7 +94,7 @@ class Surface:
                 {k: float(one) for k, one in pull.items()}, [-float(values[i]) for i in self.kept]
             )
             size = self.size(step)
-            if not size < CONTRACTING * last and last > self.unit * 2**12:
+            if not size < CONTRACTING * last and last > self.unit * 2**12 and size > SOLVED:
                 break
             found, mu = self.moved(found, step, 1.0), [a + b for a, b in zip(mu, more)]
             if size <= self.unit or last <= self.unit * 2**12:

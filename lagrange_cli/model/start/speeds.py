@@ -37,7 +37,10 @@ def speeds(
     unknown = sorted(given.open_v)
     if unknown and off_by(at(v), size, rates) > 0.0:
         some = determined([rates.rows[i] for i in kept], unknown, scale)
-        alone = Masses({k: {k: 1.0 / scale[k] ** 2} for k in unknown})  # none moves because others do
+        own = masses.diagonal(len(v))  # none moves because others do
+        if not all(own[k] > 0 for k in unknown):
+            own = [1.0 / size**2 for size in scale]
+        alone = Masses({k: {k: own[k]} for k in unknown})
         free = Surface(at, [kept[i] for i in some], unknown, alone, size, search.unit)
         found = tried(free.nearest, v)
         v = v if found is None else found

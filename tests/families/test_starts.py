@@ -1,0 +1,100 @@
+"""Starts of chains and trees with constraints: beside the numbers of their members; and what they take."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.exact import context
+from lagrange_cli.families import consistency
+from lagrange_cli.families.consistency import WholeEquations, equations_of
+from lagrange_cli.model.start.equations import Equations
+from lagrange_cli.run.start import consistent_values
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.families.test_closed_chains import CASES, chain
+
+TREE = """
+sizes: {N: 9}
+parameters: {l: 1, m: 1, g: 9.81}
+coordinates:
+  s: {initial: 0.1}
+  a[i in range(N)]: {initial: 0.2}
+  b[i in range(N)]: {initial: 0.3}
+definitions:
+  x[0]: s + l*sin(a[0])
+  x[i in range(1, N)]: x[(i - 1)//2] + l*sin(a[i])
+  y[0]: -l*cos(a[0])
+  y[i in range(1, N)]: y[(i - 1)//2] - l*cos(a[i])
+masses: {"p[i in range(N)]": m*(1 + i/N), "r[i in range(N)]": m/3, "h[i in range(N)]": m/2, cart: 2*m}
+embedding:
+  p[i in range(N)]: [x[i], y[i]]
+  cart: [s, 0]
+  r[0]: [s + l*sin(a[0])/2, -l*cos(a[0])/2]
+  r[i in range(1, N)]: [x[(i - 1)//2] + l*sin(a[i])/2, y[(i - 1)//2] - l*cos(a[i])/2]
+  h[i in range(N)]: [x[i] + l*sin(b[i]), y[i] - l*cos(b[i])]
+potential: sum(g*m*p[i].y for i in range(N))
+constraints:
+  tip: x[N - 1]**2 + y[N - 1]**2 - 5
+  other: x[N - 2] - x[N - 4] - 0.3*y[2]*t
+"""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("case", ["tree", *CASES])
+@pytest.mark.parametrize("exact", [False, True])
+def test_numbers_are_those_of_the_members(case: str, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Constraints, their slopes, M, and M^-1, at a state where nothing is special."""
+    monkeypatch.setattr(consistency, "FEWEST", 0)
+    spec = read_spec(TREE if case == "tree" else chain(case, 12), "system.yaml")
+    count, chance = len(spec.coordinates), np.random.default_rng(3)
+    number = context().mpf if exact else float
+    parameters = {name: number(x) for name, x in resolve_values(spec, {}).parameters.items()}
+    t = number(0.37)
+    q, v = ([number(x) for x in chance.uniform(-2, 2, count)] for _ in range(2))
+    found = equations_of(spec, parameters, exact=exact)
+    members = Equations(spec, parameters, context() if exact else None)
+    assert found is not None
+    least = 1e-60 if exact else 1e-12
+    one, other = found.at(t, q, v), members.at(t, q, v)
+    assert [{*row} for row in one.rows] == [{*row} for row in other.rows]
+    assert max(map(abs, np.subtract(one.values, other.values))) < least
+    assert max(map(abs, np.subtract(one.drifts, other.drifts))) < least
+    for row, expected in zip(one.rows, other.rows):
+        assert max(abs(a - expected[k]) for k, a in row.items()) < least
+    masses, rows = found.masses(t, q, v), members.masses(t, q, v).rows
+    matrix = np.array([[rows[i].get(k, number(0)) for k in range(count)] for i in range(count)])
+    product = masses.times(v, range(count))
+    assert max(map(abs, matrix @ np.array(v) - np.array([*product.values()]))) < least
+    doubles = matrix.astype(float)
+    assert max(map(abs, np.subtract(masses.diagonal(count), np.diag(matrix)))) < least
+    for chosen in (range(count), [1, 3, count - 2]):
+        right = chance.normal(size=(len(chosen), 3))
+        solver = masses.solver(chosen)
+        assert solver is not None
+        assert np.allclose(doubles[np.ix_(chosen, chosen)] @ solver(right), right, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "change, hint",
+    [
+        (("initial: -A + h*i", "initial: 0"), "all slopes of 'right' are 0 at these values"),
+        (("d: l*sin(N*h/2)/sin(h/2)", "d: 3.5"), "no values near these were found that satisfy all"),
+        (("initial: -A + h*i", "initial: -A*1.001 + h*i"), "solve --project-initial takes the nearest"),
+    ],
+)
+def test_a_bad_start_of_a_long_chain_is_refused_soon(
+    change: tuple[str, str], hint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where it is stretched, too short, or off; the constraints are evaluated a few dozen times at most."""
+    evaluated: list[Any] = []
+    plain = WholeEquations.at
+    monkeypatch.setattr(WholeEquations, "at", lambda *given: evaluated.append(1) or plain(*given))
+    spec = read_spec(chain("pinned", 300).replace(*change), "system.yaml")
+    with pytest.raises(SpecError) as found:
+        consistent_values(spec, resolve_values(spec, {}), 0.0, ())
+    assert hint in f"{found.value}"
+    assert 0 < len(evaluated) < 60
