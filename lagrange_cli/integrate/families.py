@@ -21,6 +21,7 @@ from lagrange_cli.integrate.program import portable_if_asked
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
+from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.pairs import PairVectors
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
@@ -155,7 +156,14 @@ def unproven(system: FamilySystem, compilation: Compilation) -> bool:
 
 def narrow(system: FamilySystem) -> bool:
     """Whether forces may hide between the places where steps look at them."""
-    return hides(reachable(system.force_nodes), moving(system), large=True)
+    smooth = system.smooth or system
+    acting = [
+        *needed([smooth.forces, *smooth.loads], system.slots),
+        *(system.joints.nodes if system.joints else ()),
+    ]
+    nodes = [term.node for total in acting for term in total.terms]
+    nodes += system.bonds.nodes if system.bonds else ()
+    return hides(reachable(nodes), moving(system), large=True)
 
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
