@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.node import reachable
+from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
@@ -97,7 +98,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if system.bonds is not None and system.joints is not None and not closable(system, compilation):
         return None
-    if system.smooth is not None and needs is not Needs.SERIES:
+    if system.smooth is not None and (needs is not Needs.SERIES or doubtful(system)):
         return None
     return None if needs is Needs.STEPS and mixed(system) else system
 
@@ -150,20 +151,28 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
 
 def unproven(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether steps must be proven, and cannot be."""
-    provable = system.joints is None and system.bonds is None and system.smooth is None
+    provable = system.joints is None and system.bonds is None
     return not (provable or compilation.unproven) and (compilation.proven or narrow(system))
 
 
 def narrow(system: FamilySystem) -> bool:
     """Whether forces may hide between the places where steps look at them."""
     smooth = system.smooth or system
-    acting = [
-        *needed([smooth.forces, *smooth.loads], system.slots),
-        *(system.joints.nodes if system.joints else ()),
-    ]
-    nodes = [term.node for total in acting for term in total.terms]
-    nodes += system.bonds.nodes if system.bonds else ()
-    return hides(reachable(nodes), moving(system), large=True)
+    nodes = [*system.bonds.nodes] if system.bonds else []
+    moved = system.joints.nodes if system.joints else ()
+    return hidden(system, [smooth.forces, *smooth.loads, *moved], nodes)
+
+
+def doubtful(system: FamilySystem) -> bool:
+    """Whether zeros of arguments of switches may hide there."""
+    modes = system.smooth.modes if system.smooth else None
+    return modes is not None and hidden(system, [modes.arguments])
+
+
+def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] = ()) -> bool:
+    """Whether something may hide in totals, in what these are made of, or in further expressions."""
+    terms = (term for total in needed(totals, system.slots) for term in total.terms)
+    return hides(reachable([*(term.node for term in terms), *nodes]), moving(system), large=True)
 
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
@@ -246,6 +255,6 @@ def moving(system: FamilySystem) -> int:
     """The symbols of t, q and v."""
     found = system.time.symbols
     for symbol, slot in system.slots.of.items():
-        if slot.array in (system.q, system.v, *system.totals):
+        if slot.array in (system.q, system.v) or isinstance(slot.array, Total):
             found |= symbol.symbols
     return found

@@ -80,6 +80,11 @@ CASES = {
         KINK + '\nevents: {{"wall[i in range(N)]": {{when: "x[i] - 0.6", direction: rising,'
         ' action: {{set: {{"x_dot[i]": "-x_dot[i]"}}}}}}}}',
     ),
+    "beside narrow forces": (
+        BEADS,
+        "sum(max(0, x[i] - 0.3)**2*exp(-3*x[i]) for i in range(N))"
+        " + sum(0.01/(x[i] - x[i - 1] + 5)**12 for i in range(1, N))",
+    ),
     "powers without a series": (BEADS, "sum(max(0, x[i - 1] - x[i])**2.5 for i in range(1, N))"),
     "two indices": (
         GRID,
@@ -270,9 +275,10 @@ def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.Monk
         "sum(atan2(x[i], x[0] - 3)**2 for i in range(N))",
         '0\ngeneralized_forces: {{"x[i in range(N)]": "-sign(x_dot[i])*sqrt(abs(x_dot[i]))"}}',
         "sum(where(k > 1, x[i]**4, x[i]**6) for i in range(N))",
+        '0\ngeneralized_forces: {{"x[i in range(N)]": "where(exp(-9*(t - 1)**2) > 0.5, c, 0)"}}',
     ],
 )
 def test_other_switches_go_through_the_members(potential: str, monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)
     text = BEADS.replace("{potential}", potential).format(count=3)
-    assert systems.family_system(read_spec(text, "system.yaml")) is None
+    assert family_run(read_spec(text, "system.yaml"), Compilation("taylor", 2.0**-52, OUTPUTS)) is None
