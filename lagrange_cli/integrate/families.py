@@ -9,9 +9,10 @@ import numpy as np
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.switches import is_root, with_modes_in
 from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.family_outputs import Described, Element, FamilyPlanner, Quantities
@@ -170,9 +171,12 @@ def doubtful(system: FamilySystem) -> bool:
 
 
 def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] = ()) -> bool:
-    """Whether something may hide in totals, in what these are made of, or in further expressions."""
+    """Whether something may hide in totals, in what these are made of, or in further expressions; so may
+    places without a series on a side of a switch."""
     terms = (term for total in needed(totals, system.slots) for term in total.terms)
-    return hides(reachable([*(term.node for term in terms), *nodes]), moving(system), large=True)
+    inside = reachable([*(term.node for term in terms), *nodes])
+    sides = [side for one in inside if one.kind is Kind.SWITCH for side in one.arguments[1:]]
+    return any(map(is_root, reachable(sides))) or hides(inside, moving(system), large=True)
 
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
@@ -193,8 +197,6 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
     followed = system
     if system.smooth is not None:
-        from lagrange_cli.families.switches import with_modes_in
-
         followed, changed = with_modes_in(system, [*dict.fromkeys(one for one, _ in integrands.values())])
         integrands = {name: (changed[one], index) for name, (one, index) in integrands.items()}
     if compilation.backward:
