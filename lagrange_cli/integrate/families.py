@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.node import reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.switches import is_root, with_modes_in
 from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.family_outputs import Described, Element, FamilyPlanner, Quantities
@@ -22,6 +24,7 @@ from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.double_double import DoubleDoubleVectors
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
+from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
 from lagrange_cli.native.motions import RATES
@@ -96,7 +99,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
         return None
     if system.bonds is not None and system.joints is not None and not closable(system, compilation):
         return None
-    if system.smooth is not None and needs is not Needs.SERIES:
+    if system.smooth is not None and (needs is not Needs.SERIES or doubtful(system)):
         return None
     return None if needs is Needs.STEPS and mixed(system) else system
 
@@ -146,13 +149,31 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
 
 def unproven(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether steps must be proven, and cannot be."""
-    provable = system.joints is None and system.bonds is None and system.smooth is None
+    provable = system.joints is None and system.bonds is None
     return not (provable or compilation.unproven) and (compilation.proven or narrow(system))
 
 
 def narrow(system: FamilySystem) -> bool:
     """Whether forces may hide between the places where steps look at them."""
-    return hides(reachable(system.force_nodes), moving(system), large=True)
+    smooth = system.smooth or system
+    nodes = [*system.bonds.nodes] if system.bonds else []
+    moved = system.joints.nodes if system.joints else ()
+    return hidden(system, [smooth.forces, *smooth.loads, *moved], nodes)
+
+
+def doubtful(system: FamilySystem) -> bool:
+    """Whether zeros of arguments of switches may hide there."""
+    modes = system.smooth.modes if system.smooth else None
+    return modes is not None and hidden(system, [modes.arguments])
+
+
+def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] = ()) -> bool:
+    """Whether something may hide in totals, in what these are made of, or in further expressions; so may
+    places without a series on a side of a switch."""
+    terms = (term for total in needed(totals, system.slots) for term in total.terms)
+    inside = reachable([*(term.node for term in terms), *nodes])
+    sides = [side for one in inside if one.kind is Kind.SWITCH for side in one.arguments[1:]]
+    return any(map(is_root, reachable(sides))) or hides(inside, moving(system), large=True)
 
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
@@ -173,8 +194,6 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
     followed = system
     if system.smooth is not None:
-        from lagrange_cli.families.switches import with_modes_in
-
         followed, changed = with_modes_in(system, [*dict.fromkeys(one for one, _ in integrands.values())])
         integrands = {name: (changed[one], index) for name, (one, index) in integrands.items()}
     if compilation.backward:
@@ -235,6 +254,6 @@ def moving(system: FamilySystem) -> int:
     """The symbols of t, q and v."""
     found = system.time.symbols
     for symbol, slot in system.slots.of.items():
-        if slot.array in (system.q, system.v, *system.totals):
+        if slot.array in (system.q, system.v) or isinstance(slot.array, Total):
             found |= symbol.symbols
     return found

@@ -73,7 +73,8 @@ class Crossing(Modes):
         self._crossed = now
         self._series()
         free = [j for j in range(self.count) if self.modes[j] != 0.0]
-        u = {j: self._coefficients(self._rows.first + j)[:2] for j in free}
+        own = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, :2]
+        u = {j: own[j] for j in free}
         marked = [j for j in range(self.count) if self.marks[j] > 0.0]
         ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
         if marked:
@@ -184,7 +185,7 @@ class Crossing(Modes):
         u, after = self._values(j), self._rates_of_rows()
         if not np.all(u * mode > 0.0) or not np.all(np.isfinite(after[:own])) or not self.told(j, u):
             return False
-        if not all(np.all(np.isfinite(self._coefficients(i))) for i in range(layout.v.start, layout.v.stop)):
+        if not np.all(np.isfinite(self._coefficients_of(layout.v.start, layout.v.stop))):
             return False
         felt = np.abs(after - rates)[:own]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -255,8 +256,8 @@ class Crossing(Modes):
 
     def _rates_of_rows(self) -> Array:
         """The rates of all rows but q, from the series."""
-        rows = range(self._layout.rates.start, self._layout.rates.stop)
-        return np.array([self._coefficients(row)[0] for row in rows])
+        found: Array = self._coefficients_of(self._layout.rates.start, self._layout.rates.stop)[:, 0]
+        return found
 
     def _move(self, t: float, rates: Array) -> None:
         """Move by the time ``t`` with constant rates."""
@@ -279,8 +280,7 @@ class Crossing(Modes):
     def _speed(self) -> float:
         """The speed that the motion gains from rest over a distance as large as its coordinates."""
         high, layout = self.memory[self._layout.part(0)], self._layout
-        rows = range(layout.v.start, layout.v.stop)
-        accelerations = np.abs([self._coefficients(row)[0] for row in rows])
+        accelerations = np.abs(self._coefficients_of(layout.v.start, layout.v.stop)[:, 0])
         known = accelerations[np.isfinite(accelerations)]
         return float(np.sqrt(np.max(known, initial=0.0)) * np.sqrt(np.max(np.abs(high[layout.q]))))
 
