@@ -43,6 +43,11 @@ class Helpers:
         self._spans = 0
 
     @property
+    def threads(self) -> int:
+        """How many threads there are, with the one that they help."""
+        return 1 + len(self._threads)
+
+    @property
     def active(self) -> bool:
         """Whether they take part."""
         return bool(self._board[Board.HELPERS])

@@ -244,6 +244,11 @@ class Stepper:
         with self._helpers:
             yield
 
+    @property
+    def threads(self) -> int:
+        """How many share the work."""
+        return 1 if self._helpers is None else self._helpers.threads
+
     def _halted(self, interrupt: Interrupt) -> bool:
         """Whether a signal that a step was left for ends the run. In another thread than the main one, this
         is known a little later."""
