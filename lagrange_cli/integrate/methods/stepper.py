@@ -172,7 +172,7 @@ class Stepper:
             return Stop.GUARD, 0
         space, times, done = self.space, padded(wanted), 0
         while True:
-            began, computed = time.perf_counter(), self.evaluations
+            began, used, computed = time.perf_counter(), time.thread_time(), self.evaluations
             if self._passes:
                 self._keep()
             if self._first is None:
@@ -208,7 +208,8 @@ class Stepper:
                 return stop, done
             spent = time.perf_counter() - began
             if self._helpers is not None:
-                self._helpers.judge(self.evaluations - computed, spent)
+                used = time.thread_time() - used
+                self._helpers.judge(self.evaluations - computed, spent, used)
             if self._recompilation is not None:
                 space.machine = self._recompilation.after(spent) or space.machine
             if self._helpers is None or not self._helpers.unsure:
