@@ -76,6 +76,8 @@ class End:
     """How often the state was moved back to the constraints."""
     singular: tuple[float, ...] = ()
     """When the motion has passed singular configurations."""
+    threads: int = 1
+    """How many have shared the work."""
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ class Outcome:
     the state from which an interrupted run, or a longer one, can continue. ``final`` is the state at ``t``;
     of a complete or certified run it is the last sample. ``estimated`` is the error, if an estimate was
     requested. The state was moved back to constraints by so many ``projections``, and passed ``singular``
-    configurations at these times."""
+    configurations at these times. So many ``threads`` have shared the work."""
 
     ending: Ending
     message: str
@@ -61,3 +61,4 @@ class Outcome:
     final: State | None = None
     projections: int = 0
     singular: tuple[float, ...] = ()
+    threads: int = 1

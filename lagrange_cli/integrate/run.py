@@ -129,6 +129,7 @@ def integrate(
         estimated=None if certificate is None else estimated(certificate),
         projections=end.projections,
         singular=end.singular,
+        threads=end.threads,
         final=state_of(end.t, end.state, prepared) if own_end else samples.final,
     )
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.native.families import chunks, jets, program, shared_steps, strips, tiling
+from lagrange_cli.native.families import chunks, jets, shared_steps, strips, tiling
 from tests.families.test_blocks import LATTICE, SYSTEMS, TOLERANCE
 from tests.families.test_threads import Stopped, followed, ready, started
+from tests.support.command import PATIENCE, environment, lagrange
 
 NEVER = 2**60
 RING = LATTICE.format(40, 9)
@@ -30,8 +35,8 @@ def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def share(monkeypatch: pytest.MonkeyPatch, least: int) -> None:
     """From how much work on it is shared, from here on."""
-    for module, name in ((tiling, "SHARED"), (jets, "SHARED"), (program, "MANY")):
-        monkeypatch.setattr(module, name, least)
+    for module in (tiling, jets):
+        monkeypatch.setattr(module, "SHARED", least)
 
 
 @pytest.mark.exhaustive(keep=3)
@@ -64,7 +69,7 @@ def test_rounds_of_blocks(
 
 @pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
-@pytest.mark.parametrize("count", [1, 3, 8])
+@pytest.mark.parametrize("count", [1, 2, 4])
 @pytest.mark.parametrize("size", [(40, 9), (41, 8), (47, 25)])
 def test_chunks_of_rows(
     method: str, count: int, size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
@@ -109,3 +114,50 @@ def test_threads_end_with_the_motion(text: str, monkeypatch: pytest.MonkeyPatch)
         followed(text, prepared, 3, fail, 1e6)
     assert len(found) == 2
     assert threading.active_count() == before
+
+
+KILLED = """
+import os, signal, threading, time
+from lagrange_cli.cli.main import run
+from lagrange_cli.families import system
+from lagrange_cli.native.families import jets, tiling
+from lagrange_cli.store.output import Output
+
+system.FEWEST = tiling.MANY = tiling.SHARED = jets.SHARED = 0
+tiling.PART = 1
+keep = Output.keep
+
+def die():
+    time.sleep(0.002)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+def keep_and_die(self, checkpoint):
+    keep(self, checkpoint)
+    threading.Thread(target=die, daemon=True).start()
+
+Output.keep = keep_and_die
+run()
+"""
+
+
+def test_a_motion_goes_on_after_its_threads_were_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the middle of a step of two threads; one thread continues it, to the same bytes. The summary says
+    how many there were."""
+    monkeypatch.setattr(tiling, "MANY", 0)
+    monkeypatch.setattr(shared_steps, "HEIGHT", 1024)
+    (tmp_path / "ring.yaml").write_text(RING)
+    command = ["solve", "ring.yaml", "--stop", "60", "--samples", "3", "--no-cache"]
+    command += ["--method", "taylor", "--tolerance", str(TOLERANCE), "--outputs", "q,v"]
+    kept = ["-o", "out.h5", "--checkpoint-count", "2"]
+    run = subprocess.run(
+        [sys.executable, "-c", KILLED, *command, *kept, "--threads", "2"],
+        cwd=tmp_path, env=environment(), capture_output=True, timeout=PATIENCE,
+    )  # fmt: skip
+    assert run.returncode == -signal.SIGKILL
+    assert lagrange(*command, *kept, "--threads", "1", "--resume", cwd=tmp_path).returncode == 0
+    whole = lagrange(*command, "-o", "whole.h5", "--threads", "2", cwd=tmp_path)
+    assert whole.returncode == 0
+    assert "steps on 2 threads, method taylor" in whole.stdout
+    assert (tmp_path / "out.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()

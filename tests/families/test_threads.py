@@ -162,17 +162,23 @@ def test_helpers_rest_while_they_are_of_no_use() -> None:
     helpers = helping.Helpers(prepared.machine, constants, 2)
     helpers.active = True
 
-    def after(*evaluations: int) -> list[bool]:
-        """Whether they take part after each of these spans of a second."""
+    def after(*evaluations: int, computed: float = 1.0) -> list[bool]:
+        """Whether they take part after each of these spans of a second, for a part of which there was a
+        processor."""
         found = []
         for one in evaluations:
-            helpers.judge(one, 1.0)
+            helpers.judge(one, 1.0, computed)
             found.append(helpers.active)
         return found
 
     assert after(100, 60, 100, 90, 70) == [False, True, True, True, False]
     assert after(*[90] * 16) == [False] * 15 + [True]
     assert after(80) == [False]
+    assert after(*[90] * 20, computed=0.6) == [False] * 20
+    assert after(90) == [True]
+    assert after(110, computed=0.6) == [False]
+    assert prepared.machine.help is not None
+    assert prepared.machine.help(constants.ctypes.data) == 1, "they would not sleep while they rest"
 
 
 class Stopped(Exception):

@@ -107,6 +107,7 @@ def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, A
         "tolerance": settings.tolerance,
         "steps": outcome.steps,
         "evaluations": outcome.evaluations,
+        "threads": outcome.threads,
         "t": outcome.t,
         "final": final_state(outcome),
         "h_drift": outcome.h_drift,
@@ -182,8 +183,8 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             f"{spec.name}: {count_of(spec.degrees_of_freedom, 'degree')} of freedom",
             *went_on(start, settings),
             f"  {ended(outcome)}",
-            f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
-            f"method {settings.method_shown}",
+            f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}"
+            f"{on_threads(outcome)}, method {settings.method_shown}",
             *final_shown(final_state(outcome)),
             *events_shown(events_told(outcome)),
             *(constraints_shown(outcome) if spec.all_constraints else []),
@@ -192,6 +193,11 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             wrote(start, seconds["total"]),
         )
     )
+
+
+def on_threads(outcome: Outcome) -> str:
+    """How many threads have shared the work, if there were several."""
+    return f" on {outcome.threads} threads" if outcome.threads > 1 else ""
 
 
 def estimated(outcome: Outcome) -> dict[str, Any]:

@@ -20,6 +20,9 @@ SLOWER = 0.75
 """Where helpers make so much less of a difference than before, it is tried whether they still make one."""
 AGAIN = 16
 """And after so many spans of time without them, they are tried again."""
+FREE = 0.85
+"""Where the thread that they help has a processor for less than this part of the time, others are waiting for
+one, too: then helpers are waited for in vain."""
 
 
 class Helpers:
@@ -33,14 +36,20 @@ class Helpers:
     def __init__(self, machine: Machine, constants: Array, threads: int | None) -> None:
         self._board = constants[machine.program.board :].view(np.int64)
         self._board[Board.YIELD] = yielding()
+        self._wanted = threading.Event()
         wanted = processors() if threads is None else threads
         self._threads = [
-            threading.Thread(target=help_with, args=(machine, constants), daemon=True)
+            threading.Thread(target=help_with, args=(machine, constants, self._wanted), daemon=True)
             for _ in range(min(wanted, machine.program.strips) - 1)
         ]
         self._best, self._alone = 0.0, 0.0
         """Evaluations a second, with helpers and without."""
         self._spans = 0
+
+    @property
+    def threads(self) -> int:
+        """How many threads there are, with the one that they help."""
+        return 1 + len(self._threads)
 
     @property
     def active(self) -> bool:
@@ -50,6 +59,10 @@ class Helpers:
     @active.setter
     def active(self, value: bool) -> None:
         self._board[Board.HELPERS] = len(self._threads) if value else 0
+        if value:
+            self._wanted.set()
+        else:
+            self._wanted.clear()
 
     @property
     def unsure(self) -> bool:
@@ -72,30 +85,34 @@ class Helpers:
     def _end(self) -> None:
         self.active = False
         self._board[Board.HALT] = 1
+        self._wanted.set()
         for one in self._threads:
             if one.ident is not None:
                 one.join()
 
-    def judge(self, evaluations: int, seconds: float) -> None:
+    def judge(self, evaluations: int, seconds: float, computed: float) -> None:
         """Take note of so many evaluations in a span of time, and decide whether helpers take part in the
-        next one."""
-        speed = evaluations / max(seconds, 1e-9)
+        next one. For so many of the seconds, this thread had a processor."""
+        speed, free = evaluations / max(seconds, 1e-9), computed >= FREE * seconds
         self._spans += 1
         if not self.active:
             self._alone = speed
-            self.active = speed < self._best or self._spans >= AGAIN
+            self.active = free and (speed < self._best or self._spans >= AGAIN)
             self._spans = 0 if self.active else self._spans
-        elif speed < self._alone or speed < SLOWER * self._best or self.unsure:
+        elif speed < self._alone or speed < SLOWER * self._best or self.unsure or not free:
             self._best, self._spans, self.active = speed, 0, False
         else:
             self._best = max(self._best, speed)
 
 
-def help_with(machine: Machine, constants: Array) -> None:
-    """Take part in evaluations until there are no more."""
+def help_with(machine: Machine, constants: Array, wanted: threading.Event) -> None:
+    """Take part in evaluations until there are no more, and sleep while that is not ``wanted``."""
     assert machine.help is not None
     while machine.help(constants.ctypes.data):
-        time.sleep(NAP)
+        if wanted.is_set():
+            time.sleep(NAP)
+        else:
+            wanted.wait()
 
 
 def yielding() -> int:

@@ -173,7 +173,7 @@ class Stepper:
             return Stop.GUARD, 0
         space, times, done = self.space, padded(wanted), 0
         while True:
-            began, computed = time.perf_counter(), self.evaluations
+            began, used, computed = time.perf_counter(), time.thread_time(), self.evaluations
             if self._passes:
                 self._keep()
             if self._first is None:
@@ -209,7 +209,8 @@ class Stepper:
                 return stop, done
             spent = time.perf_counter() - began
             if self._helpers is not None:
-                self._helpers.judge(self.evaluations - computed, spent)
+                used = time.thread_time() - used
+                self._helpers.judge(self.evaluations - computed, spent, used)
             if self._recompilation is not None:
                 space.machine = self._recompilation.after(spent) or space.machine
             if self._helpers is None or not self._helpers.unsure:
@@ -244,6 +245,11 @@ class Stepper:
         self._pause, self._helpers = 1, Helpers(self.space.machine, self.space.constants, threads)
         with self._helpers:
             yield
+
+    @property
+    def threads(self) -> int:
+        """How many share the work."""
+        return 1 if self._helpers is None else self._helpers.threads
 
     def _halted(self, interrupt: Interrupt) -> bool:
         """Whether a signal that a step was left for ends the run. In another thread than the main one, this

@@ -89,7 +89,8 @@ class TaylorMethod:
 
         def end(ending: Ending, t: float, state: Array, detail: str = "", at: Snapshot | None = None) -> End:
             found = End(ending, t, state, stepper.steps, stepper.evaluations, detail, at)
-            return replace(found, projections=stepper.projections, singular=stepper.singular)
+            done = {"projections": stepper.projections, "singular": stepper.singular}
+            return replace(found, **done, threads=stepper.threads)
 
         def pause(t: float) -> bool:
             nonlocal halted

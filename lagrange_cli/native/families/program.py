@@ -28,7 +28,7 @@ from lagrange_cli.native.families.observation import Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
-from lagrange_cli.native.families.shared_steps import MANY, SharedSteps
+from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
 from lagrange_cli.native.families.strips import Sharing
@@ -159,10 +159,10 @@ class _Writer(Returning, Observation):
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
 
     def by_series(self, lengths: Lengths, given: Given) -> FamilySteps:
-        """Steps by series, whose rows threads share if there are many."""
+        """Steps by series, whose rows threads share if they share the series."""
         if not lengths.followers:
             return FamilySteps(lengths, given)
-        if self.parts is None or self.degrees * self.order < MANY:
+        if self.parts is None or not self.parts.listed:
             return VelocitySteps(lengths, given)
         return SharedSteps(lengths, given, self.parts)
 

@@ -18,8 +18,6 @@ from lagrange_cli.native.stepping.step_size import StepSize, split_terms
 from lagrange_cli.native.stepping.steps import Now
 from lagrange_cli.records import dataclass, fields_of
 
-MANY = 2**17
-"""Coefficients from which on threads share them."""
 HEIGHT = 1024
 """Rows that a thread takes at a time: whole vectors."""
 

@@ -252,12 +252,15 @@ def _wait(board: Where) -> str:
 
 
 def _help(board: Where) -> str:
-    """``@help``: take part in evaluations. Returns 1 if there has been none for a while, 0 at the end."""
+    """``@help``: take part in evaluations. Returns 1 if there has been none for a while, or no help is
+    wanted, and 0 at the end."""
     f = Function("define i64 @help(ptr %constants) #0")
     at, looks = board(f), f.variable(f.count(0))
     with f.forever():
         with f.when(~f.observe(at, Board.HALT).equals(0)):
             f.give(f.count(0))
+        with f.when(f.observe(at, Board.HELPERS).equals(0)):
+            f.give(f.count(1))
         worked = f.call(Bit, "take", f.pointer("%constants"))
         looks.set(f.select(worked, f.count(0), looks.get() + 1))
         with f.when(looks.get() > IDLE):

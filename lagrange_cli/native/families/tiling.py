@@ -36,13 +36,13 @@ STRIDES = 8
 """A block is as many strides at least: so many orders find the same members in the cache."""
 MARGIN = 6
 """Strides that the seam of a ring takes beside those of the orders."""
-SHARED = 2**18
-"""Doubles from which on threads share the rounds of a jet."""
+SHARED = 2**19
+"""Doubles of series from which on threads share them."""
 FLIGHT = 4
 """Rounds that they may be at work on."""
 LONG = 2**16
 """Doubles of a block then: a thread is not to wait for another one too often."""
-FEWEST_ROUNDS = 16
+FEWEST_ROUNDS = 8
 """And so many rounds there are, or more."""
 PART = 2
 """The orders of a chain, or those on both sides of a seam, reach no further than a part of all positions."""
