@@ -6,7 +6,7 @@ They are Laurent polynomials with numbers as coefficients. What is shared by sev
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from lagrange_cli.expression.graph import Graph
@@ -17,10 +17,15 @@ MOST_TERMS, HIGHEST = 80, 4
 NEGLIGIBLE = 1e-9
 """A number that is smaller, relative to the others in a sum, is 0."""
 
-Monomial = frozenset[tuple[Node, float]]
-"""Factors with their exponents."""
+Monomial = tuple[tuple[Node, float], ...]
+"""Factors with their exponents, in the order in which the factors were made."""
 Sum = dict[Monomial, float]
 """Monomials with the numbers in front of them."""
+
+
+def monomial(powers: Iterable[tuple[Node, float]]) -> Monomial:
+    """The product of these powers."""
+    return tuple(sorted(((base, n) for base, n in powers if n), key=lambda one: one[0].number))
 
 
 def multiplied_out(graph: Graph, node: Node) -> Node:
@@ -47,7 +52,7 @@ def over_denominator(sums: Sequence[Sum]) -> tuple[list[Sum], dict[Node, int]] |
         for one, c in terms.items():
             powers = dict(one)
             factors = {base: n + int(powers.pop(base, 0)) for base, n in below.items()}
-            product: Sum = {frozenset(powers.items()): c}
+            product: Sum = {monomial(powers.items()): c}
             for base, n in factors.items():
                 inner = monomials(base)
                 if inner is None or n > HIGHEST:
@@ -66,10 +71,10 @@ def monomials(node: Node) -> Sum | None:
     """The terms of an expression that is multiplied out, with numbers in front of them; None if there are too
     many."""
     if node.kind is Kind.NUMBER:
-        return {frozenset(): float(node.data)}
+        return {(): float(node.data)}
     if node.kind is Kind.SUM:
         constant, factors = node.data
-        found = {frozenset[tuple[Node, float]](): float(constant)}
+        found: Sum = {(): float(constant)}
         for one, c in zip(node.arguments, factors):
             inner = monomials(one)
             if inner is None:
@@ -78,8 +83,8 @@ def monomials(node: Node) -> Sum | None:
                 found[key] = found.get(key, 0.0) + float(c) * x
         return found if len(found) <= MOST_TERMS else None
     if node.kind is not Kind.PRODUCT:
-        return {frozenset([(node, 1)]): 1.0}
-    total: Sum = {frozenset(): 1.0}
+        return {((node, 1),): 1.0}
+    total: Sum = {(): 1.0}
     for one, exponent in zip(node.arguments, node.data):
         inner = monomials(one)
         if inner is None:
@@ -89,9 +94,9 @@ def monomials(node: Node) -> Sum | None:
                 total = times(total, inner)
         elif len(inner) == 1 and exponent == int(exponent):
             ((key, x),) = inner.items()
-            total = times(total, {frozenset((base, n * exponent) for base, n in key): x**exponent})
+            total = times(total, {monomial((base, n * exponent) for base, n in key): x**exponent})
         else:
-            total = times(total, {frozenset([(one, exponent)]): 1.0})
+            total = times(total, {((one, exponent),): 1.0})
         if len(total) > MOST_TERMS:
             return None
     return total
@@ -105,7 +110,7 @@ def times(one: Sum, other: Sum) -> Sum:
             powers = dict(a)
             for base, exponent in b:
                 powers[base] = powers.get(base, 0) + exponent
-            key = frozenset((base, n) for base, n in powers.items() if n)
+            key = monomial((base, n) for base, n in powers.items() if n)
             found[key] = found.get(key, 0.0) + x * y
     return found
 
@@ -150,7 +155,7 @@ def without_powers(sums: Sequence[Sum]) -> list[Sum]:
     every = [dict(one) for terms in sums for one in terms]
     bases = dict.fromkeys(base for powers in every for base in powers)
     least = {base: min(powers.get(base, 0) for powers in every) for base in bases}
-    inverse: Sum = {frozenset((base, -n) for base, n in least.items() if n): 1.0}
+    inverse: Sum = {monomial((base, -n) for base, n in least.items() if n): 1.0}
     numbers = [Fraction(c).limit_denominator(1000) for terms in sums for c in terms.values()]
     exact = all(
         abs(n - c) < NEGLIGIBLE * abs(c) for n, c in zip(numbers, (c for t in sums for c in t.values()))
@@ -174,7 +179,7 @@ def quotient(above: Sum, below: Sum) -> Sum | None:
         return tuple(powers.get(base, 0) for base in bases)
 
     lead, found, left = max(below, key=rank), Sum(), dict(above)
-    inverse = {frozenset((base, -n) for base, n in lead): 1.0 / below[lead]}
+    inverse = {monomial((base, -n) for base, n in lead): 1.0 / below[lead]}
     while left:
         first = max(left, key=rank)
         factor = times({first: left[first]}, inverse)

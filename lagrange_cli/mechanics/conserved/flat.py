@@ -16,6 +16,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import chain, product
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS
@@ -115,20 +116,30 @@ def factors_in(node: Node, q: Node, others: int) -> Iterator[Node]:
                 yield from factors_in(term, q, others)
 
 
-def rate_of_turning(model: Model[Node], matrix: Sequence[Sequence[Node]], square: Node) -> Node | None:
+def rate_of_turning(model: Model[Node], matrix: Sequence[Sequence[Node]], entry: Node) -> Node | None:
     """w; None where it is not constant."""
     graph = graph_of(model)
-    slopes = [graph.diff(square, q) for q in model.q]
+    slopes = [graph.diff(entry, q) for q in model.q]
     if all(slope.is_zero for slope in slopes):
         return graph.zero
     raised = solution(graph, matrix, slopes)
     if raised is None:
         return None
-    rate = graph.sum([(a * b, 0.25) for a, b in zip(slopes, raised)]) / square
+    rate = graph.sum([(a * b, 0.25) for a, b in zip(slopes, raised)]) / entry
     if zeros(slopes := [graph.diff(rate, q) for q in model.q]) < {*slopes}:
         return None
-    square_root = constant(model, rate)
-    return None if square_root is None else graph.product([(square_root, 0.5)])
+    square = constant(model, rate)
+    return None if square is None else root(graph, square)
+
+
+def root(graph: Graph, square: Node) -> Node:
+    """A root of a positive function, of any sign: sin(alpha) of sin(alpha)**2."""
+    number, rest = graph.split_coefficient(square)
+    if number <= 0 or rest.kind is not Kind.PRODUCT:
+        return graph.product([(square, 0.5)])
+    factors = zip(rest.arguments, rest.data)
+    halves = [(one, exponent // 2 if exponent % 2 == 0 else exponent / 2) for one, exponent in factors]
+    return graph.product(halves) * math.sqrt(number)
 
 
 def constant(model: Model[Node], node: Node) -> Node | None:
@@ -183,7 +194,7 @@ def as_particle(
     if len(inverse) < len(squares):
         return None
     mass = graph.one / inverse[0]
-    place = [x * graph.product([(mass * one, -0.5)]) for x, one in zip(place, inverse)]
+    place = [x / root(graph, mass * one) for x, one in zip(place, inverse)]
     slopes = [[graph.diff(x, q) for q in model.q] for x in place]
     left = [
         graph.sum([(m, -1.0), *((mass * row[k] * row[j], 1.0) for row in slopes)])
