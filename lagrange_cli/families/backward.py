@@ -50,7 +50,7 @@ class Reversal:
             events = replace(events, listed=listed, arguments=arguments, sizes=sizes)
         modes = system.modes
         if modes is not None:
-            modes = replace(modes, arguments=self.of(modes.arguments))
+            modes = replace(modes, arguments=self.of(modes.arguments), forces=self.of(modes.forces))
         return replace(
             system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             loads=[*map(self.of, system.loads)], events=events,

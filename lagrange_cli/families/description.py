@@ -35,10 +35,12 @@ class Component:
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """What decides switches: the ``arguments``, and the modes that have their signs until these change."""
+    """What decides switches: the ``arguments``, and the modes that have their signs until these change.
+    ``forces`` has the switches themselves: at samples, modes are not known."""
 
     arguments: Total
     signs: Array
+    forces: Total
 
 
 @dataclass(frozen=True, eq=False)

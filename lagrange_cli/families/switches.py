@@ -206,7 +206,8 @@ class Switching:
         return replace(
             system, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             slopes=self.of(system.slopes), applied=self.of(system.applied),
-            loads=[*map(self.of, system.loads)], events=events, modes=Modes(self.numbered[0], self.modes),
+            loads=[*map(self.of, system.loads)], events=events,
+            modes=Modes(self.numbered[0], self.modes, system.forces),
         )  # fmt: skip
 
     @cached_property

@@ -93,7 +93,8 @@ class Arrangement:
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
         self.pulled = None
         if self.motion is not None and self.motion.bonds.multipliers in needed(self.roots, self.slots):
-            self.pulled = AtAState(system, self.lasting)
+            at_samples = system if system.modes is None else replace(system, forces=system.modes.forces)
+            self.pulled = AtAState(at_samples, self.lasting)
         everyone = np.arange(self.degrees)
         force, mass = (
             self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)
