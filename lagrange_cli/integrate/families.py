@@ -18,7 +18,7 @@ from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.program import portable_if_asked
-from lagrange_cli.integrate.written_out import WrittenOut, unsuited, without_outputs
+from lagrange_cli.integrate.written_out import OTHER, WrittenOut, without_outputs
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
@@ -94,7 +94,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut(f"events with --method {method}", "use --method taylor")
     system = family_system(spec, algebra_for(compilation))
     if system is None:
-        return unsuited(spec)
+        return OTHER
     if needs is Needs.SERIES and unproven(system, compilation):
         way = "leave out --proven" if compilation.proven else "write forces that are less narrow"
         return WrittenOut("steps that have to be proven, on chains or with constraints", way)

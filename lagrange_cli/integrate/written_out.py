@@ -20,6 +20,10 @@ class WrittenOut:
     way: str
 
 
+OTHER = WrittenOut("a system of another kind", "change it")
+"""A system that is not one of families; ``unsuited`` looks closer."""
+
+
 def without_outputs(names: Sequence[str]) -> WrittenOut:
     """What cannot be computed with families."""
     listed = ",".join(names)
@@ -35,7 +39,7 @@ def unsuited(spec: Spec) -> WrittenOut:
     if spec.events and family_system(replace(spec, events={})) is not None:
         what = "events that reduce speeds, have a kink, or act on chains and what constraints hold"
         return WrittenOut(what, "let them record or stop only")
-    for part in ("constraints", "forces", "generalized_forces", "observables"):
+    for part in ("constraints", "forces", "observables"):
         if getattr(spec, part) and family_system(replace(spec, **{part: {}})) is not None:
             return WrittenOut(f"what '{part}' contains", "write it in terms of neighbours, without kinks")
     what = "energies of this kind: loops over members need a constant diagonal mass matrix, or chains and "

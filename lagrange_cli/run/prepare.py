@@ -47,11 +47,12 @@ def named(spec: Spec, compilation: Compilation) -> Iterator[None]:
         if not spec.families.get("coordinates") or len(spec.coordinates) < MANY:
             raise
         from lagrange_cli.integrate.families import family_run_or_why
-        from lagrange_cli.integrate.written_out import WrittenOut
+        from lagrange_cli.integrate.written_out import OTHER, WrittenOut, unsuited
 
         found = family_run_or_why(spec, compilation)
         if not isinstance(found, WrittenOut):
             raise
+        found = unsuited(spec) if found is OTHER else found
         first, *others = error.problems
         message = f"{first.message}; members are written out for {found.what}"
         hint = f"{found.way}, or {first.hint}"
