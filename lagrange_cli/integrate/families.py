@@ -90,9 +90,8 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return without_outputs(others)
     plain = compilation.precision == DOUBLE and compilation.factor is None
     if not plain and compilation.backward:
-        return WrittenOut(
-            f"motion backward in time with {kind}", "let it go forward, or leave out that option"
-        )
+        kind = "--certify" if compilation.precision == DOUBLE else f"--precision {compilation.precision}"
+        return WrittenOut(f"motion backward in time with {kind}", "let it go forward, or leave that out")
     if spec.events and needs is not Needs.SERIES:
         return WrittenOut(f"events with --method {method}", "use --method taylor")
     system = family_system(spec, algebra_for(compilation))

@@ -43,7 +43,5 @@ def unsuited(spec: Spec) -> WrittenOut:
         if getattr(spec, part) and family_system(replace(spec, **{part: {}})) is not None:
             return WrittenOut(f"what '{part}' contains", "write it in terms of neighbours, without kinks")
     what = "energies of this kind: loops over members need a constant diagonal mass matrix, or chains and "
-    return WrittenOut(
-        f"{what}trees of angles, and forces that jump with neither places nor velocities",
-        "write a smooth one",
-    )
+    what += "trees of angles, and forces that do not jump with places or velocities"
+    return WrittenOut(what, "write a smooth one")
