@@ -162,11 +162,10 @@ class Settling(Crossing):
         sqrt(|v|); whether there is one that stays 0."""
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
-        for j in range(self.count):
-            u = self._coefficients(self._rows.first + j)[:2]
-            if self.modes[j] * u[1] < 0.0 < abs(u[0]) <= abs(u[1]) * soon and self._rests(j, u[0]):
+        arguments = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, :2]
+        for j, (u, rate) in enumerate(arguments.tolist()):
+            if self.modes[j] * rate < 0.0 < abs(u) <= abs(rate) * soon and self._rests(j, u):
                 return True
-            self._series()
         return False
 
     def _rests(self, j: int, u: float) -> bool:
