@@ -18,6 +18,7 @@ import numpy as np
 
 from lagrange_cli.integrate.methods.modes import Modes
 from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -51,12 +52,27 @@ QUADRATURE = 2.0**-46
 """The error of the rule for powers from t^0.1 on."""
 
 
+@dataclass(frozen=True)
+class Way:
+    """A way across, to the time ``reached``: the memory before, what ``_crossed_by`` was given, and the ways
+    that are ``longer``."""
+
+    reached: tuple[float, ...]
+    origin: Array
+    guards: Sequence[int]
+    left: float
+    begin: Array
+    mode: Array
+    longer: Sequence[float]
+
+
 class Crossing(Modes):
     """The way across a place where a force has no series."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
         self._crossed: tuple[float, ...] = ()
+        self._way: Way | None = None
         self.span = 0.0
         """The duration of the motion: the scale of times where it begins at rest, at t = 0. (Nothing much
         shorter can: coefficients of series would overflow.)"""
@@ -67,9 +83,11 @@ class Crossing(Modes):
         It begins with the acceleration on the side from which the motion comes, or on that to which it goes
         if it begins at u = 0 where the force jumps.
         """
-        now = tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
+        now = self.now
         if now == self._crossed:
             return False
+        if self._way is not None and now == self._way.reached and self._goes_farther(self._way):
+            return True
         self._crossed = now
         self._series()
         free = [j for j in range(self.count) if self.modes[j] != 0.0]
@@ -90,6 +108,22 @@ class Crossing(Modes):
         j = min(ahead, key=lambda j: abs(ahead[j]))
         left, mode = abs(float(ahead[j])), self.modes[[j]]
         return self._crossed_by([j], left, mode, -mode) or self._crossed_by([j], 2.0 * left, mode, mode)
+
+    @property
+    def now(self) -> tuple[float, ...]:
+        """The time, and its low part."""
+        return tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
+
+    def _goes_farther(self, way: Way) -> bool:
+        """Take a longer way across than one from whose end no step leads on: there u is known to so few
+        digits that no step can be proven."""
+        memory = self.memory.copy()
+        self.memory[:] = way.origin
+        if self._crossed_by(way.guards, way.left, way.begin, way.mode, way.longer):
+            return True
+        self.memory[:], self._way = memory, None
+        self.prepare()
+        return False
 
     def regular(self, guards: Sequence[int]) -> Array:
         """Modes of guards whose arguments are 0 with which accelerations and their series are finite; the
@@ -114,9 +148,12 @@ class Crossing(Modes):
         velocities = self._coefficients_of(self._layout.v.start, self._layout.v.stop)
         return int(np.count_nonzero(~np.isfinite(velocities)))
 
-    def _crossed_by(self, j: Sequence[int], left: float, begin: Array, mode: Array) -> bool:
+    def _crossed_by(
+        self, j: Sequence[int], left: float, begin: Array, mode: Array, ways: Sequence[float] | None = None
+    ) -> bool:
         """Move on by the time ``left`` until the arguments of guards are 0, and a little more, to where their
-        modes are right, with the accelerations of those to ``begin`` with."""
+        modes are right, with the accelerations of those to ``begin`` with; by the first of some ``ways`` that
+        will do."""
         layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
         q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
         self.modes[j] = begin
@@ -132,13 +169,16 @@ class Crossing(Modes):
             return False
         longest = max(usual, abs(float(memory[layout.time]))) if parts > 1 else usual
         least = abs(float(memory[layout.time])) * RESOLVED[parts - 1]
-        for way in (one for one in WAYS[parts - 1] if longest * one >= least):
+        ways = [one for one in WAYS[parts - 1] if longest * one >= least] if ways is None else ways
+        for i, way in enumerate(ways):
             self.memory[:] = memory
             self.modes[j] = begin
             if self._moved(left, left + longest * way, begin, mode, j, (usual, float(v))):
                 self.marks[:] = np.minimum(self.marks, 0.0)
                 for number in BEGINNING:
                     self.memory[layout.at(number)] = 0.0
+                longer = [one for one in ways[i + 1 :] if one > way]
+                self._way = Way(self.now, memory, [*j], left, begin.copy(), mode.copy(), longer)
                 return True
         self.memory[:] = memory
         return False
