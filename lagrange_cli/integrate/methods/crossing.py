@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from itertools import product
+from itertools import count, product, takewhile
 from math import cos, frexp, ldexp, pi
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,9 @@ WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4
 """The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
 double-double. (There the longest come first, and they are parts of the time, too, if that is longer: proofs
 of steps know of u no more than doubles of both tell.)"""
+LONGER, FARTHEST = 2.0**4, 2.0**-8
+"""How much longer the next way is where no step leads on from the end of one, and the part of the step before
+that none exceeds."""
 RESOLVED = 2.0**-44, 2.0**-96
 """The shortest way, as a part of the time: further steps are parts of it."""
 NEAR = 2.0**-16
@@ -170,18 +173,23 @@ class Crossing(Modes):
         longest = max(usual, abs(float(memory[layout.time]))) if parts > 1 else usual
         least = abs(float(memory[layout.time])) * RESOLVED[parts - 1]
         ways = [one for one in WAYS[parts - 1] if longest * one >= least] if ways is None else ways
-        for i, way in enumerate(ways):
+        for way in ways:
             self.memory[:] = memory
             self.modes[j] = begin
             if self._moved(left, left + longest * way, begin, mode, j, (usual, float(v))):
                 self.marks[:] = np.minimum(self.marks, 0.0)
                 for number in BEGINNING:
                     self.memory[layout.at(number)] = 0.0
-                longer = [one for one in ways[i + 1 :] if one > way]
+                farthest = max(longest, self._step_before(memory)) / longest * FARTHEST
+                longer = list(takewhile(lambda one: one <= farthest, (way * LONGER**k for k in count(1))))
                 self._way = Way(self.now, memory, [*j], left, begin.copy(), mode.copy(), longer)
                 return True
         self.memory[:] = memory
         return False
+
+    def _step_before(self, memory: Array) -> float:
+        """How long the last step was, or where there is none, the whole motion is."""
+        return float(memory[self._layout.at(Clock.LENGTH)]) or self.span
 
     def _moved(
         self,
@@ -218,6 +226,8 @@ class Crossing(Modes):
             places += change * (length - t)
         self.memory[:] = start
         self._move(length, rates)
+        self._series()
+        straight = self._values(at_zero)
         self._add(layout.rates, velocities)
         self._add(layout.q, places[:own])
         self.modes[j] = mode
@@ -230,6 +240,8 @@ class Crossing(Modes):
         felt = np.abs(after - rates)[:own]
         with np.errstate(divide="ignore", invalid="ignore"):
             bends = np.abs(self._slopes(at_zero) / slopes - 1.0)
+            from_rest = np.abs(self._values(at_zero) / straight - 1.0)
+        bends = np.where(slopes == 0.0, from_rest, bends)
         bend = float(np.max(np.where(bends < 1.0, bends, 1.0)))
         error = felt * length * (bend + QUADRATURE)
         high = self.memory[layout.part(0)]
