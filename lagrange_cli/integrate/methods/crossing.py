@@ -57,8 +57,8 @@ QUADRATURE = 2.0**-46
 
 @dataclass(frozen=True)
 class Way:
-    """A way across, to the time ``reached``: the memory before, what ``_crossed_by`` was given, and the ways
-    that are ``longer``."""
+    """A way across, to the time ``reached``: the memory before, what ``Crossing`` was given, and which
+    ``part`` of the usual time it took."""
 
     reached: tuple[float, ...]
     origin: Array
@@ -66,7 +66,7 @@ class Way:
     left: float
     begin: Array
     mode: Array
-    longer: Sequence[float]
+    part: float
 
 
 class Crossing(Modes):
@@ -89,8 +89,6 @@ class Crossing(Modes):
         now = self.now
         if now == self._crossed:
             return False
-        if self._way is not None and now == self._way.reached and self._goes_farther(self._way):
-            return True
         self._crossed = now
         self._series()
         free = [j for j in range(self.count) if self.modes[j] != 0.0]
@@ -105,7 +103,10 @@ class Crossing(Modes):
             guards = [j for j, one in zip(marked, entered) if one] or marked[:1]
             side = np.where(self.modes[guards] == 0.0, 1.0, self.modes[guards])
             tried = (-side, side), (side, side), (-side, -side)
-            return any(self._crossed_by(guards, 0.0, *modes) for modes in tried)
+            farthest = max(WAYS[self.machine.program.parts - 1])
+            return any(self._crossed_by(guards, 0.0, *modes) for modes in tried) or any(
+                self._crossed_by(guards, 0.0, *modes, farther=farthest) for modes in tried
+            )
         if not ahead:
             return False
         j = min(ahead, key=lambda j: abs(ahead[j]))
@@ -117,16 +118,26 @@ class Crossing(Modes):
         """The time, and its low part."""
         return tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
 
-    def _goes_farther(self, way: Way) -> bool:
-        """Take a longer way across than one from whose end no step leads on: there u is known to so few
-        digits that no step can be proven."""
-        memory = self.memory.copy()
+    def goes_farther(self) -> bool:
+        """Take a longer way than the last one, if hardly any step, or none, leads on from the end of that:
+        there u is known to so few digits that no step can be proven, or changes so fast that coefficients of
+        series overflow."""
+        way, memory, now = self._way, self.memory.copy(), self.now
+        self._way = None
+        if way is None:
+            return False
         self.memory[:] = way.origin
-        if self._crossed_by(way.guards, way.left, way.begin, way.mode, way.longer):
+        past, length = now[0] - way.reached[0], way.reached[0] - self.now[0]
+        given = way.guards, way.left, way.begin, way.mode
+        if past <= length * LONGER and self._crossed_by(*given, farther=way.part):
             return True
-        self.memory[:], self._way = memory, None
+        self.memory[:] = memory
         self.prepare()
         return False
+
+    def _agrees(self) -> bool:
+        """Whether the arguments of all guards have the signs of their modes, which a long way may change."""
+        return bool(np.all(self._arguments() * self.modes[: self.count] >= 0.0))
 
     def regular(self, guards: Sequence[int]) -> Array:
         """Modes of guards whose arguments are 0 with which accelerations and their series are finite; the
@@ -152,11 +163,11 @@ class Crossing(Modes):
         return int(np.count_nonzero(~np.isfinite(velocities)))
 
     def _crossed_by(
-        self, j: Sequence[int], left: float, begin: Array, mode: Array, ways: Sequence[float] | None = None
+        self, j: Sequence[int], left: float, begin: Array, mode: Array, *, farther: float = 0.0
     ) -> bool:
         """Move on by the time ``left`` until the arguments of guards are 0, and a little more, to where their
-        modes are right, with the accelerations of those to ``begin`` with; by the first of some ``ways`` that
-        will do."""
+        modes are right, with the accelerations of those to ``begin`` with; on the first way that will do, or
+        the first that is longer than the one ``farther`` on."""
         layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
         q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
         self.modes[j] = begin
@@ -172,24 +183,26 @@ class Crossing(Modes):
             return False
         longest = max(usual, abs(float(memory[layout.time]))) if parts > 1 else usual
         least = abs(float(memory[layout.time])) * RESOLVED[parts - 1]
-        ways = [one for one in WAYS[parts - 1] if longest * one >= least] if ways is None else ways
+        ways = [one for one in WAYS[parts - 1] if longest * one >= least]
+        if farther:
+            most = max(longest, self._step_before()) / longest * FARTHEST
+            ways = list(takewhile(lambda one: one <= most, (farther * LONGER**k for k in count(1))))
         for way in ways:
             self.memory[:] = memory
             self.modes[j] = begin
-            if self._moved(left, left + longest * way, begin, mode, j, (usual, float(v))):
+            moved = self._moved(left, left + longest * way, begin, mode, j, (usual, float(v)))
+            if moved and (not farther or self._agrees()):
                 self.marks[:] = np.minimum(self.marks, 0.0)
                 for number in BEGINNING:
                     self.memory[layout.at(number)] = 0.0
-                farthest = max(longest, self._step_before(memory)) / longest * FARTHEST
-                longer = list(takewhile(lambda one: one <= farthest, (way * LONGER**k for k in count(1))))
-                self._way = Way(self.now, memory, [*j], left, begin.copy(), mode.copy(), longer)
+                self._way = Way(self.now, memory, [*j], left, begin.copy(), mode.copy(), way)
                 return True
         self.memory[:] = memory
         return False
 
-    def _step_before(self, memory: Array) -> float:
+    def _step_before(self) -> float:
         """How long the last step was, or where there is none, the whole motion is."""
-        return float(memory[self._layout.at(Clock.LENGTH)]) or self.span
+        return float(self.memory[self._layout.at(Clock.LENGTH)]) or self.span
 
     def _moved(
         self,

@@ -89,7 +89,9 @@ class Settling(Crossing):
             return self.settle(due) or self.rest() or self.cross()
         if stop not in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
             return False
-        return self._rests_on() or self.rest() or self.cross() or self._rests_on() or self._leave_out()
+        if self._rests_on() or self.rest() or self.cross():
+            return True
+        return self._rests_on() or self.goes_farther() or self._leave_out()
 
     def begins_beyond(self) -> bool:
         """Whether the motion begins at y = 0 and leads below, where an energy jumps."""
