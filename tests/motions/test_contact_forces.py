@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.ending import Ending
-from tests.support.motion import follow
+from tests.support.motion import SYSTEMS, follow
 
 BALL = """
 parameters: {{k: {k}, p: {p}, a: 2}}
@@ -83,3 +83,61 @@ def test_beads_that_touch_pass_on_a_push() -> None:
     np.testing.assert_allclose(energy, 0.5, rtol=1e-14)
     np.testing.assert_allclose(other["q/x"], q, atol=1e-13)
     assert v[-1, -1] > 0.9
+
+
+def test_a_bounce_far_from_the_origin_takes_as_long() -> None:
+    """One unit of rounding of y is a millionth of the depth."""
+    text = BALL.format(k=1e6, p=2.5, y=1000.5, v=-1.0, power="max(0, 1000 - y)**p")
+    motion = follow(text, 1.0 + contact_time(1e6, 2.5, 1.0), 3)
+    assert motion["q/y"][-1] == pytest.approx(1000.5, abs=1e-11)
+    assert motion["v/y"][-1] == pytest.approx(1.0, abs=1e-11)
+
+
+@pytest.mark.parametrize("diameter", ["0.03", "1/3"])
+def test_a_chain_of_beads_with_absolute_positions(diameter: str) -> None:
+    """Rounding of i*d decides which of them touch; none of that is felt."""
+    text = f"""
+        sizes: {{N: 6}}
+        parameters: {{d: {diameter}}}
+        coordinates: {{"x[i in range(N)]": {{initial: i*d, velocity: "where(i == 0, 1, 0)"}}}}
+        masses: {{"b[i in range(N)]": 0.1}}
+        embedding: {{"b[i in range(N)]": "x[i]"}}
+        potential: sum(4e6*max(0, d - (x[i] - x[i - 1]))**(5/2) for i in range(1, N))
+    """
+    motion = follow(text, 0.01, 3)
+    assert motion.outcome.ending is Ending.COMPLETE
+    v = motion["v/x"]
+    np.testing.assert_allclose(v.sum(axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_allclose((v[-1] ** 2).sum(), 1.0, rtol=1e-13)
+    assert v[-1, -1] > 0.9
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-4])
+def test_newtons_cradle(apart: float) -> None:
+    """Beside the same motion in steps of another kind, and its mirror image."""
+    initial = f"where(i == 0, -0.3, {apart}*i)"
+    text = (SYSTEMS / "newtons_cradle.yaml").read_text().replace("where(i == 0, -0.3, 0)", initial)
+    text = text.replace("N: 5", "N: 3")
+    mirrored = text.replace(initial, f"where(i == N - 1, 0.3, -{apart}*(N - 1 - i))")
+    motion, image = (follow(one, 0.5, 11) for one in (text, mirrored))
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.h_drift < 1e-14
+    other = follow(text, 0.5, 11, method="DOP853", tolerance=1e-12)
+    for path in ("q/theta", "v/theta"):
+        np.testing.assert_allclose(image[path], -motion[path][:, ::-1], atol=1e-11)
+        np.testing.assert_allclose(other[path], motion[path], atol=1e-9)
+    assert motion["v/theta"][5, -1] > 1.8
+
+
+def test_beads_that_hang_farther_apart_than_they_fly() -> None:
+    """Where a ball comes to rest at its lowest point, its coordinate tells nothing of the length of a step."""
+    text = """
+        parameters: {d: 30, l: 200}
+        coordinates: {"theta[i in range(2)]": {initial: "where(i == 0, -0.3, 0)"}}
+        masses: {"b[i in range(2)]": 1}
+        embedding: {"b[i in range(2)]": ["d*i + l*sin(theta[i])", "-l*cos(theta[i])"]}
+        potential: sum(9810*b[i].y for i in range(2)) + 1e8*max(0, d - norm(b[1] - b[0]))**(7/2)
+    """
+    motion = follow(text, 0.4, 5)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.h_drift < 1e-14 * motion.outcome.h_size

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from itertools import product
+from itertools import count, product, takewhile
 from math import cos, frexp, ldexp, pi
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from lagrange_cli.integrate.methods.modes import Modes
 from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -27,6 +28,9 @@ WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4
 """The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
 double-double. (There the longest come first, and they are parts of the time, too, if that is longer: proofs
 of steps know of u no more than doubles of both tell.)"""
+LONGER, FARTHEST = 2.0**4, 2.0**-8
+"""How much longer the next way is where no step leads on from the end of one, and the part of the step before
+that none exceeds."""
 RESOLVED = 2.0**-44, 2.0**-96
 """The shortest way, as a part of the time: further steps are parts of it."""
 NEAR = 2.0**-16
@@ -51,12 +55,27 @@ QUADRATURE = 2.0**-46
 """The error of the rule for powers from t^0.1 on."""
 
 
+@dataclass(frozen=True)
+class Way:
+    """A way across, to the time ``reached``: the memory before, what ``Crossing`` was given, and which
+    ``part`` of the usual time it took."""
+
+    reached: tuple[float, ...]
+    origin: Array
+    guards: Sequence[int]
+    left: float
+    begin: Array
+    mode: Array
+    part: float
+
+
 class Crossing(Modes):
     """The way across a place where a force has no series."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
         self._crossed: tuple[float, ...] = ()
+        self._way: Way | None = None
         self.span = 0.0
         """The duration of the motion: the scale of times where it begins at rest, at t = 0. (Nothing much
         shorter can: coefficients of series would overflow.)"""
@@ -67,7 +86,7 @@ class Crossing(Modes):
         It begins with the acceleration on the side from which the motion comes, or on that to which it goes
         if it begins at u = 0 where the force jumps.
         """
-        now = tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
+        now = self.now
         if now == self._crossed:
             return False
         self._crossed = now
@@ -84,12 +103,41 @@ class Crossing(Modes):
             guards = [j for j, one in zip(marked, entered) if one] or marked[:1]
             side = np.where(self.modes[guards] == 0.0, 1.0, self.modes[guards])
             tried = (-side, side), (side, side), (-side, -side)
-            return any(self._crossed_by(guards, 0.0, *modes) for modes in tried)
+            farthest = max(WAYS[self.machine.program.parts - 1])
+            return any(self._crossed_by(guards, 0.0, *modes) for modes in tried) or any(
+                self._crossed_by(guards, 0.0, *modes, farther=farthest) for modes in tried
+            )
         if not ahead:
             return False
         j = min(ahead, key=lambda j: abs(ahead[j]))
         left, mode = abs(float(ahead[j])), self.modes[[j]]
         return self._crossed_by([j], left, mode, -mode) or self._crossed_by([j], 2.0 * left, mode, mode)
+
+    @property
+    def now(self) -> tuple[float, ...]:
+        """The time, and its low part."""
+        return tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
+
+    def goes_farther(self) -> bool:
+        """Take a longer way than the last one, if hardly any step, or none, leads on from the end of that:
+        there u is known to so few digits that no step can be proven, or changes so fast that coefficients of
+        series overflow."""
+        way, memory, now = self._way, self.memory.copy(), self.now
+        self._way = None
+        if way is None:
+            return False
+        self.memory[:] = way.origin
+        past, length = now[0] - way.reached[0], way.reached[0] - self.now[0]
+        given = way.guards, way.left, way.begin, way.mode
+        if past <= length * LONGER and self._crossed_by(*given, farther=way.part):
+            return True
+        self.memory[:] = memory
+        self.prepare()
+        return False
+
+    def _agrees(self) -> bool:
+        """Whether the arguments of all guards have the signs of their modes, which a long way may change."""
+        return bool(np.all(self._arguments() * self.modes[: self.count] >= 0.0))
 
     def regular(self, guards: Sequence[int]) -> Array:
         """Modes of guards whose arguments are 0 with which accelerations and their series are finite; the
@@ -114,9 +162,12 @@ class Crossing(Modes):
         velocities = self._coefficients_of(self._layout.v.start, self._layout.v.stop)
         return int(np.count_nonzero(~np.isfinite(velocities)))
 
-    def _crossed_by(self, j: Sequence[int], left: float, begin: Array, mode: Array) -> bool:
+    def _crossed_by(
+        self, j: Sequence[int], left: float, begin: Array, mode: Array, *, farther: float = 0.0
+    ) -> bool:
         """Move on by the time ``left`` until the arguments of guards are 0, and a little more, to where their
-        modes are right, with the accelerations of those to ``begin`` with."""
+        modes are right, with the accelerations of those to ``begin`` with; on the first way that will do, or
+        the first that is longer than the one ``farther`` on."""
         layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
         q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
         self.modes[j] = begin
@@ -132,16 +183,26 @@ class Crossing(Modes):
             return False
         longest = max(usual, abs(float(memory[layout.time]))) if parts > 1 else usual
         least = abs(float(memory[layout.time])) * RESOLVED[parts - 1]
-        for way in (one for one in WAYS[parts - 1] if longest * one >= least):
+        ways = [one for one in WAYS[parts - 1] if longest * one >= least]
+        if farther:
+            most = max(longest, self._step_before()) / longest * FARTHEST
+            ways = list(takewhile(lambda one: one <= most, (farther * LONGER**k for k in count(1))))
+        for way in ways:
             self.memory[:] = memory
             self.modes[j] = begin
-            if self._moved(left, left + longest * way, begin, mode, j, (usual, float(v))):
+            moved = self._moved(left, left + longest * way, begin, mode, j, (usual, float(v)))
+            if moved and (not farther or self._agrees()):
                 self.marks[:] = np.minimum(self.marks, 0.0)
                 for number in BEGINNING:
                     self.memory[layout.at(number)] = 0.0
+                self._way = Way(self.now, memory, [*j], left, begin.copy(), mode.copy(), way)
                 return True
         self.memory[:] = memory
         return False
+
+    def _step_before(self) -> float:
+        """How long the last step was, or where there is none, the whole motion is."""
+        return float(self.memory[self._layout.at(Clock.LENGTH)]) or self.span
 
     def _moved(
         self,
@@ -178,6 +239,8 @@ class Crossing(Modes):
             places += change * (length - t)
         self.memory[:] = start
         self._move(length, rates)
+        self._series()
+        straight = self._values(at_zero)
         self._add(layout.rates, velocities)
         self._add(layout.q, places[:own])
         self.modes[j] = mode
@@ -190,6 +253,8 @@ class Crossing(Modes):
         felt = np.abs(after - rates)[:own]
         with np.errstate(divide="ignore", invalid="ignore"):
             bends = np.abs(self._slopes(at_zero) / slopes - 1.0)
+            from_rest = np.abs(self._values(at_zero) / straight - 1.0)
+        bends = np.where(slopes == 0.0, from_rest, bends)
         bend = float(np.max(np.where(bends < 1.0, bends, 1.0)))
         error = felt * length * (bend + QUADRATURE)
         high = self.memory[layout.part(0)]

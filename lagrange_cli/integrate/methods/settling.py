@@ -52,6 +52,8 @@ class Settling(Crossing):
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
         self._attempts, self._latest = 0, np.nan
+        self._left: tuple[Array, int] | None = None
+        """The memory before a guard was left last that had rested at 0, and which one."""
 
     def begin(self, parameters: Array) -> None:
         """Choose the modes of all switches where the motion begins."""
@@ -85,7 +87,11 @@ class Settling(Crossing):
             return not self.breaks(due) and self.passes(due)
         if stop is Stop.GUARD:
             return self.settle(due) or self.rest() or self.cross()
-        return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK) and (self.rest() or self.cross())
+        if stop not in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
+            return False
+        if self._rests_on() or self.rest() or self.cross():
+            return True
+        return self._rests_on() or self.goes_farther() or self._leave_out()
 
     def begins_beyond(self) -> bool:
         """Whether the motion begins at y = 0 and leads below, where an energy jumps."""
@@ -129,6 +135,7 @@ class Settling(Crossing):
         if before == 0.0:
             leaving = self._multiplier(due) if self._rows.guards[due].multiplier else self._arguments()[due]
             side = 1.0 if leaving > 0.0 else -1.0
+            self._left = self.memory.copy(), due
             return self._choose([due, *marked], {due: side}, held=False)
         return self._choose([due, *marked], {due: -before})
 
@@ -145,13 +152,52 @@ class Settling(Crossing):
         self.marks[j] = -LARGER * max(least, size)
         return False
 
+    def _rests_on(self) -> bool:
+        """Let an argument that has just left 0 rest until it is larger, where no step leads on from there,
+        and the force that acts beyond is not felt yet."""
+        if self._left is None:
+            return False
+        now, reached, (origin, j) = self.now, self.memory.copy(), self._left
+        self.memory[:] = origin
+        begun = self.now
+        ended = self._way.reached if self._way is not None and self._crossed == begun else begun
+        if self._crossed == begun and now in (begun, ended) and not self._feels(j):
+            self.memory[:] = origin
+            self.marks[j] = -LARGER * abs(float(self._arguments()[j]))
+            self._left = None
+            self.prepare()
+            return True
+        self.memory[:] = reached
+        self.prepare()
+        return False
+
+    def _leave_out(self) -> bool:
+        """Let arguments rest that rounding does not tell from 0, if they stay there without the forces
+        beyond, and these are not felt; whether there are any."""
+        least, values, own = LARGER * self._rounding(), np.abs(self._arguments()), self.modes[: self.count]
+        free = [j for j in np.flatnonzero(own) if not self._rows.guards[j].multiplier]
+        still = [j for j in free if values[j] <= least[j] and not self._feels(j)]
+        before = own.copy()
+        own[still] = 0.0
+        self._series()
+        small = ROUNDING * self.scale()[1:-1]
+        rates = {j: np.abs(self._coefficients(self._rows.first + j)[1:]) for j in still}
+        still = [j for j in still if np.all(rates[j] <= small)]
+        own[:] = before
+        own[still] = 0.0
+        self.marks[still] = -np.fmax(least, LARGER * values)[still]
+        self.prepare()
+        self._crossed = ()
+        return bool(still)
+
     def _feels(self, j: int) -> bool:
         """Whether one of the forces beyond a guard that rests at 0 changes velocities in a step."""
         own, layout = self._layout.degrees, self._layout
-        accelerations = []
+        accelerations, before = [], float(self.modes[j])
         for mode in (1.0, -1.0, 0.0):
             self.modes[j] = mode
             accelerations.append(self._series()[:own])
+        self.modes[j] = before
         changes = np.abs(np.array(accelerations) - accelerations[-1])
         speed = np.max(np.abs(self.memory[layout.part(0)][layout.v]))
         felt = np.nan_to_num(changes) * self.memory[layout.at(Clock.LENGTH)]
