@@ -12,7 +12,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import conservation
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
 from lagrange_cli.model.build import build_model
-from tests.support.motion import follow, residual_of, spec_of
+from tests.support.motion import consistent, follow, prepared, residual_of, run, spec_of
 
 PLANE = """
 parameters: {{a: 1.3, m: 2, k: 3, w: 0.7}}
@@ -530,7 +530,8 @@ def test_what_is_conserved(case):
     found = symmetries(residual.model, residual.conserved)
     assert {one.conserved.quantity for one in found} == names
     if found:
-        motion = follow(started(text), 3.0, 31, outputs=("conserved",))
+        ready = prepared(started(text), outputs=("conserved",))
+        motion = run(ready, consistent(started(text)), 0.0, 3.0, 31)
         lasting = {one.conserved.quantity for one in found if not one.conserved.breaks}
         for name in names & lasting:
             series = motion[f"diagnostics/conserved/{name}"]
