@@ -14,10 +14,8 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.equations import derive
-from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import resolve_values
-from tests.support.motion import SYSTEMS, follow, prepared, residual_of, run, spec_of, values_of
+from tests.support.motion import SYSTEMS, consistent, follow, prepared, residual_of, run, spec_of, values_of
 
 FREE = """
 parameters: {{A: 1, B: 2, C: 2.5, spin: 1.2}}
@@ -347,12 +345,6 @@ def test_a_coin_rolls_in_a_circle():
     np.testing.assert_allclose(motion["q/theta"], math.pi / 2 - 0.2, rtol=0, atol=1e-13)
     radius = 0.02 * values.parameters["roll"] / 4.0
     np.testing.assert_allclose(np.hypot(motion["q/x"], motion["q/y"] - radius), radius, rtol=1e-12)
-
-
-def consistent(system, **sets):
-    """The values of a shipped system whose start follows from its constraints."""
-    spec, given = spec_of(system), {name: repr(float(value)) for name, value in sets.items()}
-    return consistent_values(spec, resolve_values(spec, given), 0.0, given)[1]
 
 
 def rattling(_, state):

@@ -31,6 +31,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.native.compilation.machine import QUICK
 from lagrange_cli.native.program import Program
 from lagrange_cli.records import replace
+from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values, resolve_values
@@ -134,6 +135,12 @@ def program_of(system: str, outputs: tuple[str, ...] = DEFAULT) -> Program:
 def values_of(system: str, sets: Mapping[str, float] | None = None) -> Values:
     """Its parameters and initial state, with ``sets`` in place of the file's."""
     return resolve_values(spec_of(system), {name: repr(float(x)) for name, x in (sets or {}).items()})
+
+
+def consistent(system: str, **sets: float) -> Values:
+    """Its values, where its start follows from its constraints."""
+    spec, given = spec_of(system), {name: repr(float(value)) for name, value in sets.items()}
+    return consistent_values(spec, resolve_values(spec, given), 0.0, given)[1]
 
 
 def follow(

@@ -13,7 +13,7 @@ from lagrange_cli.expression.text import text_of
 from lagrange_cli.mechanics.conserved.ansatz import Powers, Term, Variables
 from lagrange_cli.mechanics.conserved.reasons import without_denominators
 from lagrange_cli.mechanics.conserved.recognition import Recognition
-from lagrange_cli.mechanics.conserved.residue_states import State, States
+from lagrange_cli.mechanics.conserved.residue_states import BITS, State, States
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.records import dataclass
@@ -95,7 +95,7 @@ class Columns:
         if parameters is None:
             parameters = {str(one.data): source.randrange(1, prime) for one in self.parameters}
         for state in self.states.random(prime, self.nodes, parameters):
-            work.charge((len(equations) + 4) * count // PRODUCTS)
+            work.charge((len(equations) + 4) * count * (1 + prime.bit_length() // BITS) // PRODUCTS)
             row = [moving[which] for moving in self.at(state, prime)]
             idle = 0 if equations.add(row) else idle + 1
             if idle == SPARE or len(equations) == count:

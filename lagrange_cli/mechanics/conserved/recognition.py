@@ -33,6 +33,9 @@ SQUARES = (1, 2, 3, 5, 6)
 LARGEST = 10**6
 """Numerators and denominators of numbers."""
 
+DIVISIONS = 4
+"""Divisions that count as one step of work."""
+
 Factor = tuple[tuple[float, tuple[tuple[Node, int], ...]], ...]
 """The terms of a sum: a number, and parameters with their exponents."""
 Factored = tuple[Fraction, int, Mapping[Factor, int]]
@@ -71,16 +74,23 @@ class Recognition:
                 found[(1.0, ((one, 1),)), (float(n), ((other, 1), (size, 2)))] = a + n * b * r * r
         return found
 
+    @cached_property
+    def _roots(self) -> Sequence[tuple[int, int]]:
+        """Numbers and their roots."""
+        return [(square, square_root(square, self.prime)) for square in SQUARES]
+
     def _node(self, factor: Factor) -> Node:
         return self.graph.sum([(self.graph.product(powers), number) for number, powers in factor])
 
     def coefficients(self, values: Sequence[int]) -> list[Node] | None:
         """The expressions with these values, times one factor that removes denominators; the last one is
         positive."""
-        found = [self._factored(value) for value in values]
-        if any(one is None for one in found):
-            return None
-        each = [one for one in found if one is not None]
+        each = list[Factored]()
+        for value in values:
+            found = self._factored(value)
+            if found is None:
+                return None
+            each.append(found)
         factors = dict.fromkeys(factor for _, _, powers in each for factor in powers)
         least = {factor: min(powers.get(factor, 0) for _, _, powers in each) for factor in factors}
         nodes = {one: self._node(one) for one in factors}
@@ -95,8 +105,8 @@ class Recognition:
 
     def _factored(self, value: int) -> Factored | None:
         p = self.prime
-        for square in SQUARES:
-            fraction = fraction_of(quotient(value, square_root(square, p), p), p)
+        for square, root in self._roots:
+            fraction = fraction_of(quotient(value, root, p), p)
             above, up = self._divided(fraction.numerator * SMOOTH)
             below, down = self._divided(fraction.denominator * SMOOTH)
             number = Fraction(above, below)
@@ -107,7 +117,10 @@ class Recognition:
     def _divided(self, number: int) -> tuple[int, dict[Factor, int]]:
         """A whole number as a small one times powers of factors."""
         found: dict[Factor, int] = {}
+        self.graph.work.charge(len(self.factors) // DIVISIONS)
         for factor, value in self.factors.items():
+            if -LARGEST <= number <= LARGEST:
+                break
             while abs(number) > LARGEST and number % value == 0:
                 number //= value
                 found[factor] = found.get(factor, 0) + 1

@@ -15,6 +15,7 @@ from functools import partial
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.conserved.combinations import combinations
 from lagrange_cli.mechanics.conserved.displacements import about_the_centre, displaced
@@ -31,6 +32,8 @@ from lagrange_cli.records import replace
 
 MOST_IN_POLYNOMIALS, MOST_WITH_BODIES = 5, 7
 """The largest numbers of coordinates for which polynomials are tried, without and with a rigid body."""
+MOST_OSCILLATORS = 4
+"""The largest number of coordinates of a linear system whose further energies are looked for."""
 LONGEST_INTEGRAL = 600
 """Characters of its formula."""
 ROUNDED = 2.0**-44
@@ -53,7 +56,19 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     model, note = space or (model, "")
     found = Found(model, known)
     found.place = note
-    stages = displaced, about_the_centre, idle, combinations, parts, hidden, tops, polynomials, without_gauge
+    stages = (
+        displaced,
+        about_the_centre,
+        idle,
+        combinations,
+        damped,
+        parts,
+        hidden,
+        tops,
+        polynomials,
+        linear,
+        without_gauge,
+    )
     for stage in stages:
         found.note = note if stage in (displaced, about_the_centre, hidden, polynomials) else ""
         work.attempt(WORTH_OF_POLYNOMIALS if stage in (idle, polynomials) else WORTH, partial(stage, found))
@@ -66,6 +81,22 @@ def idle(found: Found) -> None:
         from lagrange_cli.mechanics.conserved.idle import undisturbed  # and numbers modulo a prime
 
         undisturbed(found)
+
+
+def damped(found: Found) -> None:
+    """What falls exponentially by drag."""
+    if not all(map(is_zero, found.noether.energetics.applied)):
+        from lagrange_cli.mechanics.conserved.damped import growing  # where there are forces outside L
+
+        growing(found)
+
+
+def linear(found: Found) -> None:
+    """Energies of the derivatives of the motion of a linear system."""
+    if not found.model.constraints and "h" in found.names and 2 <= len(found.model.q) <= MOST_OSCILLATORS:
+        from lagrange_cli.mechanics.conserved.linear import of_derivatives  # of few coordinates
+
+        of_derivatives(found)
 
 
 def total_energy(model: Model[Node]) -> tuple[Symmetry, ...]:

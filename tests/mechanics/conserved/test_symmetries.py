@@ -12,7 +12,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import conservation
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
 from lagrange_cli.model.build import build_model
-from tests.support.motion import follow, residual_of, spec_of
+from tests.support.motion import consistent, follow, prepared, residual_of, run, spec_of
 
 PLANE = """
 parameters: {{a: 1.3, m: 2, k: 3, w: 0.7}}
@@ -426,7 +426,7 @@ CASES = {
     "a bar that turns": (BAR, {"C_1"}),
     "Henon-Heiles": (PLANE.format("x**2*y - y**3/3 + (x**2 + y**2)/2"), set()),
     "driven": (PLANE.format("-k*cos(t)/norm(p)"), {"L_z"}),
-    "drag": (PLANE.format("-k/norm(p)") + "forces: {p: -0.1*(p.vx, p.vy)}", set()),
+    "drag": (PLANE.format("-k/norm(p)") + "forces: {p: -0.1*(p.vx, p.vy)}", {"D_1"}),
     "a magnetic field": (SPACE.format("-q*B*(x*p.vy - y*p.vx)/2"), {"L_z", "C_1", "C_2"}),
     "crossed fields": (PLANE.format("-k*x*y_dot + a*x"), {"C_1"}),
     "a helix": (SPACE.format("x*cos(2*pi*z/pitch) + y*sin(2*pi*z/pitch) + (x**2 + y**2)**2"), {"C_1"}),
@@ -492,6 +492,21 @@ nonholonomic:
   vertical: ball.vz + r*(ball.wx*sin(ph) - ball.wy*cos(ph))
   around: ball.vy*cos(ph) - ball.vx*sin(ph) + r*ball.wz - R*Om
 """
+DRAG = """
+parameters: {{m: 1.5, c: 0.3, g: 2, B: 0.7}}
+coordinates: {{x: {{initial: 1, velocity: 0.4}}, y: {{initial: 0.3, velocity: 0.9}}}}
+masses: {{p: m}}
+positions: {{p: [x, y]}}
+potential: {}
+dissipation: c*(x_dot**2 + y_dot**2)/2
+"""
+SPRINGS = """
+parameters: {{m1: 1.5, m2: 2, m3: 1.2, k: 2, K: 0.3, g: 0.7}}
+coordinates: {{x: {{initial: 1}}, y: {{initial: 0.2, velocity: 0.5}}, z: {{}}}}
+masses: {{a: m1, b: m2, d: m3}}
+positions: {{a: [x], b: [y], d: [z]}}
+potential: k*x**2/2 + K*(x - y)**2/2 + k*(y - z)**2/2 + {}
+"""
 CASES |= {
     "a carriage": (CARRIAGE, set()),
     "a carriage with its centre of mass on the axle": (
@@ -504,6 +519,14 @@ CASES |= {
         "masses: {p: m}\npositions: {p: [x, y]}\npotential: m*g*y\n",
         {"C_1", "A_y"},
     ),
+    "drag in the plane": (DRAG.format("m*g*y"), {"C_1", "C_2", "D_1", "D_2"}),
+    "drag and a spring": (DRAG.format("g*(x**2 + y**2)"), {"D_1", "D_2"}),
+    "drag and springs along the axes": (DRAG.format("g*(x**2 + 2*y**2)"), {"D_1"}),
+    "drag of two kinds": (DRAG.format("0").replace("y_dot**2", "3*y_dot**2"), {"C_1", "C_2"}),
+    "drag that grows with the speed": (DRAG.format("0").replace("_dot**2", "_dot**4"), set()),
+    "drag in a magnetic field": (DRAG.format("-B*(x*y_dot - y*x_dot)/2"), {"C_1", "C_2", "D_1"}),
+    "three masses on springs": (SPRINGS.format("m1*g*x + m2*g*y + m3*g*z"), {"I_1", "I_2"}),
+    "masses on a spring that is hard": (SPRINGS.format("z**4"), set()),
     "a free particle": (
         "coordinates: {x: {velocity: 1}, y: {velocity: 2}}\nmasses: {p: 2}\npositions: {p: [x, y]}\n",
         {"L_z"},
@@ -530,7 +553,8 @@ def test_what_is_conserved(case):
     found = symmetries(residual.model, residual.conserved)
     assert {one.conserved.quantity for one in found} == names
     if found:
-        motion = follow(started(text), 3.0, 31, outputs=("conserved",))
+        ready = prepared(started(text), outputs=("conserved",))
+        motion = run(ready, consistent(started(text)), 0.0, 3.0, 31)
         lasting = {one.conserved.quantity for one in found if not one.conserved.breaks}
         for name in names & lasting:
             series = motion[f"diagnostics/conserved/{name}"]
