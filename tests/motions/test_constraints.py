@@ -12,6 +12,7 @@ import pytest
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import End
+from lagrange_cli.integrate.methods.passing import passages
 from lagrange_cli.run.singular import singular_constraints
 from tests.support.command import lagrange
 from tests.support.motion import follow, spec_of
@@ -316,6 +317,12 @@ def test_a_motion_that_ends_in_a_singular_configuration_says_so():
     )
     told = singular_constraints(alone, {}, 0.0, End(Ending.SINGULAR_MASS_MATRIX, 0.0, np.zeros(4), 9, 9))
     assert told.text == "the derivatives of the constraint cusp are 0: a singular configuration"
+
+
+def test_times_that_rounding_hides_lead_nowhere():
+    """No polynomial is fitted to a motion on a few units in the last place of the time."""
+    assert passages(1.0, 2.0**-20, 2.0**-30, lambda t: np.stack([t, t**2]))
+    assert not passages(1.0, 2.0**-40, 0.0, lambda t: np.stack([t, t**2]))
 
 
 def test_the_start_of_a_solve_is_made_consistent(tmp_path):

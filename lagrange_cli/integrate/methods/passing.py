@@ -30,6 +30,8 @@ AWAY = 1 / 75
 HALVINGS, PART = 10, 1 / 64
 """It is known on as much of the time before as memory reaches back, and on half of it so many times; or else
 down to this part of a usual step. On less than that it is not told from rounding."""
+ROUNDED = 2.0**20
+"""Nor is it on less than so many units in the last place of the time."""
 KEPT = 8
 """So many memories of earlier times are kept. Close to a singular configuration, thousands of steps may lead
 nowhere, and what is before them counts."""
@@ -73,7 +75,7 @@ def passages(
     ``sampled`` gives the states (rows, n) at times before it, up to ``longest`` before, or None.
     """
     found, length = list[Passage](), longest
-    while length > shortest:
+    while length > max(shortest, ROUNDED * np.spacing(abs(singular))):
         away = length * AWAY
         start, known = singular - length, singular - away
         made = [_fitted(start, known, degree, sampled) for degree in (DEGREE, LOWER)]
