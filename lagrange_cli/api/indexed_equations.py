@@ -137,7 +137,7 @@ class IndexedEquations(Written):
     @property
     def members(self) -> dict[str, dict[str, str]]:
         """For which indices the lines of each quantity hold."""
-        from lagrange_cli.symbolic.families.report import members_of
+        from lagrange_cli.symbolic.families.data import members_of
 
         return members_of(self._found)
 

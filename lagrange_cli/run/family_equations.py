@@ -275,10 +275,10 @@ def families_as_data(
     derived: DerivedFamilies, parameters: Mapping[str, float], form: str = FORMS[0]
 ) -> dict[str, Any]:
     """The equations in terms of JSON; ``form`` is one of ``INDEXED``."""
-    from lagrange_cli.symbolic.families import report
+    from lagrange_cli.symbolic.families import data
 
     with derived.bounded():
-        return report.as_data(derived.equations, parameters, form)
+        return data.as_data(derived.equations, parameters, form)
 
 
 def families_as_written(

@@ -207,6 +207,24 @@ def test_an_inclined_floor_with_restitution():
         assert np.abs(motion[f"diagnostics/{path}"]).max() < 1e-12
 
 
+def test_what_a_floor_changes_where_the_ball_rests_is_not_conserved():
+    """p_y + m g t is constant in flight only, h also while the ball lies on the floor."""
+    text = """
+    parameters: {g: 9.81, m: 0.3}
+    coordinates: {x: {initial: 1, velocity: 2}, y: {initial: 0.01}}
+    masses: {ball: m}
+    embedding: {ball: [x, y]}
+    potential: m*g*y
+    events: {floor: {when: y, direction: falling, action: {set: {y_dot: -0.1*y_dot}}}}
+    """
+    motion = follow(text, 1.0, 11, outputs=("q", "v", "conserved"))
+    assert np.all(motion["v/y"][2:] == 0.0)
+    kept = [values[2:] for path, values in motion.data.items() if "conserved/" in path]
+    assert len(kept) > 1
+    for values in kept:
+        assert values == pytest.approx(np.full(9, values[0]), abs=1e-15)
+
+
 def test_a_kicked_rotor_is_the_standard_map(source):
     """p -> p + K sin(q), then q -> q + p; the samples are between the kicks."""
     K, q, p = 0.4, source.uniform(0, 3), source.uniform(0.1, 1)

@@ -8,8 +8,9 @@ from typing import Any
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.evaluation import Evaluation
-from lagrange_cli.native.families.jets import BESIDE, Jet, SeriesJet
+from lagrange_cli.native.families.jets import Jet, SeriesJet
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.series_places import BESIDE
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.llvm.vector import Bit, Integer
 

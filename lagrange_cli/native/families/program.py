@@ -22,12 +22,13 @@ from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
-from lagrange_cli.native.families.jets import BRIEF, HEAD, JET, Jet, SeriesJet, velocity_planes
+from lagrange_cli.native.families.jets import Jet, SeriesJet
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.observation import Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
+from lagrange_cli.native.families.series_places import BRIEF, HEAD, JET, velocity_planes
 from lagrange_cli.native.families.shared_jets import SharedJet
 from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size

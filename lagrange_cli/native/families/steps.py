@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TypeAlias
 
-from lagrange_cli.native.families.jets import BRIEF, JET
+from lagrange_cli.native.families.series_places import BRIEF, JET
 from lagrange_cli.native.families.spans import Span, divided, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function

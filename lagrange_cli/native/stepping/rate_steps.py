@@ -10,23 +10,20 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.error_free import two_sum
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock, StateLayout
-from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
-from lagrange_cli.native.stepping.doubles import DoubleSteps
+from lagrange_cli.native.stepping.acceptance import Allowance, accepted
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
-from lagrange_cli.native.stepping.motion import Given, Steps
+from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.rate_nodes import RatesAtNodes
 from lagrange_cli.native.stepping.rate_noise import RateNoise
 from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEADER, LENGTH, NEXT, Places
 from lagrange_cli.native.stepping.stalling import Stalling
 from lagrange_cli.native.stepping.steps import Now, clear_function
-from lagrange_cli.native.stepping.sums import DoubleSums
 from lagrange_cli.native.stepping.watching import Watching, watched_rows
 from lagrange_cli.records import dataclass, replace
 
@@ -48,9 +45,8 @@ class Trial:
     sound: Bit
 
 
-class RateSteps(DoubleSteps):
-    """What these steps are made of. The rates are those of ``@jet``, whose series have the places ``rates``
-    in its own part of ``%work``."""
+class RateSteps(RatesAtNodes):
+    """What these steps are made of."""
 
     order: int
     """The degree of q's polynomials."""
@@ -68,11 +64,7 @@ class RateSteps(DoubleSteps):
     def __init__(self, rates: Lengths, given: Given) -> None:
         layout, order, places = given.state, self.order, self.places_of(given)
         lengths = side_by_side(layout.degrees, layout.rows, order, places.floor if given.floors else 0)
-        Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
-        self.quadratures = None  # integrals are followed as velocities are
-        self.lengths = lengths
-        self._work, self._rates, self._places = given.work, rates, places
-        self._count = layout.rows - layout.degrees
+        super().__init__(given, rates, lengths, places)
         self.noise = None
         self.rounding = RateNoise(self, places.begin, places.spare, places.state)
         self.stalling = Stalling(layout.carried_at, given.tolerance)
@@ -211,57 +203,6 @@ class RateSteps(DoubleSteps):
     def noise_at(self) -> int:
         return self.rounding.place
 
-    # rates
-
-    def _evaluate(self, f: Function, t: Real, state: Pointer, work: Pointer) -> Bit:
-        jet = f.place(work, self._places.jet, "double")
-        return f.call(Bit, self.given.rates, f.pointer("%constants"), t, state, jet)
-
-    def _rates_at(self, f: Function, work: Pointer) -> Pointer:
-        """Where they are side by side, after ``_evaluate``."""
-        lengths, at = self._rates, self._places
-        degrees = self.lengths.degrees
-        if lengths.row == 1:
-            return f.place(work, at.jet + lengths.term + degrees, "double")
-        with f.loop(0, self._count, tested=False) as i:
-            row = i + degrees
-            lane = row & (lengths.lanes - 1)
-            place = (row - lane) * lengths.row + lane + (lengths.first + lengths.term + at.jet)
-            f.store(f.load(work, place), work, i + at.rates)
-        return f.place(work, at.rates, "double")
-
-    @contextmanager
-    def _each(self, f: Function, count: int) -> Iterator[Integer]:
-        """Vectors of so many rows."""
-        with f.loop(0, count, self.lengths.lanes, tested=False) as i:
-            yield i
-
-    def node(self, f: Function, t: Real) -> tuple[Pointer, Bit]:
-        """The rates at the state that has been written, and whether they are regular."""
-        at, lanes, width = self._places, self.lengths.lanes, self.state.width
-        with f.loop(0, width, lanes, tested=False) as i:
-            f.store_row(f.load_row("%work", i + at.low, lanes), "%work", i + (at.state + width))
-        work = f.pointer("%work")
-        good = self._evaluate(f, t, f.place(work, at.state, "double"), work)
-        return self._rates_at(f, work), good
-
-    def put_state(self, f: Function, row: Integer, change: Real, rest: Real) -> None:
-        """Write some rows of the state at a node."""
-        at, lanes = self._places, self.lengths.lanes
-        high, error = two_sum(f.load_row("%state", row, lanes), change + rest)
-        f.store_row(high, "%work", row + at.state)
-        f.store_row(error, "%work", row + at.low)
-
-    def now(self, f: Function) -> Real:
-        """The time where the step begins."""
-        t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
-        return t + low
-
-    def spend(self, f: Function, evaluations: Real) -> None:
-        """Count evaluations of rates."""
-        place = self._places.chosen + EVALUATIONS
-        f.store(f.load("%work", place) + evaluations, "%work", place)
-
     # a step
 
     def _tried(self) -> Function:
@@ -333,13 +274,6 @@ class RateSteps(DoubleSteps):
         usual = (v > 0.0) & (a > 0.0)
         return f.select(usual, v / f.select(usual, a, f.constant(1.0)), f.constant(1.0)) * BEGINNING
 
-    def _among(self, f: Function, i: Integer, count: int) -> Bit:
-        lanes = self.lengths.lanes
-        if lanes == 1:
-            return i < count
-        listed = ", ".join(f"i64 {lane}" for lane in range(lanes))
-        return f.splat(i, lanes) + Integer(f, f"<{listed}>", lanes) < count
-
     def _carry(self) -> Function:
         """``@carry(state, work, length)``: what the next step is given, after so long a step."""
         f = Function("define internal void @carry(ptr noalias %state, ptr noalias %work, double %length) #0")
@@ -354,13 +288,3 @@ class RateSteps(DoubleSteps):
         self.hand_over(f, h, length)
         f.give()
         return f
-
-    def _fastest(self, f: Function) -> Real:
-        """The largest velocity, relative to 1 + the size of its coordinate."""
-        degrees, lanes = self.lengths.degrees, self.lengths.lanes
-        fastest = f.variable(f.zero(lanes))
-        with self._each(f, degrees) as i:
-            q, v = (f.magnitude(f.load_row("%state", i + shift, lanes)) for shift in (0, degrees))
-            speed = f.select(self._among(f, i, degrees), v / (q + 1.0), f.zero(lanes))
-            fastest.set(f.larger(speed, fastest.get()))
-        return f.reduce("fmax", fastest.get())

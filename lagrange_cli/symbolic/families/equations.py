@@ -19,11 +19,11 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.balance import balance
-from lagrange_cli.symbolic.families.builder import LETTERS
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.derivatives import Part, spans_within
 from lagrange_cli.symbolic.families.frames import Split
 from lagrange_cli.symbolic.families.given import Given, multiplier_name
+from lagrange_cli.symbolic.families.kinds import LETTERS
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.places import NamedPlace
 from lagrange_cli.symbolic.families.reactions import ReactionForm

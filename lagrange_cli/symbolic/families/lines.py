@@ -11,8 +11,9 @@ import sympy
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Family
-from lagrange_cli.symbolic.families.builder import LETTERS, WrittenBuilder
+from lagrange_cli.symbolic.families.builder import WrittenBuilder
 from lagrange_cli.symbolic.families.derivatives import Part, placed, resolved, spans_within
+from lagrange_cli.symbolic.families.kinds import LETTERS
 from lagrange_cli.symbolic.families.sums import exchanged, gathered, merged
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import (

@@ -19,11 +19,11 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import Group, particle_families
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped
-from lagrange_cli.symbolic.families.builder import LETTERS
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.derivatives import Part, parts
 from lagrange_cli.symbolic.families.frames import Frame
 from lagrange_cli.symbolic.families.given import Given
+from lagrange_cli.symbolic.families.kinds import LETTERS
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.places import RATES, NamedPlace, WrittenPlaces
 from lagrange_cli.symbolic.families.sums import finished

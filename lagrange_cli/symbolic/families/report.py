@@ -1,29 +1,24 @@
-"""The printed forms of a system of families: pages for people, data, and a Python module."""
+"""The printed forms of a system of families: pages for people."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
-import sympy
-
-from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.families.equations import FamilyEquations
-from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form
-from lagrange_cli.symbolic.families.lines import Line, symbol_of
+from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import names_in
 from lagrange_cli.symbolic.latex import Latex, blocks, displayed
 from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.mathml import MathML, fragment
-from lagrange_cli.symbolic.notations import IndexedSympy, Text, Unicode
-from lagrange_cli.symbolic.render import Notation, render
+from lagrange_cli.symbolic.notations import Text, Unicode
+from lagrange_cli.symbolic.render import Notation
 from lagrange_cli.symbolic.report import changing_statement, conserved_statement
-from lagrange_cli.symbolic.statements import Section, Statement, Writer, equation_statements, plain
+from lagrange_cli.symbolic.statements import Section, Statement, Writer, equation_statements
 
 PAGES: Mapping[str, Callable[[], Notation]] = {"text": Text, "unicode": Unicode, "latex": Latex}
 
@@ -246,133 +241,3 @@ def line_statement(line: Line, name: str, writer: Writer) -> Statement:
 def with_members(remark: str, loops: Sequence[Loop], writer: Writer) -> str:
     """A remark, and the members to which it applies."""
     return ", ".join(filter(None, (remark, writer.notation.members(loops))))
-
-
-def as_data(
-    equations: FamilyEquations, parameters: Mapping[str, float], form: str = "lagrange"
-) -> dict[str, Any]:
-    """The equations for ``--json``: as of other systems, but by line. Keys are the names of members, such as
-    ``x[i]``; ``members_of`` says for which indices a line of a quantity holds, ``members`` of an equation, or
-    where there is no equation of this name of something else. ``masses`` are the diagonal of M, where that is
-    diagonal, and ``force`` is f in M a = f."""
-    refuse_names(equations)
-    notation = IndexedSympy()
-
-    def text(expression: sympy.Expr | None) -> str | None:
-        return None if expression is None else render(expression, notation, equations.order)
-
-    def by_line(lines: Sequence[Line] | None) -> dict[str, str | None] | None:
-        return None if lines is None else {one.name(): text(one.expression) for one in lines}
-
-    motion = {line.name(): text(one.left - one.right) for line, one in equations.equations}
-    factors = {line.name(): text(one.factor) for line, one in equations.equations}
-    lines = [
-        *equations.momenta, *(equations.accelerations or ()), *equations.forces, *(equations.masses or ()),
-        *(line for line, _ in equations.equations),
-    ]  # fmt: skip
-    loops = {one.name(): one.loops for one in lines} | {
-        one.symbol.name: one.loops for one in equations.places
-    }
-    data: dict[str, Any] = {
-        "name": equations.name,
-        "coordinates": [name for family in equations.coordinates for name in family.members],
-        "parameters": dict(parameters),
-        "sizes": dict(equations.sizes),
-        "families": {
-            one.name: list(one.shape) for one in (*equations.coordinates, *equations.parameters) if one.shape
-        },
-        "members": {name: spoken(own) for name, own in loops.items()},
-        "members_of": members_of(equations),
-        "T": text(equations.T),
-        "U": text(equations.U),
-        "L": text(equations.L),
-        **({"constraints": constraint_data(equations, text)} if equations.constraints else {}),
-        "momenta": by_line(equations.momenta),
-        "generalized_forces": by_line(equations.forces),
-        "positions": {one.symbol.name: text(one.expression) for one in equations.places},
-        "paths": {one.name: parents(one.table) for one in equations.paths},
-        "equations": motion,
-        "factors": factors,
-        "accelerations": by_line(equations.accelerations),
-        "masses": by_line(equations.masses),
-        "force": by_line(equations.rates),
-        **({"constraint_force": by_line(equations.pulls)} if equations.pulls else {}),
-        "h": text(equations.h),
-        "conserved": [
-            {
-                "quantity": each.quantity,
-                "expression": text(equations.h if each.quantity == "h" else each.expression),
-                "because": plain(each.because),
-            }
-            for each in equations.conserved
-        ],
-        "not_conserved": [
-            {"quantity": each.quantity, "rate": text(each.rate), "because": plain(each.because)}
-            for each in equations.changing
-        ],
-    }  # fmt: skip
-    if form == "hamilton":
-        canonical = hamilton_form(equations)
-        data["hamiltonian"] = render(canonical.H, notation, canonical.order)
-        data["canonical_equations"] = {
-            name: {one.name(): render(one.expression, notation, canonical.order) for one in lines}
-            for name, lines in (("velocities", canonical.velocities), ("momentum_rates", canonical.rates))
-        }
-    if equations.reactions is not None:
-        found = equations.reactions
-        data["reactions"] = by_line(found.lines)
-        data["members_of"] |= {"reactions": {one.name(): spoken(one.loops) for one in found.lines}}
-        data["positions"] |= {one.symbol.name: text(one.expression) for one in found.places}
-        data["members"] |= {one.symbol.name: spoken(one.loops) for one in found.places}
-        data["paths"] |= {one.name: parents(one.table) for one in found.paths}
-    return data
-
-
-def constraint_data(
-    equations: FamilyEquations, text: Callable[[sympy.Expr], str | None]
-) -> list[dict[str, str | None]]:
-    """The constraints with their multipliers."""
-    return [
-        {
-            "name": one.name(),
-            "kind": "holonomic",
-            "expression": text(one.expression),
-            "second_derivative": text(allowed.expression),
-            "multiplier": text(symbol_of(one, multiplier_name(one.family.name))),
-            "members": spoken(one.loops),
-        }
-        for one, allowed in zip(equations.constraints, equations.allowed)
-    ]
-
-
-def spoken(loops: Sequence[Loop]) -> str:
-    """``for i in range(N) for j in range(M)``."""
-    return " ".join(loop.text for loop in loops)
-
-
-def members_of(equations: FamilyEquations) -> dict[str, dict[str, str]]:
-    """For which indices the lines of each quantity hold."""
-    quantities = {
-        "momenta": equations.momenta,
-        "generalized_forces": equations.forces,
-        "equations": tuple(line for line, _ in equations.equations),
-        "accelerations": equations.accelerations,
-        "masses": equations.masses,
-        "force": equations.rates,
-        "constraint_force": equations.pulls,
-    }
-    return {
-        name: {one.name(): spoken(one.loops) for one in lines} for name, lines in quantities.items() if lines
-    }
-
-
-def refuse_names(equations: FamilyEquations) -> None:
-    """Raise ``UsageError`` where a name of the file is that of a place, as data and Python have it."""
-    for place in equations.places:
-        if any(one.name == place.base for one in (*equations.coordinates, *equations.parameters)):
-            raise UsageError(f"{place.base} is the name of {place.symbol.name} in this format: rename yours")
-
-
-def parents(table: Any) -> list[int | None]:
-    """The parent of each member of a tree."""
-    return [None if one < 0 else int(one) for one in table]

@@ -10,10 +10,10 @@ import sympy
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleration_name, velocity_name
 from lagrange_cli.spec.spec import Family
+from lagrange_cli.symbolic.families.data import refuse_names
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.hamilton import hamilton_form, momentum_name
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.families.report import refuse_names
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.notations import IndexedPython
 from lagrange_cli.symbolic.render import render

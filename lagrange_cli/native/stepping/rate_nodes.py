@@ -1,0 +1,95 @@
+"""Rates at the nodes of a step: where states are written, and what is computed there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.error_free import two_sum
+from lagrange_cli.native.state import Clock
+from lagrange_cli.native.stepping.acceptance import DOUBLE
+from lagrange_cli.native.stepping.doubles import DoubleSteps
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.motion import Given, Steps
+from lagrange_cli.native.stepping.rate_places import EVALUATIONS, Places
+from lagrange_cli.native.stepping.sums import DoubleSums
+
+
+class RatesAtNodes(DoubleSteps):
+    """Steps that take rates at ``places`` of ``%work``. The rates are those of ``@jet``, whose series have
+    the places ``rates`` in its own part of ``%work``."""
+
+    def __init__(self, given: Given, rates: Lengths, lengths: Lengths, places: Places) -> None:
+        Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
+        self.quadratures = None  # integrals are followed as velocities are
+        self.lengths = lengths
+        self._work, self._rates, self._places = given.work, rates, places
+        self._count = given.state.rows - given.state.degrees
+
+    def _evaluate(self, f: Function, t: Real, state: Pointer, work: Pointer) -> Bit:
+        jet = f.place(work, self._places.jet, "double")
+        return f.call(Bit, self.given.rates, f.pointer("%constants"), t, state, jet)
+
+    def _rates_at(self, f: Function, work: Pointer) -> Pointer:
+        """Where they are side by side, after ``_evaluate``."""
+        lengths, at = self._rates, self._places
+        degrees = self.lengths.degrees
+        if lengths.row == 1:
+            return f.place(work, at.jet + lengths.term + degrees, "double")
+        with f.loop(0, self._count, tested=False) as i:
+            row = i + degrees
+            lane = row & (lengths.lanes - 1)
+            place = (row - lane) * lengths.row + lane + (lengths.first + lengths.term + at.jet)
+            f.store(f.load(work, place), work, i + at.rates)
+        return f.place(work, at.rates, "double")
+
+    @contextmanager
+    def _each(self, f: Function, count: int) -> Iterator[Integer]:
+        """Vectors of so many rows."""
+        with f.loop(0, count, self.lengths.lanes, tested=False) as i:
+            yield i
+
+    def node(self, f: Function, t: Real) -> tuple[Pointer, Bit]:
+        """The rates at the state that has been written, and whether they are regular."""
+        at, lanes, width = self._places, self.lengths.lanes, self.state.width
+        with f.loop(0, width, lanes, tested=False) as i:
+            f.store_row(f.load_row("%work", i + at.low, lanes), "%work", i + (at.state + width))
+        work = f.pointer("%work")
+        good = self._evaluate(f, t, f.place(work, at.state, "double"), work)
+        return self._rates_at(f, work), good
+
+    def put_state(self, f: Function, row: Integer, change: Real, rest: Real) -> None:
+        """Write some rows of the state at a node."""
+        at, lanes = self._places, self.lengths.lanes
+        high, error = two_sum(f.load_row("%state", row, lanes), change + rest)
+        f.store_row(high, "%work", row + at.state)
+        f.store_row(error, "%work", row + at.low)
+
+    def now(self, f: Function) -> Real:
+        """The time where the step begins."""
+        t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        return t + low
+
+    def spend(self, f: Function, evaluations: Real) -> None:
+        """Count evaluations of rates."""
+        place = self._places.chosen + EVALUATIONS
+        f.store(f.load("%work", place) + evaluations, "%work", place)
+
+    def _among(self, f: Function, i: Integer, count: int) -> Bit:
+        lanes = self.lengths.lanes
+        if lanes == 1:
+            return i < count
+        listed = ", ".join(f"i64 {lane}" for lane in range(lanes))
+        return f.splat(i, lanes) + Integer(f, f"<{listed}>", lanes) < count
+
+    def _fastest(self, f: Function) -> Real:
+        """The largest velocity, relative to 1 + the size of its coordinate."""
+        degrees, lanes = self.lengths.degrees, self.lengths.lanes
+        fastest = f.variable(f.zero(lanes))
+        with self._each(f, degrees) as i:
+            q, v = (f.magnitude(f.load_row("%state", i + shift, lanes)) for shift in (0, degrees))
+            speed = f.select(self._among(f, i, degrees), v / (q + 1.0), f.zero(lanes))
+            fastest.set(f.larger(speed, fastest.get()))
+        return f.reduce("fmax", fastest.get())
