@@ -66,6 +66,15 @@ CASES = {
         BEADS,
         "sum(where(x[i] > 0, max(0, x[i] - 0.3)**2, x[i]**2) for i in range(N))",
     ),
+    "walls for both sides": (
+        BEADS,
+        "sum(k*max(0, abs(x[i]) - 0.35)**2 + max(0, sqrt(0.1 + abs(x[i - 1])**3) - 0.4)**2 for i in range(N))",
+    ),
+    "arguments with several": (
+        BEADS,
+        "sum(max(0, abs(x[i])**3 + min(0, x[i - 1])**2 - 0.2)**2 for i in range(N))"
+        " + max(0, sum(max(0, x[i])**2 for i in range(N)) - 0.3)**2",
+    ),
     "a sum": (BEADS, "max(0, sum(x[i] for i in range(N)))**2"),
     "times": (BEADS, "sum(where(t < 0.4 + gap[i], x[i]**2, 2*x[i]**2) for i in range(N))"),
     "drag": (BEADS, '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*x_dot[i]*abs(x_dot[i])"}}'),
