@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import reduce
 
 import numpy as np
 
@@ -18,6 +19,8 @@ BEYOND = 0.25
 """The part of a curve that is drawn beyond them, likewise."""
 SAMPLES, MESH = 193, 33
 """Points of a curve, and of each line of a surface's mesh."""
+AT_ONCE = 4_000_000
+"""Components of points that are computed together: some 100 MB with what they are computed from."""
 TINY = 0.004
 """A body smaller than this part of what is seen is followed instead."""
 
@@ -77,6 +80,10 @@ def locus(
 def extent(drawing: Drawing, t: Array, q: Array, parameters: Mapping[str, float]) -> Extent:
     """The bounds of a motion, or of a part of it: its moving points, relative to the followed point if there
     is one."""
+    most = max(1, AT_ONCE // max(1, drawing.count * drawing.dimension))
+    if len(t) > most:
+        rows = [slice(first, first + most) for first in range(0, len(t), most)]
+        return reduce(Extent.joined, (extent(drawing, t[one], q[one], parameters) for one in rows))
     places, shown = points(drawing, t, q, parameters), list(drawing.places)
     if drawing.camera.follow is not None:
         places = places - places[drawing.camera.follow]

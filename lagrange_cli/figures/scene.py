@@ -27,6 +27,8 @@ DARK = "#4a4f57"
 FAINT = "#d5d8dd"
 SHADES = 40
 """Pieces of a trail, each paler than the one after it."""
+CROWD = 100
+"""Particles up to which each has a white edge; those of more would hide one another behind these."""
 MOST_LABELS = 8
 SIDE = 0.38
 """The part of the width that side panels take."""
@@ -151,7 +153,8 @@ class Scene:
         for each in (self.trails, self.rods, self.springs, self.faces):
             axes.add_collection(each, autolim=False)
         self.pivots = axes.scatter([], [], s=26, c="#333333", marker="o", zorder=6)
-        self.dots = axes.scatter([], [], zorder=7, edgecolors="white", linewidths=0.8)
+        edge = 0.8 if len(drawing.dots) <= CROWD else 0.0
+        self.dots = axes.scatter([], [], zorder=7, edgecolors="white", linewidths=edge)
         self.clock = axes.text(0.02, 0.02, "", transform=axes.transAxes, fontsize=10, color="#444444")
         moving = [lines for _, lines in self.curves]
         self._moving = [

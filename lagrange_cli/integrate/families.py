@@ -20,6 +20,7 @@ from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.program import portable_if_asked
+from lagrange_cli.integrate.written_out import OTHER, WrittenOut, without_outputs
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.double_double import DoubleDoubleVectors
@@ -70,43 +71,61 @@ def integrable(spec: Spec, outputs: Collection[str]) -> bool:
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     """The system as one of families, where that serves a run; else None."""
-    needs = METHODS[compilation.method].needs
+    found = family_run_or_why(spec, compilation)
+    return None if isinstance(found, WrittenOut) else found
+
+
+def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | WrittenOut:
+    """The same, or why members are written out."""
+    method, needs = compilation.method, METHODS[compilation.method].needs
     if needs is Needs.JACOBIAN:
-        return None
+        return WrittenOut(f"--method {method}", "use --method taylor")
     if compilation.section:
-        return None
+        return WrittenOut("the section", "let an event of 'solve' record the crossings")
     outputs = compilation.outputs
     if needs is Needs.SERIES and integrable(spec, outputs):
         outputs -= INTEGRALS
-    if not known(spec, outputs):
-        return None
+    others = [one for one in sorted(outputs) if not known(spec, [one])]
+    if others:
+        return without_outputs(others)
     plain = compilation.precision == DOUBLE and compilation.factor is None
     if not plain and compilation.backward:
-        return None
+        kind = "--certify" if compilation.precision == DOUBLE else f"--precision {compilation.precision}"
+        return WrittenOut(f"motion backward in time with {kind}", "let it go forward, or leave that out")
     if spec.events and needs is not Needs.SERIES:
-        return None
+        return WrittenOut(f"events with --method {method}", "use --method taylor")
     system = family_system(spec, algebra_for(compilation))
-    if system is None or (needs is Needs.SERIES and unproven(system, compilation)):
-        return None
+    if system is None:
+        return OTHER
+    if needs is Needs.SERIES and unproven(system, compilation):
+        way = "leave out --proven" if compilation.proven else "write forces that are less narrow"
+        return WrittenOut("steps that have to be proven, on chains or with constraints", way)
     if outputs != compilation.outputs and system.moved_in_time:
-        return None
+        return without_outputs(sorted(INTEGRALS & compilation.outputs))
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):
-        return None
+        return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
     acting = system.events is not None and bool(system.events.changed)
-    if acting and (compilation.backward or "conserved" in compilation.outputs):
-        return None
+    if acting and compilation.backward:
+        return WrittenOut("motion backward in time through actions of events", "let it go forward")
+    if acting and "conserved" in compilation.outputs:
+        return without_outputs(["conserved"])
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
-        return None
-    if system.bonds is not None and system.joints is not None and not closable(system, compilation):
-        return None
-    if system.smooth is not None and (needs is not Needs.SERIES or doubtful(system)):
-        return None
-    return None if needs is Needs.STEPS and mixed(system) else system
+        return without_outputs(["reactions"])
+    if system.bonds is not None and system.joints is not None and not closable(compilation):
+        what = f"--method {method}" if needs is not Needs.SERIES else "motion backward in time"
+        return WrittenOut(f"{what} on chains with constraints", "use --method taylor, forward in time")
+    if system.smooth is not None and needs is not Needs.SERIES:
+        return WrittenOut(f"kinks or jumps with --method {method}", "use --method taylor")
+    if system.smooth is not None and doubtful(system):
+        way = "write them without roots and exponentials"
+        return WrittenOut("arguments of switches whose zeros may hide", way)
+    if needs is Needs.STEPS and mixed(system):
+        return WrittenOut(f"--method {method} with joints of several coordinates", "use --method taylor")
+    return system
 
 
-def closable(system: FamilySystem, compilation: Compilation) -> bool:
-    """Whether a motion of chains and trees with constraints can be followed: in doubles, forwards, without
-    events and without outputs that contain multipliers at all samples."""
+def closable(compilation: Compilation) -> bool:
+    """Whether a motion of chains and trees with constraints can be followed: by series, and forward."""
     return METHODS[compilation.method].needs is Needs.SERIES and not compilation.backward
 
 

@@ -14,6 +14,8 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 
 MOST_TERMS, HIGHEST = 80, 4
 """Terms of a sum that is multiplied out, and powers of sums."""
+LARGEST = 1e30
+"""Numbers up to this, and down to its reciprocal, are raised to powers."""
 NEGLIGIBLE = 1e-9
 """A number that is smaller, relative to the others in a sum, is 0."""
 
@@ -35,7 +37,17 @@ def multiplied_out(graph: Graph, node: Node) -> Node:
     if above is None:
         return node
     ((total,), below) = above
-    found = written(graph, cleaned(total)) * graph.product((base, -n) for base, n in below.items())
+    total = cleaned(total)
+    if not all(map(math.isfinite, total.values())):
+        return node
+    for base in below:
+        inner = monomials(base)
+        while inner and total and below[base]:
+            rest = quotient(total, inner)
+            if rest is None:
+                break
+            total, below[base] = rest, below[base] - 1
+    found = written(graph, total) * graph.product((base, -n) for base, n in below.items() if n)
     return found if len(reachable([found])) < len(reachable([node])) else node
 
 
@@ -74,7 +86,7 @@ def monomials(node: Node) -> Sum | None:
         return {(): float(node.data)}
     if node.kind is Kind.SUM:
         constant, factors = node.data
-        found: Sum = {(): float(constant)}
+        found: Sum = {(): float(constant)} if constant else {}
         for one, c in zip(node.arguments, factors):
             inner = monomials(one)
             if inner is None:
@@ -94,6 +106,8 @@ def monomials(node: Node) -> Sum | None:
                 total = times(total, inner)
         elif len(inner) == 1 and exponent == int(exponent):
             ((key, x),) = inner.items()
+            if not 1 / LARGEST < abs(x) < LARGEST or abs(exponent) > HIGHEST:
+                return None
             total = times(total, {monomial((base, n * exponent) for base, n in key): x**exponent})
         else:
             total = times(total, {((one, exponent),): 1.0})
@@ -133,7 +147,7 @@ def primitive(graph: Graph, nodes: Sequence[Node]) -> list[Node]:
     if None in sums or whole is None:
         return [*nodes]
     known = [cleaned(one) for one in whole[0]]
-    if not all(known):
+    if not all(known) or not all(math.isfinite(c) for one in known for c in one.values()):
         return [*nodes]
     known = without_powers(known)
     for _ in range(HIGHEST):
@@ -172,6 +186,9 @@ def without_powers(sums: Sequence[Sum]) -> list[Sum]:
 
 def quotient(above: Sum, below: Sum) -> Sum | None:
     """The sum that gives ``above``, times ``below``; None where there is none."""
+    below = cleaned(below)
+    if not below:
+        return None
     bases = [*dict.fromkeys(base for terms in (below, above) for one in terms for base, _ in one)]
 
     def rank(one: Monomial) -> tuple[float, ...]:

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
+from lagrange_cli.errors import TooLargeSystem
 from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.records import replace
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.jumps import with_actions_judged
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
+    from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.model.model import Model
     from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
+
+
+MANY = 50
+"""Coordinates from which on it is told what members are written out for."""
 
 
 def nothing() -> None:
@@ -28,6 +36,27 @@ def foresee(settings: Settings, model: Model[Node]) -> None:
     from lagrange_cli.integrate.convolutions import foresee_convolutions
 
     foresee_convolutions(model, settings.method, settings.precision)
+
+
+@contextmanager
+def named(spec: Spec, compilation: Compilation) -> Iterator[None]:
+    """A context in which errors of systems that are too large say what members are written out for."""
+    try:
+        yield
+    except TooLargeSystem as error:
+        if not spec.families.get("coordinates") or len(spec.coordinates) < MANY:
+            raise
+        from lagrange_cli.integrate.families import family_run_or_why
+        from lagrange_cli.integrate.written_out import OTHER, WrittenOut, unsuited
+
+        found = family_run_or_why(spec, compilation)
+        if not isinstance(found, WrittenOut):
+            raise
+        found = unsuited(spec) if found is OTHER else found
+        first, *others = error.problems
+        message = f"{first.message}; members are written out for {found.what}"
+        hint = f"{found.way}, or {first.hint}"
+        raise TooLargeSystem(error.filename, [replace(first, message=message, hint=hint), *others]) from error
 
 
 def prepare_run(
@@ -53,7 +82,8 @@ def prepare_run(
     with stage("import"):
         from lagrange_cli.integrate.prepare import prepare_system
         from lagrange_cli.native.compilation.cache import find_cache
-    with located(spec):
+    compilation = settings.compilation(ensemble=ensemble, order=order, section=section, factor=factor)
+    with named(spec, compilation), located(spec):
         prepared = prepare_system(
             spec,
             partial(
@@ -64,7 +94,7 @@ def prepare_run(
                 foresee=partial(foresee, settings),
             ),
             find_cache(wanted=cached),
-            settings.compilation(ensemble=ensemble, order=order, section=section, factor=factor),
+            compilation,
             stage=stage,
             meanwhile=meanwhile,
         )

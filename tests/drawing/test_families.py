@@ -5,9 +5,10 @@ from textwrap import dedent
 import numpy as np
 import pytest
 
+from lagrange_cli.drawing import evaluate
 from lagrange_cli.drawing.draw import at_once, draw
 from lagrange_cli.drawing.drawing import Drawing
-from lagrange_cli.drawing.evaluate import points, sizes
+from lagrange_cli.drawing.evaluate import extent, points, sizes
 from lagrange_cli.drawing.families.crowd import crowd_of
 from lagrange_cli.drawing.families.draw import Sketch
 from lagrange_cli.expression.node import reachable
@@ -97,6 +98,16 @@ def test_both_ways_draw_the_same(name, size):
     assert spots(one, there) == spots(other, here)
     masses = [sizes(drawing, parameters)[[dot.mass for dot in drawing.dots]] for drawing in (one, other)]
     assert np.array_equal(*masses)
+
+
+def test_the_bounds_of_a_long_motion_are_found_in_parts(monkeypatch):
+    _, drawing, parameters, degrees = both(CASES["shipped pendulums"], 7)
+    t, q = np.linspace(0, 1, 50), np.random.default_rng(0).normal(size=(50, degrees))
+    whole = extent(drawing, t, q, parameters)
+    monkeypatch.setattr(evaluate, "AT_ONCE", 7 * drawing.count * drawing.dimension)
+    parts = extent(drawing, t, q, parameters)
+    for one, other in zip(vars(whole).values(), vars(parts).values(), strict=True):
+        assert np.array_equal(one, other)
 
 
 def test_nothing_is_written_out_for_more_members():

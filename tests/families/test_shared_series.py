@@ -13,7 +13,7 @@ import pytest
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.native.families import chunks, jets, shared_steps, strips, tiling
+from lagrange_cli.native.families import chunks, jets, shared_jets, shared_steps, strips, tiling
 from tests.families.test_blocks import LATTICE, SYSTEMS, TOLERANCE
 from tests.families.test_threads import Stopped, followed, ready, started
 from tests.support.command import PATIENCE, environment, lagrange
@@ -35,7 +35,7 @@ def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def share(monkeypatch: pytest.MonkeyPatch, least: int) -> None:
     """From how much work on it is shared, from here on."""
-    for module in (tiling, jets):
+    for module in (tiling, shared_jets):
         monkeypatch.setattr(module, "SHARED", least)
 
 
@@ -120,10 +120,10 @@ KILLED = """
 import os, signal, threading, time
 from lagrange_cli.cli.main import run
 from lagrange_cli.families import system
-from lagrange_cli.native.families import jets, tiling
+from lagrange_cli.native.families import shared_jets, tiling
 from lagrange_cli.store.output import Output
 
-system.FEWEST = tiling.MANY = tiling.SHARED = jets.SHARED = 0
+system.FEWEST = tiling.MANY = tiling.SHARED = shared_jets.SHARED = 0
 tiling.PART = 1
 keep = Output.keep
 

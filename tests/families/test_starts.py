@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.families.test_closed_chains import CASES, chain
+from tests.support.command import lagrange
 
 TREE = """
 sizes: {N: 9}
@@ -98,3 +100,22 @@ def test_a_bad_start_of_a_long_chain_is_refused_soon(
         consistent_values(spec, resolve_values(spec, {}), 0.0, ())
     assert hint in f"{found.value}"
     assert 0 < len(evaluated) < 60
+
+
+@pytest.mark.parametrize(
+    "options, told",
+    [
+        (("--outputs", "reactions"), "written out for --outputs reactions"),
+        (("--outputs", "q,ledger"), "written out for --outputs ledger"),
+        (("--method", "DOP853"), "written out for --method DOP853 on chains with constraints"),
+    ],
+)
+def test_what_members_are_written_out_for_is_told(
+    options: tuple[str, ...], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "chain.yaml").write_text(chain("pinned", 60), encoding="utf-8")
+    monkeypatch.setenv("LAGRANGE_LIMITS", "work=60000")
+    made = lagrange("solve", "chain.yaml", "--stop", "1", "--no-cache", *options, cwd=tmp_path)
+    assert made.returncode == 3
+    assert told in " ".join(made.stderr.split()), made.stderr
+    assert "Traceback" not in made.stderr

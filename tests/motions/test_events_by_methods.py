@@ -273,6 +273,20 @@ def test_nothing_falls_through_a_floor(method: str, tolerance: float) -> None:
 
 
 @METHODS
+def test_fast_forces_at_a_late_time(method: str, tolerance: float) -> None:
+    """The force is known to 1e-8, as the time is; the Taylor method has no more."""
+    text = """
+    coordinates: {x: {initial: 1}}
+    lagrangian: x_dot**2/2 - x**2/2 + x*cos(50*t)
+    """
+    found, known = (
+        stepped(text, 1e6 + 2, *how, start=1e6) for how in ((method, tolerance), ("taylor", 2.0**-52))
+    )
+    assert found.outcome.ending is Ending.COMPLETE and found.outcome.steps < 6000
+    assert found["q/x"] == pytest.approx(known["q/x"], abs=1e-8)
+
+
+@METHODS
 def test_friction_lets_go_with_no_speed_and_no_acceleration(method: str, tolerance: float) -> None:
     """From there on v = 0.6 (cos(t0) - cos(t)) - (t - t0)/2, with 0.6 sin(t0) = 1/2."""
     text = """

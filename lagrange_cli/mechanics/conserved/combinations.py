@@ -192,9 +192,12 @@ def is_trivial(found: Found, change: Change, node: Node) -> bool:
     turning = (
         change.time is not None and change.time.symbols & places
     )  # of a coordinate and t: Lorentz boosts
-    if any(one.symbols & time for one in rates) and len(change.directions) <= 1 and not turning:
-        free = [k for k in change.directions if f"p_{model.coordinates[k]}" in found.names]
-        if change.time is None or free or not change.directions:
+    free = [k for k in change.directions if f"p_{model.coordinates[k]}" in found.names]
+    if any(one.symbols & time for one in rates) and not turning:
+        single = len(change.directions) <= 1 or len(model.q) - len(model.constraints) <= 1
+        if single and (change.time is None or free or not change.directions):
+            return True
+        if change.time is None and len(free) == len(change.directions):
             return True
     boost = turning and change.directions
     if boost or (all(is_circular(found, xi) for xi in change.directions.values()) and change.time is None):

@@ -9,17 +9,13 @@ from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.limits import way_out, whole
-from lagrange_cli.native.board import Board
-from lagrange_cli.native.families.chunks import Chunks, add_chunks, chunks_of
 from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, room
 from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.families.loops import Loop, loops
-from lagrange_cli.native.families.rounds import rounds_of, turn_of
+from lagrange_cli.native.families.loops import loops
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
-from lagrange_cli.native.families.sharing import STRIP, Parts, given
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
-from lagrange_cli.native.families.tiling import SHARED, Tiling, tiling_of
+from lagrange_cli.native.families.tiling import Tiling, tiling_of
 from lagrange_cli.native.families.vectors import Divisor, DoubleVectors, Vectors
 from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
@@ -69,6 +65,8 @@ class SeriesJet(ABC):
     own. (Double-double numbers have these: to compute them again and again takes longer.)"""
     tiled = True
     """Whether blocks of members may be taken through all orders one after the other."""
+    shared = False
+    """Whether several threads may compute them."""
     beside = False
     """Whether there are series beside the motion's (``BesideJet``), which follow from these."""
     many = 2**16
@@ -84,11 +82,10 @@ class SeriesJet(ABC):
         order: int,
         kind: type[Vectors] = DoubleVectors,
         name: str = JET,
-        parts: Parts | None = None,
     ) -> None:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
-        self.kind, self.lasts, self.parts = kind, places, parts
+        self.kind, self.lasts = kind, places
         self.enter(Function(HEAD.format(name, kind.times)))
         self.local = self.local and kind.parts == 1
         self.width, self.degrees, self.rates = layout.width, system.q.count, layout.rows - layout.degrees
@@ -97,8 +94,6 @@ class SeriesJet(ABC):
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
         self.tiling: Tiling | None = None
-        self.chunks: dict[Loop, Chunks] = {}
-        """Loops that threads share, a chunk each."""
         self.waiting: list[int] = []
         """Where the registers of each loop wait between blocks, for each order."""
 
@@ -164,13 +159,7 @@ class SeriesJet(ABC):
         ]
         found = [one for one in listed if not isinstance(one, Chain)]
         if self.tiled and self.local and self.order > RATES and len(found) == len(listed):
-            shared = self.parts is not None
-            self.tiling = tiling_of(found, self.planes, self.degrees, self.order, shared=shared)
-        if self.parts is not None and self.tiling is None and self.order > RATES:
-            for each in found:
-                chunks = chunks_of(each.loop) if each.doubles >= SHARED else None
-                if chunks is not None:
-                    self.chunks[each.loop] = chunks
+            self.tiling = tiling_of(found, self.planes, self.degrees, self.order, shared=self.shared)
         for i, one in enumerate(listed):
             if isinstance(one, Chain):
                 self.loops.append(one)
@@ -203,11 +192,8 @@ class SeriesJet(ABC):
         operations = self.emitter.operations
         if self.tiling is None:
             operations += self.stages()
-        elif self.tiling.flight > 1:
-            operations += self.shared(self.tiling)
         else:
-            with f.loop(0, self.tiling.rounds + self.tiling.ring, tested=False) as turn:
-                operations += self.stages(Windows(f, self.tables, self.tiling, turn))
+            operations += self.rounds(self.tiling)
         last = self.at(self.system.v, order)
         with f.loop(0, degrees, tested=False) as i:
             self.vectors.store(self.vectors.zero(1), last, i)
@@ -217,20 +203,10 @@ class SeriesJet(ABC):
         f.give(self.regular())
         return Jet(f.text(), self.work, operations)
 
-    def shared(self, tiling: Tiling) -> int:
-        """All orders, by several threads: the operations."""
-        assert self.parts is not None
-        number, rounds = len(self.parts.listed), rounds_of(tiling)
-        outer, inner = self.f, Function(STRIP.format(number))
-        outer.call(None, f"share{number}", *given(outer))
-        self.enter(inner)
-        turn = turn_of(inner, rounds, tiling.ring, self.parts.board(inner))
-        turn.begin()
-        operations = self.stages(Windows(inner, self.tables, tiling, turn.strip, turn))
-        inner.give()
-        self.enter(outer)
-        self.parts.add(rounds, inner.text())
-        return operations
+    def rounds(self, tiling: Tiling) -> int:
+        """All rounds of a tiling; their operations."""
+        with self.f.loop(0, tiling.rounds + tiling.ring, tested=False) as turn:
+            return self.stages(Windows(self.f, self.tables, tiling, turn))
 
     def stages(self, windows: Windows | None = None) -> int:
         """All orders: the first ones by themselves, then a loop, and one in which dot products are begun for
@@ -268,39 +244,25 @@ class SeriesJet(ABC):
             return
         if phase == 0 and isinstance(k, Integer):
             for series, place in self.series:
-                if series.loop not in self.chunks:
+                if not self.apart(series):
                     begin_sums(self.f, series, k, place, 0, int(series.blocks[-1]))
         evaluation.clear(totals)
         for one in self.loops:
             if isinstance(one, Chain):
                 evaluation.add_up(one)
-            elif one[0].loop in self.chunks:
-                self.share_chunks(one, k, phase)
+            elif self.apart(one[0]):
+                self.write_apart(*one, k, phase)
             else:
                 SeriesWriter(evaluation, *one, k, phase).write()
         self.accelerate(evaluation, k, phase)
 
-    def share_chunks(self, one: tuple[LoopSeries, int], k: int | Integer, phase: int | None) -> None:
-        """What a loop has of order k, by several threads."""
-        assert self.parts is not None
-        outer, (series, place) = self.f, one
-        chunks = self.chunks[series.loop]
+    def apart(self, series: LoopSeries) -> bool:
+        """Whether a loop is written apart, in a function of its own."""
+        return False
 
-        def within(f: Function) -> SeriesWriter:
-            self.enter(f)
-            order: int | Integer = k
-            if isinstance(k, Integer):
-                assert self.parts is not None
-                order = f.load_integer(self.parts.board(f), Board.ORDER)
-            begun = phase == 0 and isinstance(k, Integer)
-            return SeriesWriter(self.evaluation(order), series, place, order, phase, begins=begun)
-
-        number, operations = add_chunks(self.parts, chunks, self.tables, within)
-        self.enter(outer)
-        self.emitter.body.operations += operations
-        if isinstance(k, Integer):
-            outer.store(k, self.parts.board(outer), Board.ORDER)
-        outer.call(None, f"share{number}", *given(outer))
+    def write_apart(self, series: LoopSeries, place: int, k: int | Integer, phase: int | None) -> None:
+        """What such a loop has of order k."""
+        raise NotImplementedError
 
     def stage_between(
         self,

@@ -28,6 +28,7 @@ from lagrange_cli.native.families.observation import Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
+from lagrange_cli.native.families.shared_jets import SharedJet
 from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
@@ -195,7 +196,8 @@ class _Writer(Returning, Observation):
             return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given, self.kind), *given)
         if self.order == RATES:
             return self.accelerations()
-        jet = self.with_beside(DiagonalJet(*given, self.kind, parts=self.parts), *given)
+        made = DiagonalJet(*given, self.kind) if self.parts is None else SharedJet(self.parts, *given)
+        jet = self.with_beside(made, *given)
         brief = DiagonalJet(*given[:-1], RATES, self.kind, BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 

@@ -1,8 +1,8 @@
 """Rounds of a tiling that threads take in turns: each goes through the orders behind the round before it.
 
-Order k of a round needs what the round before it has of order k. There may still be registers of vectors that
-end in the next round's members, so it waits until that round has order k + 1, too. The seam of a ring waits
-for all of the round before it.
+Order k of a round needs what the round before it has of order k. Vectors of eight there end up to seven
+places further on, so it waits until that round has order k + 1, too: what is left to it lies further back.
+The seam of a ring waits for all of the round before it.
 """
 
 from __future__ import annotations

@@ -3,9 +3,9 @@
 Where forces cancel, as those on what rests on a hard spring, rates are nothing but rounding. Errors of steps
 that are estimated from differences of such rates do not become smaller with the step as they should, and may
 stay above what a tolerance allows for ever. So a step that would be taken again, shorter, is first looked at
-once more: by how much do its rates change where coordinates and velocities change in their last digits
-(``rounding_errors``)? What this alone explains is no error of the step. What rates depend on smoothly changes
-half as much by half the change; jumps and poles do not, and stay errors.
+once more: by how much do its rates change where coordinates, velocities and the time change in their last
+digits (``rounding_errors``)? What this alone explains is no error of the step. What rates depend on smoothly
+changes half as much by half the change; jumps and poles do not, and stay errors.
 
 The changes are in the state's memory at the rows of rates (``StateLayout.errors``), for one step.
 """
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 SIZE = 2.0**-50
 """By what part coordinates and velocities are changed at most."""
+LATER = 0.5
+"""And the time, by this part of that: by whole units of its rounding."""
 WAYS = 3
 """They are in so many ways: in one of them rates may change less by chance."""
 SMOOTH = 0.8
@@ -74,7 +76,7 @@ class RateNoise:
                         f.zero(lanes),
                     )
                     steps.put_state(f, i, change, row.at("%state", width))
-                rates, _ = steps.node(f, now)
+                rates, _ = steps.node(f, f.fused(now, size * LATER, now))
                 with lengths.velocities(f) as row:
                     change = row.at(rates, -degrees) - row.at("%work", self.begin - degrees)
                     if size < SIZE:

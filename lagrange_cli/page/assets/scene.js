@@ -6,6 +6,7 @@ const CURVE = 129, MESH = 17;
 const NEAR_DOT = 26;
 const EDGE = 24;
 const SAMPLED = 500;
+const CROWD = 100;
 
 class Scene {
   constructor(canvas, drawing, engine) {
@@ -372,7 +373,7 @@ class Scene {
       pen.beginPath();
       pen.arc(x, y, r, 0, 2 * Math.PI);
       pen.fill();
-      pen.stroke();
+      if (this.drawing.dots.length <= CROWD) pen.stroke(); // else edges would hide what they are around
     });
   }
 

@@ -40,8 +40,8 @@ CASES = {
         f"{SPHERICAL} - k*r**2/2",
         {"L_x", "L_y", "F_xz", "F_yy", "F_yz", *FRADKIN},
     ),
-    "a projectile": ("r phi", f"{POLAR} - m*g*r*sin(phi)", {"P_x", "A_y", "I_1"}),
-    "a magnetic field": ("r phi", f"{POLAR} + g*r**2*phi_dot/2", {"C_1"}),
+    "a projectile": ("r phi", f"{POLAR} - m*g*r*sin(phi)", {"P_x", "C_1", "A_y"}),
+    "a magnetic field": ("r phi", f"{POLAR} + g*r**2*phi_dot/2", {"C_1", "C_2"}),
     "two masses": ("r phi z", "m/2*(r_dot**2 + r**2*phi_dot**2) + k/2*z_dot**2 - r**2", FRADKIN),
     "an oscillator on a cone": (
         "r phi",

@@ -1,0 +1,47 @@
+"""Why the members of families are written out one by one, for messages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.families.system import family_system
+from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.spec import Spec
+
+
+@dataclass(frozen=True)
+class WrittenOut:
+    """Members are written out because of ``what``; the ``way`` out is to do without."""
+
+    what: str
+    way: str
+
+
+OTHER = WrittenOut("a system of another kind", "change it")
+"""A system that is not one of families; ``unsuited`` looks closer."""
+
+
+def without_outputs(names: Sequence[str]) -> WrittenOut:
+    """What cannot be computed with families."""
+    listed = ",".join(names)
+    return WrittenOut(f"--outputs {listed}", f"leave {'it' if len(names) == 1 else 'them'} out of --outputs")
+
+
+def unsuited(spec: Spec) -> WrittenOut:
+    """What a system contains that is not one of families."""
+    for part in ("nonholonomic", "bodies", "replaced"):
+        if getattr(spec, part):
+            key = "coordinates that replace others" if part == "replaced" else f"'{part}'"
+            return WrittenOut(key, "write a system without them")
+    if spec.events and family_system(replace(spec, events={})) is not None:
+        what = "events that reduce speeds, have a kink, or act on chains and what constraints hold"
+        return WrittenOut(what, "let them record or stop only")
+    for part in ("constraints", "forces", "observables"):
+        if getattr(spec, part) and family_system(replace(spec, **{part: {}})) is not None:
+            return WrittenOut(f"what '{part}' contains", "write it in terms of neighbours, without kinks")
+    what = "energies of this kind: loops over members need a constant diagonal mass matrix, or chains and "
+    what += "trees of angles, and forces that do not jump with places or velocities"
+    return WrittenOut(what, "write a smooth one")
