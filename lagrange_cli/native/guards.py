@@ -13,8 +13,9 @@ from lagrange_cli.records import dataclass
 AT_REST = 2.0**-80
 """An argument that rests at 0, with no force that holds it, moves again where it has become so large; or as
 large as its negative mark, where it is known less well."""
-CHANGES = 64.0
-"""If so many modes change while t hardly does, the motion is held there, or ends."""
+CHANGES, EACH = 64.0, 4.0
+"""If so many modes change while t hardly does, or so many for each guard, the motion is held there, or
+ends."""
 BRIEF, NOWHERE = 2.0**-38, 2.0**-50
 """A step that is so small a fraction of the one before it, or of t, changes nothing: what was 0 up to
 rounding, still is."""
@@ -85,6 +86,11 @@ class GuardRows:
     def count(self) -> int:
         """The number of guards."""
         return len(self.guards)
+
+    @property
+    def changes(self) -> float:
+        """So many modes may change while t hardly does."""
+        return max(CHANGES, EACH * self.count)
 
     @property
     def events(self) -> int:

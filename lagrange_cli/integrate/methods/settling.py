@@ -14,7 +14,7 @@ import numpy as np
 
 from lagrange_cli.integrate.methods.crossing import FELT, TOLD, Crossing
 from lagrange_cli.integrate.methods.modes import SMALLEST
-from lagrange_cli.native.guards import AT_REST, CHANGES, Role
+from lagrange_cli.native.guards import AT_REST, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
 
@@ -122,7 +122,7 @@ class Settling(Crossing):
         for number in BEGINNING:
             self.memory[self._layout.at(number)] = 0.0
         marked = [j for j in range(self.count) if j != due and self.marks[j] > 0.0 and self.modes[j] != 0.0]
-        if self.memory[self._layout.at(Clock.PASSES)] >= CHANGES and self._rows.guards[due].multiplier:
+        if self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes and self._rows.guards[due].multiplier:
             self._stop_at(due)
         if before == 0.0 and not self._rows.guards[due].multiplier and not self._has_left(due):
             return True
