@@ -18,6 +18,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
+from lagrange_cli.families.friction import Friction, held, holds
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with
 from lagrange_cli.records import replace
@@ -30,8 +31,8 @@ def with_modes(system: FamilySystem) -> FamilySystem | None:
     """The system with modes in place of the switches in its forces and in the arguments of its events; None
     if there are none.
 
-    Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change,
-    or an argument of another switch jumps in time; and for switches in masses, in joints and in constraints.
+    Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change in
+    another way than a coordinate with dry friction does (``families.friction``); where an argument of another switch jumps in time; and for switches in masses, in joints and in constraints.
     """
     found = Switching(system)
     if not found.any:
@@ -136,14 +137,30 @@ class Switching:
         if any(map(self.switched, self._others)):
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
+        rubbing = {one for friction in self.friction for one in friction.switches}
         for one in switches(nodes, self.moving):
             argument, above, below = one.arguments
-            if argument.symbols & self.places and jumps(self.graph, one):
+            if argument.symbols & self.places and one not in rubbing and jumps(self.graph, one):
                 raise Unsuited
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
             if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
                 raise Unsuited  # what has no series where a velocity is 0 may come to rest there
+
+    @cached_property
+    def friction(self) -> list[Friction]:
+        """The forces that can hold coordinates. Raises ``Unsuited`` where such a switch stands elsewhere,
+        too."""
+        found, system = list[Friction](), self.system
+        for term in self.merged(system.forces):
+            jumping: dict[Node, list[Node]] = {}
+            for one in switches([term.node], self.moving):
+                argument = one.arguments[0]
+                if argument.symbols & self.places and jumps(self.graph, one):
+                    if holds(system, term, argument, self.moving):
+                        jumping.setdefault(argument, []).append(one)
+            found += [Friction(term, argument, listed) for argument, listed in jumping.items()]
+        return found
 
     def _within(self, node: Node) -> Iterator[Node]:
         """The switches in an expression, and in what it is made of."""
@@ -216,11 +233,17 @@ class Switching:
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
             events = replace(events, arguments=arguments, simple=frozenset(), affected=())
+        forces, needed = self.of(system.forces), [*map(self.of, system.needed)]
+        modes = Modes(self.arguments, self.modes, system.forces)
+        if self.friction:
+            rubbing = {one.term for one in self.friction}
+            others = [one for one in self.merged(system.forces) if one not in rubbing]
+            found = held(system, self.friction, others, self.modes, self.numbers[1], self._with_modes)
+            forces, needed = found.forces, [*needed, found.other]
+            modes = replace(modes, holding=found.modes, limits=found.limits)
         return replace(
-            system, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
-            slopes=self.of(system.slopes), applied=self.of(system.applied),
-            loads=[*map(self.of, system.loads)], events=events,
-            modes=Modes(self.arguments, self.modes, system.forces),
+            system, forces=forces, needed=needed, slopes=self.of(system.slopes),
+            applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
         )  # fmt: skip
 
     @cached_property
@@ -233,11 +256,13 @@ class Switching:
         if not self.within(total):
             return total
         if total not in self._changed:
-            terms = tuple(
-                replace(one, node=self._frozen(one.node, one.domain)) for one in self.merged(total)
-            )
+            terms = tuple(map(self._with_modes, self.merged(total)))
             self._changed[total] = replace(total, terms=terms)
         return self._changed[total]
+
+    def _with_modes(self, term: Term) -> Term:
+        """A term with modes."""
+        return replace(term, node=self._frozen(term.node, term.domain))
 
     def _frozen(self, root: Node, domain: Domain) -> Node:
         """An expression of the members of a domain, with modes."""

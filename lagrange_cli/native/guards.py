@@ -22,8 +22,9 @@ rounding, still is."""
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT, BREAK = -1, -2, -3
-"""Guards without an auxiliary coordinate."""
+SIMPLE, CUT, BREAK, EXPLICIT = -1, -2, -3, -4
+"""Guards without an auxiliary coordinate. ``EXPLICIT``: with limits alone, which do not depend on other
+guards that hold the motion."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS
@@ -64,6 +65,16 @@ class GuardRow:
     direction: int = 0
     limit: int = 0
     beside: int = 0
+
+    @property
+    def able(self) -> bool:
+        """Whether it can hold the motion."""
+        return bool(self.multiplier or self.limit)
+
+    @property
+    def explicit(self) -> bool:
+        """Whether what holds the motion follows from other forces alone."""
+        return bool(self.limit and not self.multiplier)
 
 
 @dataclass(frozen=True)
