@@ -14,7 +14,7 @@ from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Tot
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints import Articulation
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
 
@@ -36,11 +36,19 @@ class Component:
 @dataclass(frozen=True, eq=False)
 class Modes:
     """What decides switches: the ``arguments``, and the modes that have their signs until these change.
-    ``forces`` has the switches themselves: at samples, modes are not known."""
+    ``forces`` has the switches themselves: at samples, modes are not known. Those that are ``holding``
+    coordinates may be 0, with two ``limits`` for each of them (see ``families.friction``)."""
 
     arguments: Total
     signs: Array
     forces: Total
+    holding: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    limits: Total | None = None
+
+    @property
+    def followed(self) -> tuple[Total, ...]:
+        """What is followed beside the motion."""
+        return (self.arguments,) if self.limits is None else (self.arguments, self.limits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +129,7 @@ class FamilySystem:
     @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
-        given = *self.needed, self.forces, *self.loads, *([self.modes.arguments] if self.modes else [])
+        given = *self.needed, self.forces, *self.loads, *(self.modes.followed if self.modes else ())
         return self.steady_potential and self.steady_bonds and not self.depends_on_time(given)
 
     @property

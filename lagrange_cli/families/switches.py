@@ -7,20 +7,21 @@ it has as many modes as its argument has different values among the members.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
+from lagrange_cli.families.friction import Friction, held, holds
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
@@ -30,8 +31,8 @@ def with_modes(system: FamilySystem) -> FamilySystem | None:
     """The system with modes in place of the switches in its forces and in the arguments of its events; None
     if there are none.
 
-    Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change;
-    where switches depend on others; and for switches in masses, in joints and in constraints.
+    Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change in
+    another way than a coordinate with dry friction does (``families.friction``); where an argument of another switch jumps in time; and for switches in masses, in joints and in constraints.
     """
     found = Switching(system)
     if not found.any:
@@ -76,15 +77,8 @@ def jumps(graph: Graph, switch: Node) -> bool:
     return not vanishes_with(graph, above - below, argument)
 
 
-@dataclass(frozen=True, eq=False)
-class Argument:
-    """What decides switches, whatever members it is of: an expression of ``symbols``, which stand for numbers
-    of ``arrays``; and the places of these numbers in each use, (members, symbols)."""
-
-    node: Node
-    symbols: tuple[Node, ...]
-    arrays: tuple[Array, ...]
-    uses: dict[tuple[Domain, Node], Places]
+Use: TypeAlias = "tuple[Domain, Node]"
+"""Members that have a switch, and its argument."""
 
 
 class Switching:
@@ -143,12 +137,38 @@ class Switching:
         if any(map(self.switched, self._others)):
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
+        rubbing = {one for friction in self.friction for one in friction.switches}
         for one in switches(nodes, self.moving):
             argument, above, below = one.arguments
-            if self.switched(argument) or (argument.symbols & self.places and jumps(self.graph, one)):
+            if argument.symbols & self.places and one not in rubbing and jumps(self.graph, one):
+                raise Unsuited
+            if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
             if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
                 raise Unsuited  # what has no series where a velocity is 0 may come to rest there
+
+    @cached_property
+    def friction(self) -> list[Friction]:
+        """The forces that can hold coordinates. Raises ``Unsuited`` where such a switch stands elsewhere,
+        too."""
+        found, system = list[Friction](), self.system
+        for term in self.merged(system.forces):
+            jumping: dict[Node, list[Node]] = {}
+            for one in switches([term.node], self.moving):
+                argument = one.arguments[0]
+                if argument.symbols & self.places and jumps(self.graph, one):
+                    if holds(system, term, argument, self.moving):
+                        jumping.setdefault(argument, []).append(one)
+            found += [Friction(term, argument, listed) for argument, listed in jumping.items()]
+        return found
+
+    def _within(self, node: Node) -> Iterator[Node]:
+        """The switches in an expression, and in what it is made of."""
+        yield from switches([node], self.moving)
+        for array in {slot.array for _, slot in self.slots.inside(node)}:
+            if isinstance(array, Total):
+                for term in self.merged(array):
+                    yield from self._within(term.node)
 
     def speedy(self, node: Node) -> bool:
         """Whether velocities are in an expression, or in what it is made of."""
@@ -157,9 +177,10 @@ class Switching:
         return self.system.v in arrays or any(map(self.speedy, inner))
 
     @cached_property
-    def arguments(self) -> list[Argument]:
-        """The arguments of all switches; those that differ in their members alone are one."""
-        found: dict[tuple[Node, tuple[Array, ...]], Argument] = {}
+    def uses(self) -> list[dict[Use, Places]]:
+        """Where each argument is used, and the places of its numbers there, (members, numbers). Those that
+        differ in their members alone are one; what decides others is before them."""
+        found: dict[tuple[Node, tuple[Array, ...]], dict[Use, Places]] = {}
         for total in self.totals:
             for term in self.merged(total):
                 for one in switches([term.node], self.moving):
@@ -167,35 +188,44 @@ class Switching:
                     inside = [
                         (node, slot) for node in reachable([argument]) if (slot := self.slots.of.get(node))
                     ]
-                    symbols = tuple(self.graph.symbol(f"argument {i}") for i in range(len(inside)))
-                    given = {node: symbol for (node, _), symbol in zip(inside, symbols)}
+                    given = {node: self.graph.symbol(f"argument {i}") for i, (node, _) in enumerate(inside)}
                     alike = substituted(self.graph, [argument], given)[0]
-                    arrays = tuple(slot.array for _, slot in inside)
                     places = np.array([slot.table for _, slot in inside], dtype=np.int64)
-                    known = found.setdefault((alike, arrays), Argument(alike, symbols, arrays, {}))
-                    known.uses[term.domain, argument] = places.reshape(-1, term.domain.count).T
+                    known = found.setdefault((alike, tuple(slot.array for _, slot in inside)), {})
+                    known[term.domain, argument] = places.reshape(-1, term.domain.count).T
         return [*found.values()]
 
     @cached_property
-    def numbered(self) -> tuple[Total, dict[tuple[Domain, Node], Places]]:
-        """The arguments of all modes, and which modes the members of a domain have."""
-        count, terms = 0, list[Term]()
-        numbers: dict[tuple[Domain, Node], Places] = {}
-        for one in self.arguments:
-            rows, inverse = np.unique(np.concatenate([*one.uses.values()]), axis=0, return_inverse=True)
-            ends = np.cumsum([len(places) for places in one.uses.values()])[:-1]
-            for use, which in zip(one.uses, np.split(inverse.reshape(-1), ends)):
-                numbers[use] = count + which
-            domain = Domain(len(rows))
-            slots = {
-                symbol: self.slots.symbol(domain, array, np.ascontiguousarray(table))
-                for symbol, array, table in zip(one.symbols, one.arrays, rows.T)
-            }
-            terms.append(
-                Term(domain, substituted(self.graph, [one.node], slots)[0], count + np.arange(len(rows)))
+    def numbers(self) -> tuple[int, dict[Use, Places], list[tuple[Use, Places, Places]]]:
+        """How many modes there are; which of them the members of a use have; and by which of its members, in
+        which use, each mode is decided: members, and their modes."""
+        count = 0
+        numbers: dict[Use, Places] = {}
+        chosen: list[tuple[Use, Places, Places]] = []
+        for uses in self.uses:
+            _, index, inverse = np.unique(
+                np.concatenate([*uses.values()]), axis=0, return_index=True, return_inverse=True
             )
-            count += len(rows)
-        return total_of(count, terms, self.graph), numbers
+            first = 0
+            for use, places in uses.items():
+                last = first + len(places)
+                numbers[use] = count + inverse.reshape(-1)[first:last]
+                own = np.flatnonzero((first <= index) & (index < last))
+                if len(own):
+                    chosen.append((use, index[own] - first, count + own))
+                first = last
+            count += len(index)
+        return count, numbers, chosen
+
+    @cached_property
+    def arguments(self) -> Total:
+        """The arguments of all modes, which may depend on other modes."""
+        terms = []
+        for (domain, argument), members, modes in self.numbers[2]:
+            own = Domain(len(members))
+            node = placed(self.slots, self._frozen(argument, domain), own, members)
+            terms.append(Term(own, node, modes))
+        return total_of(self.modes.count, terms, self.graph)
 
     def smooth(self) -> FamilySystem:
         """The system with modes."""
@@ -203,44 +233,53 @@ class Switching:
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
             events = replace(events, arguments=arguments, simple=frozenset(), affected=())
+        forces, needed = self.of(system.forces), [*map(self.of, system.needed)]
+        modes = Modes(self.arguments, self.modes, system.forces)
+        if self.friction:
+            rubbing = {one.term for one in self.friction}
+            others = [one for one in self.merged(system.forces) if one not in rubbing]
+            found = held(system, self.friction, others, self.modes, self.numbers[1], self._with_modes)
+            forces, needed = found.forces, [*needed, found.other]
+            modes = replace(modes, holding=found.modes, limits=found.limits)
         return replace(
-            system, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
-            slopes=self.of(system.slopes), applied=self.of(system.applied),
-            loads=[*map(self.of, system.loads)], events=events,
-            modes=Modes(self.numbered[0], self.modes, system.forces),
+            system, forces=forces, needed=needed, slopes=self.of(system.slopes),
+            applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
         )  # fmt: skip
 
     @cached_property
     def modes(self) -> Array:
         """The modes."""
-        return Array(Source.MODES, self.numbered[0].count)
+        return Array(Source.MODES, self.numbers[0])
 
     def of(self, total: Total) -> Total:
         """A total with modes; the same if it has no switches."""
         if not self.within(total):
             return total
         if total not in self._changed:
-            terms = tuple(replace(one, node=self._frozen(one)) for one in self.merged(total))
+            terms = tuple(map(self._with_modes, self.merged(total)))
             self._changed[total] = replace(total, terms=terms)
         return self._changed[total]
 
-    def _frozen(self, term: Term) -> Node:
-        """The expression of a term with modes."""
+    def _with_modes(self, term: Term) -> Term:
+        """A term with modes."""
+        return replace(term, node=self._frozen(term.node, term.domain))
+
+    def _frozen(self, root: Node, domain: Domain) -> Node:
+        """An expression of the members of a domain, with modes."""
         slots, made = self.slots, dict[Node, Node]()
-        for node in reachable([term.node]):
+        for node in reachable([root]):
             arguments = [made[one] for one in node.arguments]
             slot = slots.of.get(node)
             if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
-                numbers = self.numbered[1][term.domain, node.arguments[0]]
-                mode = slots.symbol(term.domain, self.modes, numbers)
+                mode = slots.symbol(domain, self.modes, self.numbers[1][domain, node.arguments[0]])
                 made[node] = self.graph.switch(mode, arguments[1], arguments[2], -1)
             elif slot is not None and isinstance(slot.array, Total):
-                made[node] = slots.symbol(term.domain, self.of(slot.array), slot.table)
+                made[node] = slots.symbol(domain, self.of(slot.array), slot.table)
             elif all(a is b for a, b in zip(arguments, node.arguments)):
                 made[node] = node
             else:
                 made[node] = rebuilt(self.graph, node, arguments)
-        return made[term.node]
+        return made[root]
 
 
 def is_root(node: Node) -> bool:

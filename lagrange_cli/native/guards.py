@@ -13,16 +13,18 @@ from lagrange_cli.records import dataclass
 AT_REST = 2.0**-80
 """An argument that rests at 0, with no force that holds it, moves again where it has become so large; or as
 large as its negative mark, where it is known less well."""
-CHANGES = 64.0
-"""If so many modes change while t hardly does, the motion is held there, or ends."""
+CHANGES, EACH = 64.0, 4.0
+"""If so many modes change while t hardly does, or so many for each guard, the motion is held there, or
+ends."""
 BRIEF, NOWHERE = 2.0**-38, 2.0**-50
 """A step that is so small a fraction of the one before it, or of t, changes nothing: what was 0 up to
 rounding, still is."""
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT, BREAK = -1, -2, -3
-"""Guards without an auxiliary coordinate."""
+SIMPLE, CUT, BREAK, EXPLICIT = -1, -2, -3, -4
+"""Guards without an auxiliary coordinate. ``EXPLICIT``: with limits alone, which do not depend on other
+guards that hold the motion."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS
@@ -64,6 +66,16 @@ class GuardRow:
     limit: int = 0
     beside: int = 0
 
+    @property
+    def able(self) -> bool:
+        """Whether it can hold the motion."""
+        return bool(self.multiplier or self.limit)
+
+    @property
+    def explicit(self) -> bool:
+        """Whether what holds the motion follows from other forces alone."""
+        return bool(self.limit and not self.multiplier)
+
 
 @dataclass(frozen=True)
 class GuardRows:
@@ -85,6 +97,11 @@ class GuardRows:
     def count(self) -> int:
         """The number of guards."""
         return len(self.guards)
+
+    @property
+    def changes(self) -> float:
+        """So many modes may change while t hardly does."""
+        return max(CHANGES, EACH * self.count)
 
     @property
     def events(self) -> int:

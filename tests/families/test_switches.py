@@ -17,6 +17,7 @@ from lagrange_cli.integrate.methods.modes import Modes
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.native.guards import EXPLICIT
 from lagrange_cli.native.interface import SIMPLE
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
@@ -65,6 +66,15 @@ CASES = {
     "one inside another": (
         BEADS,
         "sum(where(x[i] > 0, max(0, x[i] - 0.3)**2, x[i]**2) for i in range(N))",
+    ),
+    "walls for both sides": (
+        BEADS,
+        "sum(k*max(0, abs(x[i]) - 0.35)**2 + max(0, sqrt(0.1 + abs(x[i - 1])**3) - 0.4)**2 for i in range(N))",
+    ),
+    "arguments with several": (
+        BEADS,
+        "sum(max(0, abs(x[i])**3 + min(0, x[i - 1])**2 - 0.2)**2 for i in range(N))"
+        " + max(0, sum(max(0, x[i])**2 for i in range(N)) - 0.3)**2",
     ),
     "a sum": (BEADS, "max(0, sum(x[i] for i in range(N)))**2"),
     "times": (BEADS, "sum(where(t < 0.4 + gap[i], x[i]**2, 2*x[i]**2) for i in range(N))"),
@@ -127,7 +137,7 @@ def compare(
     system = family_run(read_spec(text, "system.yaml"), asked)
     assert system is not None
     together = ready(text, outputs, backward=backward)
-    assert set(together.machine.program.guards) <= {SIMPLE}
+    assert set(together.machine.program.guards) <= {SIMPLE, EXPLICIT}
     found = followed(together, text, stop)
     keep_families(monkeypatch, whole=False)
     apart = ready(text, outputs, backward=backward)

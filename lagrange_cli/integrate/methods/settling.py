@@ -14,7 +14,7 @@ import numpy as np
 
 from lagrange_cli.integrate.methods.crossing import FELT, TOLD, Crossing
 from lagrange_cli.integrate.methods.modes import SMALLEST
-from lagrange_cli.native.guards import AT_REST, CHANGES, Role
+from lagrange_cli.native.guards import AT_REST, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
 
@@ -128,12 +128,12 @@ class Settling(Crossing):
         for number in BEGINNING:
             self.memory[self._layout.at(number)] = 0.0
         marked = [j for j in range(self.count) if j != due and self.marks[j] > 0.0 and self.modes[j] != 0.0]
-        if self.memory[self._layout.at(Clock.PASSES)] >= CHANGES and self._rows.guards[due].multiplier:
+        if self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes and self._rows.guards[due].able:
             self._stop_at(due)
-        if before == 0.0 and not self._rows.guards[due].multiplier and not self._has_left(due):
+        if before == 0.0 and not self._rows.guards[due].able and not self._has_left(due):
             return True
         if before == 0.0:
-            leaving = self._multiplier(due) if self._rows.guards[due].multiplier else self._arguments()[due]
+            leaving = self._multiplier(due) if self._rows.guards[due].able else self._arguments()[due]
             side = 1.0 if leaving > 0.0 else -1.0
             self._left = self.memory.copy(), due
             return self._choose([due, *marked], {due: side}, held=False)
@@ -235,7 +235,7 @@ class Settling(Crossing):
     def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
         """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried
         ``first``, or the other one."""
-        able = [j for j in guards if self._rows.guards[j].multiplier] if held else []
+        able = [j for j in guards if self._rows.guards[j].able] if held else []
         free = [j for j in guards if j not in able]
         self.marks[: self.count] = np.minimum(self.marks[: self.count], 0.0)
         self.mark(guards)
@@ -257,8 +257,13 @@ class Settling(Crossing):
         entered: list[int] = []
         for _ in range(ROUNDS * (len(guards) + 1)):
             self._series()
-            loose = [(self._holding(j), j) for j in able if self.modes[j] == 0.0]
-            loose = [one for one in loose if not one[0] <= HELD]
+            resting = [j for j in able if self.modes[j] == 0.0]
+            sizes = self._holding(resting)
+            loose = [(size, j) for size, j in zip(sizes.tolist(), resting) if not size <= HELD]
+            explicit = [j for _, j in loose if self._rows.guards[j].explicit]
+            if explicit:
+                self._release(explicit, first)
+                continue
             if loose:
                 _, j = max(loose)
                 self.modes[j] = first.get(j) or (1.0 if self._multiplier(j) > 0.0 else -1.0)
@@ -274,7 +279,7 @@ class Settling(Crossing):
                 infinite = self._infinite()
                 touching = set[int]()
                 for j in some if infinite else self._misled(some):
-                    if self._rows.guards[j].multiplier:
+                    if self._rows.guards[j].able:
                         self.modes[j] = 0.0
                         able.append(j)
                     else:  # both sides lead back: it touches 0, and rounding decides
@@ -327,19 +332,38 @@ class Settling(Crossing):
             self.memory[self._layout.part(1)][self._layout.v] = 0.0
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
 
-    def _multiplier(self, j: int) -> float:
-        guard = self._rows.guards[j]
-        if not guard.limit:
-            return float(self._coefficients(guard.multiplier)[0])
-        above, below = (float(self._coefficients(row)[0]) for row in (guard.limit, guard.limit + 1))
-        whole = above + below
-        return (above - below) / whole if whole != 0.0 else np.inf
+    def _release(self, guards: Sequence[int], first: dict[int, float]) -> None:
+        """Let guards go that do not depend on one another."""
+        multipliers = self._multipliers(guards)
+        sides = [first.get(j) or (1.0 if one > 0.0 else -1.0) for j, one in zip(guards, multipliers)]
+        self.modes[guards] = sides
+        self._series()
+        wrong = self._misled(guards)
+        self.modes[wrong] = -self.modes[wrong]
 
-    def _holding(self, j: int) -> float:
-        """The size of the multiplier, infinite where the motion passes u = 0 with a velocity."""
-        u, noise = self._coefficients(self._rows.first + j), ROUNDING * self.scale()
-        size = abs(self._multiplier(j))
-        return size if abs(u[1]) <= noise[1] and np.isfinite(size) else np.inf
+    def _multiplier(self, j: int) -> float:
+        return float(self._multipliers([j])[0])
+
+    def _multipliers(self, guards: Sequence[int]) -> Array:
+        """The multipliers of guards, infinite where limits are 0."""
+        found = np.empty(len(guards))
+        for i, guard in enumerate(self._rows.guards[j] for j in guards):
+            if guard.limit:
+                above, below = self._coefficients_of(guard.limit, guard.limit + 2)[:, 0]
+                whole = above + below
+                found[i] = (above - below) / whole if whole != 0.0 else np.inf
+            else:
+                found[i] = self._coefficients(guard.multiplier)[0]
+        return found
+
+    def _holding(self, guards: Sequence[int]) -> Array:
+        """The sizes of multipliers, infinite where the motion passes u = 0 with a velocity."""
+        if not guards:
+            return np.zeros(0)
+        rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards, 1]
+        sizes = np.abs(self._multipliers(guards))
+        still = (np.abs(rates) <= ROUNDING * self.scale()[1]) & np.isfinite(sizes)
+        return np.where(still, sizes, np.inf)
 
     def _leads(self, j: int) -> bool:
         """Whether the motion leads to the side of a guard's mode; or along u = 0."""

@@ -249,6 +249,8 @@ class Merging:
                 total([(node.arguments[i] if node in united else node, number) for node, number in group])
                 for i in (1, 2)
             )
+            if len(group) > 1:  # switches by other arguments may come together in a branch
+                above, below = self.merged((above, below))
             sides = {node.data for node, _ in group if node in united}
             rest.append((self._between(argument, above, below, sides.pop() if len(sides) == 1 else 0), 1))
         return rest

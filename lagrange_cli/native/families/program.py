@@ -37,7 +37,7 @@ from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.guards import SIMPLE, Role
+from lagrange_cli.native.guards import EXPLICIT, SIMPLE, Role
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -98,7 +98,7 @@ class _Writer(Returning, Observation):
             order=order, degrees=self.degrees, parameters=self.parameters, integrals=self.integrals,
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
-            guards=(SIMPLE,) * (self.modes.signs.count if self.modes else 0), limits=(),
+            guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
             events=self.numbered(), changed=self.events.changed if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),
@@ -136,6 +136,14 @@ class _Writer(Returning, Observation):
             loops=True,
             operations={"jet": jet.operations, "observe": counted},
         )  # fmt: skip
+
+    @property
+    def switches(self) -> tuple[int, ...]:
+        """The guards of switches as ``Interface`` has them."""
+        if self.modes is None:
+            return ()
+        holding = {*self.modes.holding.tolist()}
+        return tuple(EXPLICIT if i in holding else SIMPLE for i in range(self.modes.signs.count))
 
     def steps(self, interface: Interface, jet: Jet) -> Steps:
         """What follows a motion in doubles."""

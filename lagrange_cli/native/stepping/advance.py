@@ -10,7 +10,7 @@ It is the same for all kinds of numbers. What differs are the ``Steps`` of a kin
 
 from __future__ import annotations
 
-from lagrange_cli.native.guards import CHANGES, DUE
+from lagrange_cli.native.guards import DUE
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -93,7 +93,8 @@ def advance(steps: Steps) -> str:
         at_once = clock(Clock.TIME) - last <= passed * bounds.no_time
         remember(Clock.PASSES, f.select(at_once, times + 1.0, zero))
         remember(Clock.LAST_PASS, clock(Clock.TIME))
-        with f.when(times >= CHANGES):
+        assert steps.guards
+        with f.when(times >= steps.guards.rows.changes):
             leave(Stop.GUARD, taken.get())
         given = state, f.pointer("%constants"), due.get(), trial, info, f.pointer("%work"), index.get()
         done = f.call(Integer, "flip", *given)

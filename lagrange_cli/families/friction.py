@@ -1,0 +1,117 @@
+"""Dry friction of families: forces on coordinates that jump where their velocities are 0, or those of belts.
+
+With M diagonal, the force that holds a coordinate is opposite to all others on it, so no equations are
+solved. Its mode is 0 meanwhile. It is held as long as the whole force with the friction against either
+direction leads back: F(v < 0) >= 0 >= F(v > 0). These are ``limits``, as of ``native.guards``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.families.arrays import Array, Domain, Slots, Term, Total, total_of
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
+
+
+@dataclass(frozen=True, eq=False)
+class Friction:
+    """A term of the forces with friction: the ``switches`` in it that have one ``argument``."""
+
+    term: Term
+    argument: Node
+    switches: Sequence[Node]
+
+    def side(self, which: int) -> Term:
+        """The term where the argument is positive (1), or negative (2)."""
+        given = {one: one.arguments[which] for one in self.switches}
+        return replace(self.term, node=substituted(self.term.node.graph, [self.term.node], given)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """The ``modes`` that hold coordinates, in order; two ``limits`` for each of them; all ``other`` forces,
+    which the ``forces`` take."""
+
+    modes: Places
+    limits: Total
+    other: Total
+    forces: Total
+
+
+def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool:
+    """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its velocity
+    less a constant is 0 there, and nothing else moves with it."""
+    if system.joints is not None or system.bonds is not None:
+        return False
+    slots = system.slots
+    found = [(node, slots.of.get(node)) for node in reachable([argument]) if node.symbols & moving]
+    inside = [(node, slot) for node, slot in found if slot is not None]
+    if len(inside) != 1 or argument.symbols & system.time.symbols:
+        return False
+    symbol, slot = inside[0]
+    linear = not slots.graph.diff(argument, symbol).symbols & moving
+    return linear and slot.array is system.v and np.array_equal(slot.table, term.targets)
+
+
+def held(
+    system: FamilySystem,
+    listed: Sequence[Friction],
+    others: Sequence[Term],
+    modes: Array,
+    numbers: Mapping[tuple[Domain, Node], Places],
+    frozen: Callable[[Term], Term],
+) -> Held:
+    """The forces of a system with friction that is ``listed``, beside ``others``, with ``modes``.
+
+    Raises ``Unsuited`` where a coordinate is held in two ways.
+    """
+    slots, count = system.slots, system.q.count
+    own = np.full(count, -1)
+    """The mode that holds a coordinate."""
+    for one in listed:
+        which = numbers[one.term.domain, one.argument]
+        before = own[one.term.targets]
+        if np.any((before >= 0) & (before != which)):
+            raise Unsuited
+        own[one.term.targets] = which
+        if np.any(own[one.term.targets] != which):
+            raise Unsuited
+    rows, free = np.flatnonzero(own >= 0), np.flatnonzero(own < 0)
+    order = np.full(count, -1)
+    order[rows] = np.arange(len(rows))
+    other = total_of(count, [*map(frozen, others)], slots.graph)
+    resting, moving = Domain(len(rows)), Domain(len(free))
+    rest = slots.symbol(resting, other, rows)
+    forces = [Term(resting, gate(slots, resting, modes, own[rows]) * rest, rows)]
+    if len(free):
+        forces.append(Term(moving, slots.symbol(moving, other, free), free))
+    limits = [
+        Term(resting, rest, 2 * np.arange(len(rows))),
+        Term(resting, -rest, 2 * np.arange(len(rows)) + 1),
+    ]
+    for one in listed:
+        domain, targets = one.term.domain, one.term.targets
+        force = frozen(one.term)
+        forces.append(replace(force, node=gate(slots, domain, modes, own[targets]) * force.node))
+        below, above = frozen(one.side(2)), frozen(one.side(1))
+        limits.append(Term(domain, below.node, 2 * order[targets]))
+        limits.append(Term(domain, -above.node, 2 * order[targets] + 1))
+    return Held(
+        own[rows], total_of(2 * len(rows), limits, slots.graph), other, total_of(count, forces, slots.graph)
+    )
+
+
+def gate(slots: Slots, domain: Domain, modes: Array, numbers: Places) -> Node:
+    """1, or 0 where a coordinate is held: the square of its mode."""
+    mode = slots.symbol(domain, modes, np.ascontiguousarray(numbers))
+    return mode * mode
