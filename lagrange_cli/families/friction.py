@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.graph import Graph
     from lagrange_cli.expression.index_arrays import Places
 
 
@@ -31,10 +32,10 @@ class Friction:
     argument: Node
     switches: Sequence[Node]
 
-    def side(self, which: int) -> Term:
+    def side(self, graph: Graph, which: int) -> Term:
         """The term where the argument is positive (1), or negative (2)."""
         given = {one: one.arguments[which] for one in self.switches}
-        return replace(self.term, node=substituted(self.term.node.graph, [self.term.node], given)[0])
+        return replace(self.term, node=substituted(graph, [self.term.node], given)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +104,7 @@ def held(
         domain, targets = one.term.domain, one.term.targets
         force = frozen(one.term)
         forces.append(replace(force, node=gate(slots, domain, modes, own[targets]) * force.node))
-        below, above = frozen(one.side(2)), frozen(one.side(1))
+        below, above = frozen(one.side(slots.graph, 2)), frozen(one.side(slots.graph, 1))
         limits.append(Term(domain, below.node, 2 * order[targets]))
         limits.append(Term(domain, -above.node, 2 * order[targets] + 1))
     return Held(

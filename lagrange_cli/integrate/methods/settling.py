@@ -175,7 +175,7 @@ class Settling(Crossing):
         """Let arguments rest that rounding does not tell from 0, if they stay there without the forces
         beyond, and these are not felt; whether there are any."""
         least, values, own = LARGER * self._rounding(), np.abs(self._arguments()), self.modes[: self.count]
-        free = [j for j in np.flatnonzero(own) if not self._rows.guards[j].multiplier]
+        free = [j for j in np.flatnonzero(own).tolist() if not self._rows.guards[j].multiplier]
         still = [j for j in free if values[j] <= least[j] and not self._feels(j)]
         before = own.copy()
         own[still] = 0.0
