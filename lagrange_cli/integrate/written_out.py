@@ -37,11 +37,15 @@ def unsuited(spec: Spec) -> WrittenOut:
             key = "coordinates that replace others" if part == "replaced" else f"'{part}'"
             return WrittenOut(key, "write a system without them")
     if spec.events and family_system(replace(spec, events={})) is not None:
-        what = "events that reduce speeds, have a kink, or act on chains and what constraints hold"
+        what = "events that reduce the speed, that jump, or that act on chains or where constraints hold"
         return WrittenOut(what, "let them record or stop only")
-    for part in ("constraints", "forces", "observables"):
+    for part in ("constraints", "observables"):
         if getattr(spec, part) and family_system(replace(spec, **{part: {}})) is not None:
             return WrittenOut(f"what '{part}' contains", "write it in terms of neighbours, without kinks")
-    what = "energies of this kind: loops over members need a constant diagonal mass matrix, or chains and "
-    what += "trees of angles, and forces that do not jump with places or velocities"
-    return WrittenOut(what, "write a smooth one")
+    for part in spec.forces:
+        others = {key: given for key, given in spec.forces.items() if key != part}
+        if family_system(replace(spec, forces=others)) is not None:
+            return WrittenOut(f"what '{part}' contains", "write it in terms of neighbours, without jumps")
+    what = "these energies (loops over members need a constant diagonal mass matrix, or chains and trees of "
+    what += "angles, and forces that do not jump with positions or velocities)"
+    return WrittenOut(what, "write energies of this form")

@@ -12,8 +12,7 @@ import numpy as np
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.figures.film import FORMATS, FRAMES, GIF_PIXELS, film
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.plot import PlotRequest as Plotted
-from lagrange_cli.run.plot import outputs_for
+from lagrange_cli.run.plot import PlotRequest, outputs_for
 from lagrange_cli.run.reel import FPS, USUAL_FPS, FilmRequest, Reel, finer_than, usual_speed
 from lagrange_cli.store.target import Target, unwritable
 
@@ -73,7 +72,7 @@ def request_for(motion: Motion, request: Request, asked: FilmRequest) -> Request
     finer = finer_than(speed / asked.fps, spacing, math.ceil(abs(end - begin) * asked.fps / speed) + 1)
     step = min(speed / asked.fps / finer, lasts)
     has_particles = not motion.spec.lagrangian
-    outputs = outputs_for(Plotted(asked.panels or ("q", "v")), has_particles=has_particles)
+    outputs = outputs_for(PlotRequest(asked.panels or ("q", "v")), has_particles=has_particles)
     options = replace(request.options, outputs=outputs, samples=None)
     return replace(request, options=options, times={**request.times, "step": repr(step)})
 

@@ -263,10 +263,8 @@ def singular_poses(spec: Spec, values: Values) -> tuple[Problem, ...]:
     from lagrange_cli.run.singular import angles_at
     from lagrange_cli.spec.source import Source
 
-    source, hint = (
-        Source(spec.filename, spec.text),
-        "begin elsewhere, or use a quaternion: it has no such pose",
-    )
+    source = Source(spec.filename, spec.text)
+    hint = "begin elsewhere, or use a quaternion: it has no such pose"
     found = angles_at(spec, values.parameters, spec.solve.start or 0.0, (*values.q, *values.v))
     return tuple(
         source.problem(

@@ -219,7 +219,7 @@ def test_chains_are_printed_with_indices_however_long_they_are(tmp_path):
     [
         (N_PENDULUM, ["--form", "explicit"], 2, "solution of all 100 equations together"),
         (N_PENDULUM, ["--form", "hamilton"], 3, "--form hamilton writes out every member"),
-        (SYSTEMS / "chain.yaml", ["--form", "matrix"], 3, "with constraints, --form matrix writes out"),
+        (SYSTEMS / "chain.yaml", ["--form", "vakonomic"], 3, "--form vakonomic writes out every member"),
     ],
 )
 def test_why_members_are_written_out_and_what_can_be_done(

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -23,6 +23,7 @@ from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.families.test_events import PENDULUM, keep_families
+from tests.support.draws import examples
 from tests.support.motion import Motion, run
 
 OUTPUTS = frozenset(["q", "v", "h"])
@@ -153,18 +154,20 @@ def compare(
     assert one.conserved == other.conserved
 
 
-@pytest.mark.exhaustive(keep=10)
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_switches_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, count), monkeypatch)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["stops on both sides", "drag"])
 def test_ledgers_have_switches_too(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, LEDGERS)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("backward", [False, True])
 def test_multipliers_at_samples_have_the_forces_there(
     backward: bool, monkeypatch: pytest.MonkeyPatch
@@ -215,7 +218,7 @@ OTHERS = "x[(i + 1) % N, j]", "x[i, (j + 1) % M]", "x[i, j - 1]", "x[j, i % M]"
 
 
 @given(data=st.data())
-@settings(max_examples=3, deadline=None)
+@examples(2)
 def test_random_families_with_switches(data: st.DataObject) -> None:
     """Sums over rings, neighbours and two indices, with conditions."""
     terms = []

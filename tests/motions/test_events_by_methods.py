@@ -197,6 +197,7 @@ def test_a_block_stops_on_an_incline_and_stays(method: str, tolerance: float) ->
     assert motion["q/x"][1:] == pytest.approx(3.0**2 / (2 * rate), abs=1e-9)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("method", "tolerance"), [("DOP853", 1e-10), ("Radau", 1e-8)])
 def test_a_motion_that_sticks_at_a_jump_of_its_friction_ends(method: str, tolerance: float) -> None:
     """It is brought to rest where friction exceeds gravity along the circle, after two turns."""
@@ -208,6 +209,7 @@ def test_a_motion_that_sticks_at_a_jump_of_its_friction_ends(method: str, tolera
     assert max(map(abs, speeds)) < 1e-8 and motion.outcome.steps < 10000
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("method", "tolerance"), [("DOP853", 1e-8), ("Radau", 1e-8)])
 def test_short_steps_in_which_something_moves_are_no_sticking(method: str, tolerance: float) -> None:
     """Thousands of short steps behind a long one: a fast oscillation begins where a slow one is over."""

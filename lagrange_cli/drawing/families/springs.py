@@ -30,11 +30,8 @@ class Stretched:
 
 def springs_of(crowd: Crowd) -> list[Lines]:
     """All springs of the potential."""
-    found, axes, crooked = (
-        list[Lines](),
-        list[tuple[Places, Places, int]](),
-        np.zeros(crowd.count, dtype=bool),
-    )
+    found, axes = list[Lines](), list[tuple[Places, Places, int]]()
+    crooked = np.zeros(crowd.count, dtype=bool)
     for domain, constant, timed, factors in terms(crowd):
         node, exponent = factors[0]
         if len(factors) > 1 or (node in crowd.slots.of and exponent not in (1, 2)):

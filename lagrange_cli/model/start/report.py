@@ -82,8 +82,8 @@ class Refusal:
         *,
         speeds: bool = False,
     ) -> SpecError:
-        """No state was found nearby that satisfies all constraints. The slopes of those with the numbers
-        ``flat`` are 0."""
+        """No state was found nearby that satisfies all constraints. The derivatives of those with the
+        numbers ``flat`` are 0."""
         hint = "the constraints contradict each other: no velocities near these satisfy all of them"
         if not speeds:
             hint = (
@@ -93,7 +93,7 @@ class Refusal:
             off = [[*self.spec.all_constraints][i] for i in flat if abs(float(values[i])) > 0]
             if off:
                 hint = (
-                    f"all slopes of '{off[0]}' are 0 at these values, as where a chain is stretched, so that "
+                    f"all derivatives of '{off[0]}' are 0 at these values, as when a chain is stretched, so "
                     "they do not tell which way to go: begin elsewhere"
                 )
         return self.residuals(values, rows, scale, hint, speeds=speeds)

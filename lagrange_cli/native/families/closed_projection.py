@@ -89,11 +89,8 @@ class Residuals:
         """What the low parts add to an expression."""
         graph, start = self.graph, np.zeros(domain.count, dtype=np.int64)
         rate = graph.diff(node, self.system.time)
-        terms = (
-            []
-            if rate.is_zero or not self.careful
-            else [rate * self.slots.symbol(domain, self.low_time, start)]
-        )
+        moves = self.careful and not rate.is_zero
+        terms = [rate * self.slots.symbol(domain, self.low_time, start)] if moves else []
         for symbol, slot in [*self.slots.inside(node)]:
             if slot.array in self.lower:
                 low = self.slots.symbol(domain, self.lower[slot.array], slot.table)

@@ -62,6 +62,5 @@ class Returning(AtRest):
         time, low = (f.load("%state", layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
         fixed = frozenset(self.lasting.fixed)
-        return (
-            written.text + ClosedProjection(residuals, evaluation, layout, jet, work, time, low, fixed).text()
-        )
+        projection = ClosedProjection(residuals, evaluation, layout, jet, work, time, low, fixed)
+        return written.text + projection.text()

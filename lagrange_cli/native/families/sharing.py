@@ -4,7 +4,7 @@ It is cut into strips, which threads take in their order; each goes through its 
 last, behind the strip before it (a pipelined wavefront). Strips and columns follow from the system alone, and
 so does the order in which numbers are added, however many threads there are and whoever is faster.
 
-The thread that steps the motion announces an evaluation on the *board* (``interface.Board``) in
+The thread that steps the motion announces an evaluation on the *board* (``native.board``) in
 ``%constants``, takes strips as the others do, and goes on when the last one is complete. So it never waits
 for a thread that has not begun. The others run ``@help``.
 """
