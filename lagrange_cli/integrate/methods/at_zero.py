@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
-ROUNDING = 2.0**-44
-"""A derivative that is so small beside the terms of the others is a rounding error."""
 LARGER = 2.0**4
 """How much larger it must be before it is told from 0."""
+FEW = 2.0**12
+"""An argument up to so many rounding errors is known to few digits."""
 ROUNDED_OFF = 2.0**-52, 2.0**-104
 """The unit of rounding of coordinates."""
 TRIALS = 8
@@ -63,8 +63,10 @@ class AtZero(Crossing):
         self.marks[j] = -LARGER * max(least, size)
         return False
 
-    def _feels(self, j: int) -> bool:
-        """Whether one of the forces beyond a guard that rests at 0 changes velocities in a step."""
+    def _feels(self, j: int, length: float | None = None) -> bool:
+        """Whether one of the forces beyond a guard that rests at 0 changes velocities in so long a time; or
+        else, in a step."""
+        length = float(self.memory[self._layout.at(Clock.LENGTH)]) if length is None else length
         own, layout = self._layout.degrees, self._layout
         accelerations, before = [], float(self.modes[j])
         for mode in (1.0, -1.0, 0.0):
@@ -73,7 +75,7 @@ class AtZero(Crossing):
         self.modes[j] = before
         changes = np.abs(np.array(accelerations) - accelerations[-1])
         speed = np.max(np.abs(self.memory[layout.part(0)][layout.v]))
-        felt = np.nan_to_num(changes) * self.memory[layout.at(Clock.LENGTH)]
+        felt = np.nan_to_num(changes) * length
         return bool(np.any(felt > FELT[self.machine.program.parts - 1] * speed))
 
     def rests_on(self) -> bool:
@@ -85,7 +87,8 @@ class AtZero(Crossing):
         self.memory[:] = origin
         begun = self.now
         ended = self._way.reached if self._way is not None and self._crossed == begun else begun
-        if self._crossed == begun and now in (begun, ended) and not self._feels(j):
+        length = float(self.memory[self._layout.at(Clock.LENGTH)]) * LARGER  # forces grow meanwhile
+        if self._crossed == begun and now in (begun, ended) and not self._feels(j, length):
             self.memory[:] = origin
             self.marks[j] = -LARGER * abs(float(self._arguments()[j]))
             self.left = None
@@ -96,23 +99,28 @@ class AtZero(Crossing):
         return False
 
     def leave_out(self) -> bool:
-        """Let arguments rest that rounding does not tell from 0, if they stay there without the forces
-        beyond, and these are not felt; whether there are any."""
-        least, values, own = LARGER * self._rounding(), np.abs(self._arguments()), self.modes[: self.count]
-        free = [int(j) for j in np.flatnonzero(own) if not self._rows.guards[j].multiplier]
-        still = [j for j in free if values[j] <= least[j] and not self._feels(j)]
-        before = own.copy()
-        own[still] = 0.0
+        """Let arguments rest that are not told from 0 by much, where no step leads on otherwise, and the
+        forces beyond have not been felt since they were 0; whether there are any."""
+        noise, own = np.fmax(self._rounding(), self._roughness()), self.modes[: self.count]
         self._series()
-        small = ROUNDING * self.scale()[1:-1]
-        rates = {j: np.abs(self._coefficients(self._rows.first + j)[1:]) for j in still}
-        still = [j for j in still if np.all(rates[j] <= small)]
-        own[:] = before
-        own[still] = 0.0
-        self.marks[still] = -np.fmax(least, LARGER * values)[still]
+        first = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, :2]
+        values, rates = np.abs(first.T)
+        length = float(self.memory[self._layout.at(Clock.LENGTH)])
+        found = list[int]()
+        for j in map(int, np.flatnonzero(own)):
+            since = float(values[j] / rates[j]) if rates[j] > 0.0 else length
+            if (
+                self._rows.guards[j].multiplier
+                or values[j] > FEW * noise[j]
+                or self._feels(j, since * LARGER**2)
+            ):
+                continue
+            found.append(j)
+        own[found] = 0.0
+        self.marks[found] = -LARGER * np.fmax(values, noise)[found]
         self.prepare()
         self._crossed = ()
-        return bool(still)
+        return bool(found)
 
     def _rounding(self) -> Array:
         """How much arguments change where all coordinates change by a rounding error of the largest one."""
@@ -123,4 +131,19 @@ class AtZero(Crossing):
             self._add(self._layout.q, unit * source.uniform(-1.0, 1.0, len(q)))
             found = np.fmax(found, np.abs(self._arguments() - before))
             self.memory[:] = memory
+        return found
+
+    def _roughness(self) -> Array:
+        """How much arguments differ from linear functions of coordinates nearby: by rounding of what they are
+        computed from, which may be larger than coordinates are."""
+        q, memory = self.memory[self._layout.part(0)][self._layout.q], self.memory.copy()
+        unit = ROUNDED_OFF[self.machine.program.parts - 1] * FEW * np.max(np.abs(q))
+        before, source, found = self._arguments(), np.random.default_rng(0), np.zeros(self.count)
+        for _ in range(TRIALS):
+            change, second = unit * source.uniform(-1.0, 1.0, len(q)), -2.0 * before
+            for one in (change, -change):
+                self._add(self._layout.q, one)
+                second = second + self._arguments()
+                self.memory[:] = memory
+            found = np.fmax(found, np.abs(second))
         return found
