@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from lagrange_cli.integrate.methods.modes import Modes
-from lagrange_cli.native.guards import EXPLICIT
-from tests.families.test_events import keep_families
-from tests.families.test_switches import LEDGERS, compare, followed, ready
+from tests.families.test_switches import LEDGERS, compare
 
 BLOCKS = """
 sizes: {{N: {count}}}

@@ -129,8 +129,8 @@ def test_newtons_cradle(apart: float) -> None:
     assert motion["v/theta"][5, -1] > 1.8
 
 
-def test_beads_that_hang_farther_apart_than_they_fly() -> None:
-    """Where a ball comes to rest at its lowest point, its coordinate tells nothing of the length of a step."""
+def test_a_large_cradle_in_small_units() -> None:
+    """As the first ball reaches its lowest point, its coordinate tells nothing of the length of a step."""
     text = """
         parameters: {d: 30, l: 200}
         coordinates: {"theta[i in range(2)]": {initial: "where(i == 0, -0.3, 0)"}}

@@ -29,6 +29,7 @@ CEILINGS = {
     "lagrange_top": (7, 5000),
     "lattice": (40, 28_500),  # sine and cosine of each angle
     "n_pendulum": (20, 19_000),  # four for each bob
+    "newtons_cradle": (70, 33_000),  # sine and cosine of each angle; distances, and powers of the depths
     "parabola_bead": (2, 1700),
     "pendulum": (2, 1250),
     "physical_pendulum": (2, 1050),

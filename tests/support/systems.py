@@ -28,6 +28,7 @@ SIZES = {
     "n_pendulum": {"N": "2"},
     "fpu_chain": {"N": "2", "modes": "2"},
     "lattice": {"N": "3", "M": "1"},
+    "newtons_cradle": {"N": "2"},
     "solar_system": {"N": "3"},
 }
 """How many members the families have: few enough for every form of the equations to be written out."""

@@ -85,9 +85,12 @@ BODIES = {"free_particles": "xyz", "figure_eight": "xy", "solar_system": "xyz"}
 RIGID = {"foucault_gyroscope", "gravity_gradient", "kovalevskaya_top", "lagrange_top"}
 """Compared with closed forms and known integrals in ``tests/motions/test_bodies.py``."""
 
+CONTACTS = {"newtons_cradle"}
+"""Compared with other methods and a mirror image in ``tests/motions/test_contact_forces.py``."""
+
 
 def test_every_shipped_system_is_compared():
-    assert {*ACCELERATIONS, *BODIES, *RIGID} == set(NAMES)
+    assert {*ACCELERATIONS, *BODIES, *RIGID, *CONTACTS} == set(NAMES)
 
 
 @pytest.mark.exhaustive(keep=10)

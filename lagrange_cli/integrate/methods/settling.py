@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.methods.crossing import FELT, TOLD, Crossing
+from lagrange_cli.integrate.methods.at_zero import AtZero
 from lagrange_cli.integrate.methods.modes import SMALLEST
-from lagrange_cli.native.guards import AT_REST, Role
+from lagrange_cli.native.guards import Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
 
@@ -28,12 +28,6 @@ HELD = 1.0 + 2.0**-40
 """Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
-LARGER = 2.0**4
-"""How much larger it must be then."""
-ROUNDED_OFF = 2.0**-52, 2.0**-104
-"""The unit of rounding of coordinates."""
-TRIALS = 8
-"""How often their rounding errors are drawn."""
 SOON = 2.0**-30
 """A velocity that becomes 0 within this fraction of the time is set to 0."""
 ROUNDED = 1e-16
@@ -46,14 +40,12 @@ ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
 
-class Settling(Crossing):
+class Settling(AtZero):
     """The choice of the modes of switches."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
         self._attempts, self._latest = 0, np.nan
-        self._left: tuple[Array, int] | None = None
-        """The memory before a guard was left last that had rested at 0, and which one."""
 
     def begin(self, parameters: Array) -> None:
         """Choose the modes of all switches where the motion begins."""
@@ -89,9 +81,9 @@ class Settling(Crossing):
             return self.settle(due) or self.rest() or self.cross()
         if stop not in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
             return False
-        if self._rests_on() or self.rest() or self.cross():
+        if self.rests_on() or self.rest() or self.cross():
             return True
-        return self._rests_on() or self.goes_farther() or self._leave_out()
+        return self.rests_on() or self.goes_farther() or self.leave_out()
 
     def begins_beyond(self) -> bool:
         """Whether the motion begins at y = 0 and leads below, where an energy jumps."""
@@ -130,78 +122,14 @@ class Settling(Crossing):
         marked = [j for j in range(self.count) if j != due and self.marks[j] > 0.0 and self.modes[j] != 0.0]
         if self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes and self._rows.guards[due].able:
             self._stop_at(due)
-        if before == 0.0 and not self._rows.guards[due].able and not self._has_left(due):
+        if before == 0.0 and not self._rows.guards[due].able and not self.has_left(due):
             return True
         if before == 0.0:
             leaving = self._multiplier(due) if self._rows.guards[due].able else self._arguments()[due]
             side = 1.0 if leaving > 0.0 else -1.0
-            self._left = self.memory.copy(), due
+            self.left = self.memory.copy(), due
             return self._choose([due, *marked], {due: side}, held=False)
         return self._choose([due, *marked], {due: -before})
-
-    def _has_left(self, j: int) -> bool:
-        """Whether the argument of a guard, which rested at 0, has become as large as its series tells.
-
-        If rounding hides that, and the force that acts beyond is not felt yet, the motion goes on as it is
-        until the argument is larger.
-        """
-        least = max(AT_REST, -float(self.marks[j]))
-        size = abs(float(self._arguments()[j]))
-        if abs(size - least) <= TOLD * least or self._feels(j):
-            return True
-        self.marks[j] = -LARGER * max(least, size)
-        return False
-
-    def _rests_on(self) -> bool:
-        """Let an argument that has just left 0 rest until it is larger, where no step leads on from there,
-        and the force that acts beyond is not felt yet."""
-        if self._left is None:
-            return False
-        now, reached, (origin, j) = self.now, self.memory.copy(), self._left
-        self.memory[:] = origin
-        begun = self.now
-        ended = self._way.reached if self._way is not None and self._crossed == begun else begun
-        if self._crossed == begun and now in (begun, ended) and not self._feels(j):
-            self.memory[:] = origin
-            self.marks[j] = -LARGER * abs(float(self._arguments()[j]))
-            self._left = None
-            self.prepare()
-            return True
-        self.memory[:] = reached
-        self.prepare()
-        return False
-
-    def _leave_out(self) -> bool:
-        """Let arguments rest that rounding does not tell from 0, if they stay there without the forces
-        beyond, and these are not felt; whether there are any."""
-        least, values, own = LARGER * self._rounding(), np.abs(self._arguments()), self.modes[: self.count]
-        free = [j for j in np.flatnonzero(own).tolist() if not self._rows.guards[j].multiplier]
-        still = [j for j in free if values[j] <= least[j] and not self._feels(j)]
-        before = own.copy()
-        own[still] = 0.0
-        self._series()
-        small = ROUNDING * self.scale()[1:-1]
-        rates = {j: np.abs(self._coefficients(self._rows.first + j)[1:]) for j in still}
-        still = [j for j in still if np.all(rates[j] <= small)]
-        own[:] = before
-        own[still] = 0.0
-        self.marks[still] = -np.fmax(least, LARGER * values)[still]
-        self.prepare()
-        self._crossed = ()
-        return bool(still)
-
-    def _feels(self, j: int) -> bool:
-        """Whether one of the forces beyond a guard that rests at 0 changes velocities in a step."""
-        own, layout = self._layout.degrees, self._layout
-        accelerations, before = [], float(self.modes[j])
-        for mode in (1.0, -1.0, 0.0):
-            self.modes[j] = mode
-            accelerations.append(self._series()[:own])
-        self.modes[j] = before
-        changes = np.abs(np.array(accelerations) - accelerations[-1])
-        speed = np.max(np.abs(self.memory[layout.part(0)][layout.v]))
-        felt = np.nan_to_num(changes) * self.memory[layout.at(Clock.LENGTH)]
-        return bool(np.any(felt > FELT[self.machine.program.parts - 1] * speed))
 
     def rest(self) -> bool:
         """Let a velocity be 0 that a force has brought to rest which is 0 there, but has no series, such as
@@ -244,7 +172,7 @@ class Settling(Crossing):
         self.modes[able] = 0.0
         self.regular(free)
         found, entered = self._agreed(guards, able, first)
-        self._let_rest([j for j in free if j not in entered])
+        self.let_rest([j for j in free if j not in entered])
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
         self.prepare()
         return found
@@ -288,33 +216,6 @@ class Settling(Crossing):
                         entered += [j] if infinite else []
                 guards = [one for one in guards if one not in touching]
         return False, entered
-
-    def _let_rest(self, guards: Sequence[int]) -> None:
-        """Set the modes of guards to 0 whose arguments stay 0, beside forces that have no series there: these
-        act as soon as they are felt."""
-        self._series()
-        still = [j for j in guards if self.modes[j] and not np.any(self._coefficients(self._rows.first + j))]
-        modes = self.modes[still].copy()
-        self.modes[still] = -modes
-        if not still or not self._infinite():
-            self.modes[still] = modes
-            return
-        self.modes[still] = 0.0
-        if self._infinite():
-            self.modes[still] = modes
-        else:
-            self.marks[still] = -LARGER * self._rounding()[still]
-
-    def _rounding(self) -> Array:
-        """How much arguments change where all coordinates change by a rounding error of the largest one."""
-        q, memory = self.memory[self._layout.part(0)][self._layout.q], self.memory.copy()
-        unit = ROUNDED_OFF[self.machine.program.parts - 1] * np.max(np.abs(q))
-        before, source, found = self._arguments(), np.random.default_rng(0), np.zeros(self.count)
-        for _ in range(TRIALS):
-            self._add(self._layout.q, unit * source.uniform(-1.0, 1.0, len(q)))
-            found = np.fmax(found, np.abs(self._arguments() - before))
-            self.memory[:] = memory
-        return found
 
     def _stop_at(self, j: int) -> None:
         """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
