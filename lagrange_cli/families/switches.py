@@ -18,13 +18,17 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
-from lagrange_cli.families.friction import Friction, held, holds
+from lagrange_cli.families.friction import Friction, Held, Rest, held, holds
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
-from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with
+from lagrange_cli.mechanics.switching.switches import MOST, Merging, switches, vanishes_with
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
+
+
+PARTIAL = "log", "asin", "acos", "acosh", "atanh"
+"""Functions that do not have a value everywhere."""
 
 
 def with_modes(system: FamilySystem) -> FamilySystem | None:
@@ -72,9 +76,28 @@ def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
 
 
 def jumps(graph: Graph, switch: Node) -> bool:
-    """Whether a switch may have two values where its argument is 0."""
+    """Whether a switch may have two values where its argument is 0, on some side of the switches in it."""
     argument, above, below = switch.arguments
-    return not vanishes_with(graph, above - below, argument)
+    return _differ(graph, above - below, argument, MOST)
+
+
+def _differ(graph: Graph, node: Node, argument: Node, most: int) -> bool:
+    """Whether ``node`` may be other than 0 where an argument is, whatever side so many switches are on."""
+    if vanishes_with(graph, node, argument):
+        return False
+    inside = [one for one in reachable([node, argument]) if one.kind is Kind.SWITCH]
+    if not inside or not most:
+        return True
+    decides = inside[0].arguments[0]
+    alike = [one for one in inside if one.arguments[0] is decides]
+    return any(
+        _differ(
+            graph,
+            *substituted(graph, [node, argument], {one: one.arguments[side] for one in alike}),
+            most - 1,
+        )
+        for side in (1, 2)
+    )
 
 
 Use: TypeAlias = "tuple[Domain, Node]"
@@ -144,6 +167,9 @@ class Switching:
                 raise Unsuited
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
+            inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0])]
+            if inner:
+                raise Unsuited  # they may have no value on the other side, and are followed there, too
             if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
                 raise Unsuited  # what has no series where a velocity is 0 may come to rest there
 
@@ -233,18 +259,25 @@ class Switching:
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
             events = replace(events, arguments=arguments, simple=frozenset(), affected=())
-        forces, needed = self.of(system.forces), [*map(self.of, system.needed)]
-        modes = Modes(self.arguments, self.modes, system.forces)
-        if self.friction:
-            rubbing = {one.term for one in self.friction}
-            others = [one for one in self.merged(system.forces) if one not in rubbing]
-            found = held(system, self.friction, others, self.modes, self.numbers[1], self._with_modes)
-            forces, needed = found.forces, [*needed, found.other]
-            modes = replace(modes, holding=found.modes, limits=found.limits)
+        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes, system.forces)
+        if self.held is not None:
+            needed.append(self.held.other)
+            modes = replace(modes, holding=self.held.modes, limits=self.held.limits)
         return replace(
-            system, forces=forces, needed=needed, slopes=self.of(system.slopes),
+            system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
             applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
         )  # fmt: skip
+
+    @cached_property
+    def held(self) -> Held | None:
+        """The forces where friction may hold coordinates; None where it may not."""
+        if not self.friction:
+            return None
+        system, rubbing = self.system, {one.term for one in self.friction}
+        others = [one for one in self.merged(system.forces) if one not in rubbing]
+        applied, slopes = self._by_terms(system.applied), self.of(system.slopes)
+        rest = Rest(others, applied, slopes)
+        return held(system, self.friction, rest, self.modes, self.numbers[1], self._with_modes)
 
     @cached_property
     def modes(self) -> Array:
@@ -256,9 +289,17 @@ class Switching:
         if not self.within(total):
             return total
         if total not in self._changed:
-            terms = tuple(map(self._with_modes, self.merged(total)))
-            self._changed[total] = replace(total, terms=terms)
+            acting = total in (self.system.forces, self.system.applied)
+            if acting and self.held is not None:
+                self._changed[self.system.forces] = self.held.forces
+                self._changed[self.system.applied] = self.held.applied
+            else:
+                self._changed[total] = self._by_terms(total)
         return self._changed[total]
+
+    def _by_terms(self, total: Total) -> Total:
+        """The same, term by term."""
+        return replace(total, terms=tuple(map(self._with_modes, self.merged(total))))
 
     def _with_modes(self, term: Term) -> Term:
         """A term with modes."""
@@ -285,3 +326,9 @@ class Switching:
 def is_root(node: Node) -> bool:
     """Whether it has no series where what it is of is 0."""
     return node.kind is Kind.POWER or (node.kind is Kind.PRODUCT and any(e != int(e) for e in node.data))
+
+
+def partial(node: Node) -> bool:
+    """Whether it may have no value somewhere."""
+    inside = reachable([node])
+    return any(is_root(one) or (one.kind is Kind.FUNCTION and one.data in PARTIAL) for one in inside)

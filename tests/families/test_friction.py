@@ -52,4 +52,66 @@ def test_friction_is_that_of_the_members(case: str, count: int, monkeypatch: pyt
 @pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("case", CASES)
 def test_blocks_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    compare(blocks(9, CASES[case], speed="0"), monkeypatch, LEDGERS, stop=3.0)
+    compare(blocks(9, CASES[case], speed="0"), monkeypatch, stop=3.0)
+
+
+@pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
+def test_friction_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=-1.0, backward=True)
+
+
+@pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
+def test_ledgers_have_the_forces_that_hold_blocks(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=3.0)
+
+
+def test_a_block_that_a_spring_pulls_sticks_and_slips(monkeypatch: pytest.MonkeyPatch) -> None:
+    """x'' = V t - x - F from t = F/V on: x = V (s - sin s), with s = t - F/V, until s = 2 pi. Then the spring is
+    as long as at s = 0: less by F than its limit is long, so that it is held for 2 F/V - no time at all."""
+    keep_families(monkeypatch, whole=True)
+    text = blocks(3, "-F*sign(x_dot[i])", "0", "0").replace("1 + i/7", "1").replace("k: 2", "k: 0")
+    motion = followed(ready(text), text, 6.0)
+    since = np.maximum(0.0, np.linspace(0.0, 6.0, 7) - 0.6 / 0.7)
+    expected = 0.7 * (since - np.sin(since))
+    assert np.allclose(motion["q/x"], expected[:, None], rtol=0.0, atol=1e-14)
+
+
+def test_swings_with_friction_end_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each half of a swing of x'' = -x - F sign(x') ends 2 F nearer to 0, until |x| <= F."""
+    keep_families(monkeypatch, whole=True)
+    starts = "4.1 - 0.7*i"
+    text = blocks(5, "-0.3*sign(x_dot[i])", starts, "0").replace("1 + i/7", "1")
+    text = text.replace("k: 2, V: 0.7", "k: 0, V: 0")
+    prepared = ready(text, LEDGERS)
+    assert prepared.machine.program.guards == (EXPLICIT,) * 5
+    motion = followed(prepared, text, 24.0)
+    for i in range(5):
+        x, side = 4.1 - 0.7 * i, 1.0
+        while x > 0.3:
+            x, side = x - 0.6, -side
+        assert motion["q/x"][-1, i] == pytest.approx(side * x, abs=1e-13)
+        assert abs(motion["v/x"][-1, i]) <= 1e-14
+
+
+def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All begin at rest; springs pull every third one too much."""
+    keep_families(monkeypatch, whole=True)
+    own, calls = Modes._series, [0]
+
+    def counting(modes: Modes) -> NDArray[np.float64]:
+        calls[0] += 1
+        return own(modes)
+
+    monkeypatch.setattr(Modes, "_series", counting)
+
+    def series(count: int) -> int:
+        text = blocks(count, "-F*sign(x_dot[i])", "where(i % 3 == 0, -2*cos(i), 0.1)", "0")
+        text = text.replace("k: 2", "k: 0").replace("(-1)**i", "cos(i)")
+        calls[0] = 0
+        found = followed(ready(text), text, 0.01)
+        moves = np.abs(found["v/x"][-1]) > 0.0
+        pulled = np.where(np.arange(count) % 3 == 0, np.abs(2.0 * np.cos(np.arange(count))) > 0.6, False)
+        assert np.array_equal(moves, pulled)
+        return calls[0]
+
+    assert series(200) == series(50) <= 16
