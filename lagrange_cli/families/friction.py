@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Slots, Term, Total, total_of
@@ -31,16 +32,16 @@ class Friction:
     argument: Node
     switches: Sequence[Node]
 
-    def side(self, which: int) -> Term:
+    def side(self, graph: Graph, which: int) -> Term:
         """The term where the argument is positive (1), or negative (2)."""
         given = {one: one.arguments[which] for one in self.switches}
-        return replace(self.term, node=substituted(self.term.node.graph, [self.term.node], given)[0])
+        return replace(self.term, node=substituted(graph, [self.term.node], given)[0])
 
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """The terms of the forces without friction; with modes all that is ``applied``, friction included, and the
-    ``slopes`` of L's forces."""
+    """The terms of the forces without friction; with modes all that is ``applied``, friction included, and
+    the ``slopes`` of the potential."""
 
     terms: Sequence[Term]
     applied: Total
@@ -60,8 +61,8 @@ class Held:
 
 
 def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool:
-    """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its velocity
-    less a constant is 0 there, and nothing else moves with it."""
+    """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
+    velocity less a constant is 0 there."""
     if system.joints is not None or system.bonds is not None:
         return False
     slots = system.slots
@@ -117,7 +118,7 @@ def held(
         domain, targets = one.term.domain, one.term.targets
         force = frozen(one.term)
         forces.append(replace(force, node=gate(slots, domain, modes, own[targets]) * force.node))
-        below, above = frozen(one.side(2)), frozen(one.side(1))
+        below, above = frozen(one.side(slots.graph, 2)), frozen(one.side(slots.graph, 1))
         limits.append(Term(domain, below.node, 2 * order[targets]))
         limits.append(Term(domain, -above.node, 2 * order[targets] + 1))
     return Held(

@@ -36,7 +36,8 @@ def with_modes(system: FamilySystem) -> FamilySystem | None:
     if there are none.
 
     Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change in
-    another way than a coordinate with dry friction does (``families.friction``); where an argument of another switch jumps in time; and for switches in masses, in joints and in constraints.
+    another way than a coordinate with dry friction does (``families.friction``); where an argument of another
+    switch jumps in time; and for switches in masses, in joints and in constraints.
     """
     found = Switching(system)
     if not found.any:
@@ -78,26 +79,24 @@ def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
 def jumps(graph: Graph, switch: Node) -> bool:
     """Whether a switch may have two values where its argument is 0, on some side of the switches in it."""
     argument, above, below = switch.arguments
-    return _differ(graph, above - below, argument, MOST)
+    return _differ(graph, above - below, argument, most=MOST)
 
 
-def _differ(graph: Graph, node: Node, argument: Node, most: int) -> bool:
-    """Whether ``node`` may be other than 0 where an argument is, whatever side so many switches are on."""
+def _differ(graph: Graph, *both: Node, most: int) -> bool:
+    """Whether the first of ``both`` may be other than 0 where the second is, on some side of so many
+    switches."""
+    node, argument = both
     if vanishes_with(graph, node, argument):
         return False
     inside = [one for one in reachable([node, argument]) if one.kind is Kind.SWITCH]
     if not inside or not most:
         return True
     decides = inside[0].arguments[0]
-    alike = [one for one in inside if one.arguments[0] is decides]
-    return any(
-        _differ(
-            graph,
-            *substituted(graph, [node, argument], {one: one.arguments[side] for one in alike}),
-            most - 1,
-        )
-        for side in (1, 2)
-    )
+    for side in (1, 2):
+        given = {one: one.arguments[side] for one in inside if one.arguments[0] is decides}
+        if _differ(graph, *substituted(graph, [node, argument], given), most=most - 1):
+            return True
+    return False
 
 
 Use: TypeAlias = "tuple[Domain, Node]"
@@ -182,9 +181,9 @@ class Switching:
             jumping: dict[Node, list[Node]] = {}
             for one in switches([term.node], self.moving):
                 argument = one.arguments[0]
-                if argument.symbols & self.places and jumps(self.graph, one):
-                    if holds(system, term, argument, self.moving):
-                        jumping.setdefault(argument, []).append(one)
+                able = holds(system, term, argument, self.moving)
+                if able and jumps(self.graph, one):
+                    jumping.setdefault(argument, []).append(one)
             found += [Friction(term, argument, listed) for argument, listed in jumping.items()]
         return found
 

@@ -66,8 +66,8 @@ def test_ledgers_have_the_forces_that_hold_blocks(case: str, monkeypatch: pytest
 
 
 def test_a_block_that_a_spring_pulls_sticks_and_slips(monkeypatch: pytest.MonkeyPatch) -> None:
-    """x'' = V t - x - F from t = F/V on: x = V (s - sin s), with s = t - F/V, until s = 2 pi. Then the spring is
-    as long as at s = 0: less by F than its limit is long, so that it is held for 2 F/V - no time at all."""
+    """x'' = V t - x - F from t = F/V on: x = V (s - sin s), with s = t - F/V, until s = 2 pi, where the
+    velocity is 0 and the spring as long as at s = 0: so this is repeated."""
     keep_families(monkeypatch, whole=True)
     text = blocks(3, "-F*sign(x_dot[i])", "0", "0").replace("1 + i/7", "1").replace("k: 2", "k: 0")
     motion = followed(ready(text), text, 6.0)

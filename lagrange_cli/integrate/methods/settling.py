@@ -121,7 +121,8 @@ class Settling(Crossing):
             return True
         for number in BEGINNING:
             self.memory[self._layout.at(number)] = 0.0
-        marked = [j for j in range(self.count) if j != due and self.marks[j] > 0.0 and self.modes[j] != 0.0]
+        fresh = (self.marks[: self.count] > 0.0) & (self.modes[: self.count] != 0.0)
+        marked = [j for j in np.flatnonzero(fresh).tolist() if j != due]
         if self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes and self._rows.guards[due].able:
             self._stop_at(due)
         if before == 0.0 and not self._rows.guards[due].able and not self._has_left(due):
