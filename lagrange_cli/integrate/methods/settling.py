@@ -123,12 +123,15 @@ class Settling(Crossing):
             self.memory[self._layout.at(number)] = 0.0
         fresh = (self.marks[: self.count] > 0.0) & (self.modes[: self.count] != 0.0)
         marked = [j for j in np.flatnonzero(fresh).tolist() if j != due]
-        if self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes and self._rows.guards[due].able:
+        if (
+            self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes
+            and self._rows.guards[due].multiplier
+        ):
             self._stop_at(due)
-        if before == 0.0 and not self._rows.guards[due].able and not self._has_left(due):
+        if before == 0.0 and not self._rows.guards[due].multiplier and not self._has_left(due):
             return True
         if before == 0.0:
-            leaving = self._multiplier(due) if self._rows.guards[due].able else self._arguments()[due]
+            leaving = self._multiplier(due) if self._rows.guards[due].multiplier else self._arguments()[due]
             side = 1.0 if leaving > 0.0 else -1.0
             return self._choose([due, *marked], {due: side}, held=False)
         return self._choose([due, *marked], {due: -before})
@@ -191,7 +194,7 @@ class Settling(Crossing):
     def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
         """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried
         ``first``, or the other one."""
-        able = [j for j in guards if self._rows.guards[j].able] if held else []
+        able = [j for j in guards if self._rows.guards[j].multiplier] if held else []
         free = [j for j in guards if j not in able]
         self.marks[: self.count] = np.minimum(self.marks[: self.count], 0.0)
         self.mark(guards)
@@ -235,7 +238,7 @@ class Settling(Crossing):
                 infinite = self._infinite()
                 touching = set[int]()
                 for j in some if infinite else self._misled(some):
-                    if self._rows.guards[j].able:
+                    if self._rows.guards[j].multiplier:
                         self.modes[j] = 0.0
                         able.append(j)
                     else:  # both sides lead back: it touches 0, and rounding decides
