@@ -55,9 +55,10 @@ class Role(IntEnum):
 @dataclass(frozen=True)
 class GuardRow:
     """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0 (of
-    limits alone: the first of them); the ``direction`` in which an argument's sign must change for an event (0: any); the first of two rows whose
-    rates are a ``limit`` plus the multiplier, and minus it, or 0 where the limit is 1; and of
-    those ``beside`` a break, whose rates tell whether there is one (see ``mechanics.switching.cuts``)."""
+    limits alone, the first of them); the ``direction`` in which an argument's sign must change for an event
+    (0: any); the first of two rows whose rates are a ``limit`` plus the multiplier, and minus it, or 0 where
+    the limit is 1; and of those ``beside`` a break, whose rates tell whether there is one (see
+    ``mechanics.switching.cuts``)."""
 
     role: Role
     row: int

@@ -72,12 +72,12 @@ class Interface:
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or ``SIMPLE``, ``CUT``, ``BREAK`` or ``EXPLICIT``; ``limits`` are those whose multipliers are forces up
-    to a limit; ``events`` for each event its direction, its role, and that number for resting contact, or
-    -1. The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
-    event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple
-    action, and what it changes the argument of. ``@act`` computes new values, two sizes of each event's argument, and the ``masses`` that
-    actions change, of these particles.
+    or ``SIMPLE``, ``CUT``, ``BREAK`` or ``EXPLICIT``; ``limits`` are those whose multipliers are forces up to
+    a limit; ``events`` for each event its direction, its role, and that number for resting contact, or -1.
+    The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
+    event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple action,
+    and what it changes the argument of. ``@act`` computes new values, two sizes of each event's argument, and
+    the ``masses`` that actions change, of these particles.
     ``@constrain`` computes so many ``constraints``, their rates, and the entries of the matrix of the
     equations that ``pattern`` names; only where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
