@@ -150,8 +150,8 @@ class Interface:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
         for i, limited in enumerate(self.limits):
             limit = first + len(made) + 2 * i
-            multiplier = limit if self.guards[limited] == EXPLICIT else made[limited].multiplier
-            made[limited] = replace(made[limited], multiplier=multiplier, limit=limit)
+            row = limit if self.guards[limited] == EXPLICIT else made[limited].multiplier
+            made[limited] = replace(made[limited], multiplier=row, limit=limit)
         arguments, switches = len(made) + 2 * len(self.limits), len(self.guards)
         for j, one in enumerate(self.guards):
             if one == BREAK:
