@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.methods.modes import Modes
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
+from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.native.guards import EXPLICIT
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_long_values
 from tests.families.test_events import keep_families
-from tests.families.test_switches import LEDGERS, compare, followed, ready
+from tests.families.test_switches import LEDGERS, OUTPUTS, compare, followed, ready
+from tests.support.motion import run
 
 BLOCKS = """
 sizes: {{N: {count}}}
@@ -115,3 +125,26 @@ def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.Monkey
         return calls[0]
 
     assert series(200) == series(50) <= 16
+
+
+def test_walls_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a wall sends back slides at once."""
+    wall = """
+events:
+  "wall[i in range(N)]": {when: "x[i] - 0.8", direction: rising, action: {set: {"x_dot[i]": "-x_dot[i]"}}}
+"""
+    compare(blocks(3, CASES["blocks that are driven"]) + wall, monkeypatch, stop=2.5)
+
+
+def test_friction_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half a swing ends 2 F nearer to 0."""
+    keep_families(monkeypatch, whole=True)
+    text = blocks(2, "-0.25*sign(x_dot[i])", "2 - i/2", "0").replace("1 + i/7", "1")
+    text = text.replace("k: 2, V: 0.7", "k: 0, V: 0")
+    spec = read_spec(text, "system.yaml")
+    asked = Compilation("taylor", FULL_DOUBLE_DOUBLE, OUTPUTS, precision=DOUBLE_DOUBLE)
+    assert family_run(spec, asked) is not None
+    prepared = prepare_system(spec, partial(derive_system, resting=True, exact=True), None, asked)
+    found = run(prepared, resolve_long_values(spec, {}), 0.0, 13.0, 3).data
+    assert np.allclose(found["q/x"][-1], [0.0, 0.0], rtol=0.0, atol=1e-14)
+    assert np.allclose(found["v/x"][-1], [0.0, 0.0], rtol=0.0, atol=1e-14)
