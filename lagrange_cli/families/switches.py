@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
 
+JUMPS = (
+    "forces that jump with places or velocities, other than friction by a coordinate's own velocity",
+    "write friction as -F*sign(x_dot[i]) on x[i], without constraints, and let other forces not jump",
+)
+"""What members are written out for, and how to do without."""
 PARTIAL = "log", "asin", "acos", "acosh", "atanh"
 """Functions that do not have a value everywhere."""
 
@@ -159,11 +164,14 @@ class Switching:
         if any(map(self.switched, self._others)):
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
-        rubbing = {one for friction in self.friction for one in friction.switches}
+        acting = self.system.forces, self.system.applied
+        others = [term.node for one in self.totals if one not in acting for term in self.merged(one)]
+        inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
+        rubbing = {one for friction in self.friction for one in friction.switches} - inside
         for one in switches(nodes, self.moving):
             argument, above, below = one.arguments
             if argument.symbols & self.places and one not in rubbing and jumps(self.graph, one):
-                raise Unsuited
+                raise Unsuited(*JUMPS)
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
             inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0])]
@@ -174,15 +182,15 @@ class Switching:
 
     @cached_property
     def friction(self) -> list[Friction]:
-        """The forces that can hold coordinates. Raises ``Unsuited`` where such a switch stands elsewhere,
-        too."""
+        """The forces that can hold coordinates. Raises ``Unsuited`` where one that jumps cannot."""
         found, system = list[Friction](), self.system
         for term in self.merged(system.forces):
             jumping: dict[Node, list[Node]] = {}
             for one in switches([term.node], self.moving):
                 argument = one.arguments[0]
-                able = holds(system, term, argument, self.moving)
-                if able and jumps(self.graph, one):
+                if argument.symbols & self.places and jumps(self.graph, one):
+                    if not holds(system, term, argument, self.moving):
+                        raise Unsuited(*JUMPS)
                     jumping.setdefault(argument, []).append(one)
             found += [Friction(term, argument, listed) for argument, listed in jumping.items()]
         return found

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lagrange_cli.families.system import reason
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.methods.modes import Modes
@@ -148,3 +149,24 @@ def test_friction_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
     found = run(prepared, resolve_long_values(spec, {}), 0.0, 13.0, 3).data
     assert np.allclose(found["q/x"][-1], [0.0, 0.0], rtol=0.0, atol=1e-14)
     assert np.allclose(found["v/x"][-1], [0.0, 0.0], rtol=0.0, atol=1e-14)
+
+
+def test_friction_of_one_coordinate_on_another_goes_through_the_members(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nothing holds y where x' is 0."""
+    keep_families(monkeypatch, whole=True)
+    text = """
+sizes: {N: 3}
+coordinates: {"x[i in range(N)]": {initial: 0, velocity: 1}, "y[i in range(N)]": {initial: 0, velocity: 1}}
+masses: {"block[i in range(N)]": 1}
+embedding: {"block[i in range(N)]": ["x[i]", "y[i]"]}
+potential: sum(x[i]**2 + y[i]**2 for i in range(N))
+forces: {"block[i in range(N)]": ["-sign(x_dot[i])", FORCE]}
+"""
+    found = []
+    for force in ('"-sign(y_dot[i])"', '"-sign(x_dot[i])"'):
+        spec = read_spec(text.replace("FORCE", force), "system.yaml")
+        found.append(family_run(spec, Compilation("taylor", 2.0**-52, OUTPUTS)))
+        assert ("jump" in "".join(reason(spec))) == (found[-1] is None)
+    assert found[0] is not None and found[1] is None
