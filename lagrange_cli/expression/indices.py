@@ -37,7 +37,8 @@ _MADE_OF = "use whole numbers, sizes and indices with + - * // %"
 
 
 class Unsuited(Exception):
-    """The question has no common answer for all members of a family."""
+    """The question has no common answer for all members of a family. Where that is known, its arguments are
+    what the members are written out for, and a way to do without."""
 
 
 def integer(tree: Tree, indices: Indices) -> int:

@@ -50,7 +50,9 @@ class Reversal:
             events = replace(events, listed=listed, arguments=arguments, sizes=sizes)
         modes = system.modes
         if modes is not None:
-            modes = replace(modes, arguments=self.of(modes.arguments), forces=self.of(modes.forces))
+            limits = None if modes.limits is None else self.of(modes.limits)
+            arguments, forces = self.of(modes.arguments), self.of(modes.forces)
+            modes = replace(modes, arguments=arguments, forces=forces, limits=limits)
         return replace(
             system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             loads=[*map(self.of, system.loads)], events=events,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Slots, Term, Total, total_of
@@ -39,19 +40,30 @@ class Friction:
 
 
 @dataclass(frozen=True, eq=False)
+class Rest:
+    """The terms of the forces without friction; with modes all that is ``applied``, friction included, and
+    the ``slopes`` of the potential."""
+
+    terms: Sequence[Term]
+    applied: Total
+    slopes: Total
+
+
+@dataclass(frozen=True, eq=False)
 class Held:
     """The ``modes`` that hold coordinates, in order; two ``limits`` for each of them; all ``other`` forces,
-    which the ``forces`` take."""
+    which the ``forces`` take; and what is ``applied``, which balances those of L where it holds."""
 
     modes: Places
     limits: Total
     other: Total
     forces: Total
+    applied: Total
 
 
 def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool:
-    """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its velocity
-    less a constant is 0 there, and nothing else moves with it."""
+    """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
+    velocity less a constant is 0 there."""
     if system.joints is not None or system.bonds is not None:
         return False
     slots = system.slots
@@ -67,12 +79,12 @@ def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool
 def held(
     system: FamilySystem,
     listed: Sequence[Friction],
-    others: Sequence[Term],
+    rest: Rest,
     modes: Array,
     numbers: Mapping[tuple[Domain, Node], Places],
     frozen: Callable[[Term], Term],
 ) -> Held:
-    """The forces of a system with friction that is ``listed``, beside ``others``, with ``modes``.
+    """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes``.
 
     Raises ``Unsuited`` where a coordinate is held in two ways.
     """
@@ -90,15 +102,18 @@ def held(
     rows, free = np.flatnonzero(own >= 0), np.flatnonzero(own < 0)
     order = np.full(count, -1)
     order[rows] = np.arange(len(rows))
-    other = total_of(count, [*map(frozen, others)], slots.graph)
+    other = total_of(count, [*map(frozen, rest.terms)], slots.graph)
     resting, moving = Domain(len(rows)), Domain(len(free))
-    rest = slots.symbol(resting, other, rows)
-    forces = [Term(resting, gate(slots, resting, modes, own[rows]) * rest, rows)]
+    whole, applied, slope = (slots.symbol(resting, one, rows) for one in (other, rest.applied, rest.slopes))
+    moves = gate(slots, resting, modes, own[rows])
+    forces = [Term(resting, moves * whole, rows)]
+    balanced = [Term(resting, moves * applied + (1.0 - moves) * slope, rows)]
     if len(free):
         forces.append(Term(moving, slots.symbol(moving, other, free), free))
+        balanced.append(Term(moving, slots.symbol(moving, rest.applied, free), free))
     limits = [
-        Term(resting, rest, 2 * np.arange(len(rows))),
-        Term(resting, -rest, 2 * np.arange(len(rows)) + 1),
+        Term(resting, whole, 2 * np.arange(len(rows))),
+        Term(resting, -whole, 2 * np.arange(len(rows)) + 1),
     ]
     for one in listed:
         domain, targets = one.term.domain, one.term.targets
@@ -108,8 +123,9 @@ def held(
         limits.append(Term(domain, below.node, 2 * order[targets]))
         limits.append(Term(domain, -above.node, 2 * order[targets] + 1))
     return Held(
-        own[rows], total_of(2 * len(rows), limits, slots.graph), other, total_of(count, forces, slots.graph)
-    )
+        modes=own[rows], limits=total_of(2 * len(rows), limits, slots.graph), other=other,
+        forces=total_of(count, forces, slots.graph), applied=total_of(count, balanced, slots.graph),
+    )  # fmt: skip
 
 
 def gate(slots: Slots, domain: Domain, modes: Array, numbers: Places) -> Node:

@@ -18,13 +18,22 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
-from lagrange_cli.families.friction import Friction, held, holds
+from lagrange_cli.families.friction import Friction, Held, Rest, held, holds
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
-from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with
+from lagrange_cli.mechanics.switching.switches import MOST, Merging, switches, vanishes_with
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
+
+
+JUMPS = (
+    "forces that jump with places or velocities, other than friction by a coordinate's own velocity",
+    "write friction as -F*sign(x_dot[i]) on x[i], without constraints, and let other forces not jump",
+)
+"""What members are written out for, and how to do without."""
+PARTIAL = "log", "asin", "acos", "acosh", "atanh"
+"""Functions that do not have a value everywhere."""
 
 
 def with_modes(system: FamilySystem) -> FamilySystem | None:
@@ -32,7 +41,8 @@ def with_modes(system: FamilySystem) -> FamilySystem | None:
     if there are none.
 
     Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change in
-    another way than a coordinate with dry friction does (``families.friction``); where an argument of another switch jumps in time; and for switches in masses, in joints and in constraints.
+    another way than a coordinate with dry friction does (``families.friction``); where an argument of another
+    switch jumps in time; and for switches in masses, in joints and in constraints.
     """
     found = Switching(system)
     if not found.any:
@@ -72,9 +82,26 @@ def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
 
 
 def jumps(graph: Graph, switch: Node) -> bool:
-    """Whether a switch may have two values where its argument is 0."""
+    """Whether a switch may have two values where its argument is 0, on some side of the switches in it."""
     argument, above, below = switch.arguments
-    return not vanishes_with(graph, above - below, argument)
+    return _differ(graph, above - below, argument, most=MOST)
+
+
+def _differ(graph: Graph, *both: Node, most: int) -> bool:
+    """Whether the first of ``both`` may be other than 0 where the second is, on some side of so many
+    switches."""
+    node, argument = both
+    if vanishes_with(graph, node, argument):
+        return False
+    inside = [one for one in reachable([node, argument]) if one.kind is Kind.SWITCH]
+    if not inside or not most:
+        return True
+    decides = inside[0].arguments[0]
+    for side in (1, 2):
+        given = {one: one.arguments[side] for one in inside if one.arguments[0] is decides}
+        if _differ(graph, *substituted(graph, [node, argument], given), most=most - 1):
+            return True
+    return False
 
 
 Use: TypeAlias = "tuple[Domain, Node]"
@@ -137,28 +164,34 @@ class Switching:
         if any(map(self.switched, self._others)):
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
-        rubbing = {one for friction in self.friction for one in friction.switches}
+        acting = self.system.forces, self.system.applied
+        others = [term.node for one in self.totals if one not in acting for term in self.merged(one)]
+        inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
+        rubbing = {one for friction in self.friction for one in friction.switches} - inside
         for one in switches(nodes, self.moving):
             argument, above, below = one.arguments
             if argument.symbols & self.places and one not in rubbing and jumps(self.graph, one):
-                raise Unsuited
+                raise Unsuited(*JUMPS)
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
+            inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0])]
+            if inner:
+                raise Unsuited  # they may have no value on the other side, and are followed there, too
             if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
                 raise Unsuited  # what has no series where a velocity is 0 may come to rest there
 
     @cached_property
     def friction(self) -> list[Friction]:
-        """The forces that can hold coordinates. Raises ``Unsuited`` where such a switch stands elsewhere,
-        too."""
+        """The forces that can hold coordinates. Raises ``Unsuited`` where one that jumps cannot."""
         found, system = list[Friction](), self.system
         for term in self.merged(system.forces):
             jumping: dict[Node, list[Node]] = {}
             for one in switches([term.node], self.moving):
                 argument = one.arguments[0]
                 if argument.symbols & self.places and jumps(self.graph, one):
-                    if holds(system, term, argument, self.moving):
-                        jumping.setdefault(argument, []).append(one)
+                    if not holds(system, term, argument, self.moving):
+                        raise Unsuited(*JUMPS)
+                    jumping.setdefault(argument, []).append(one)
             found += [Friction(term, argument, listed) for argument, listed in jumping.items()]
         return found
 
@@ -233,18 +266,25 @@ class Switching:
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
             events = replace(events, arguments=arguments, simple=frozenset(), affected=())
-        forces, needed = self.of(system.forces), [*map(self.of, system.needed)]
-        modes = Modes(self.arguments, self.modes, system.forces)
-        if self.friction:
-            rubbing = {one.term for one in self.friction}
-            others = [one for one in self.merged(system.forces) if one not in rubbing]
-            found = held(system, self.friction, others, self.modes, self.numbers[1], self._with_modes)
-            forces, needed = found.forces, [*needed, found.other]
-            modes = replace(modes, holding=found.modes, limits=found.limits)
+        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes, system.forces)
+        if self.held is not None:
+            needed.append(self.held.other)
+            modes = replace(modes, holding=self.held.modes, limits=self.held.limits)
         return replace(
-            system, forces=forces, needed=needed, slopes=self.of(system.slopes),
+            system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
             applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
         )  # fmt: skip
+
+    @cached_property
+    def held(self) -> Held | None:
+        """The forces where friction may hold coordinates; None where it may not."""
+        if not self.friction:
+            return None
+        system, rubbing = self.system, {one.term for one in self.friction}
+        others = [one for one in self.merged(system.forces) if one not in rubbing]
+        applied, slopes = self._by_terms(system.applied), self.of(system.slopes)
+        rest = Rest(others, applied, slopes)
+        return held(system, self.friction, rest, self.modes, self.numbers[1], self._with_modes)
 
     @cached_property
     def modes(self) -> Array:
@@ -256,9 +296,17 @@ class Switching:
         if not self.within(total):
             return total
         if total not in self._changed:
-            terms = tuple(map(self._with_modes, self.merged(total)))
-            self._changed[total] = replace(total, terms=terms)
+            acting = total in (self.system.forces, self.system.applied)
+            if acting and self.held is not None:
+                self._changed[self.system.forces] = self.held.forces
+                self._changed[self.system.applied] = self.held.applied
+            else:
+                self._changed[total] = self._by_terms(total)
         return self._changed[total]
+
+    def _by_terms(self, total: Total) -> Total:
+        """The same, term by term."""
+        return replace(total, terms=tuple(map(self._with_modes, self.merged(total))))
 
     def _with_modes(self, term: Term) -> Term:
         """A term with modes."""
@@ -285,3 +333,9 @@ class Switching:
 def is_root(node: Node) -> bool:
     """Whether it has no series where what it is of is 0."""
     return node.kind is Kind.POWER or (node.kind is Kind.PRODUCT and any(e != int(e) for e in node.data))
+
+
+def partial(node: Node) -> bool:
+    """Whether it may have no value somewhere."""
+    inside = reachable([node])
+    return any(is_root(one) or (one.kind is Kind.FUNCTION and one.data in PARTIAL) for one in inside)

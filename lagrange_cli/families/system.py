@@ -8,8 +8,7 @@ kind are derived member by member (``mechanics``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -44,11 +43,12 @@ FEWEST_SWITCHED = 50
 """The same where there are switches, which cost more one by one."""
 FEWEST_BOUND = 75
 """Constraints, or terms of sums in them, below which they are, too."""
+Reason: TypeAlias = "tuple[str, ...]"
 UNKNOWN = "nonholonomic", "bodies", "replaced"
 """Parts of a system that are derived member by member."""
 
-_LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None]] = []
-"""The last one, which is asked for once more when it is compiled."""
+_LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None, Reason]] = []
+"""The last one, which is asked for once more when it is compiled; and why there is none, if that is known."""
 
 
 def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
@@ -66,16 +66,30 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
 
 def any_family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
     """The same, however few terms it has."""
+    return _latest(spec, algebra)[0]
+
+
+def reason(spec: Spec) -> Reason:
+    """What members are written out for, and a way to do without, where that is known."""
+    return _latest(spec, GraphAlgebra)[1]
+
+
+def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | None, Reason]:
     found: FamilySystem | None
-    for known, numbers, found in _LATEST:
+    why: Reason
+    for known, numbers, found, why in _LATEST:
         if known is spec and numbers is algebra:
-            return found
-    found = None
+            return found, why
+    found, why = None, ()
     if spec.families.get("coordinates") and not any(getattr(spec, part) for part in UNKNOWN):
-        with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
+        try:
             found = made(spec, algebra)
-    _LATEST[:] = [(spec, algebra, found)]
-    return found
+        except Unsuited as error:
+            why = error.args
+        except (Differ, ExpressionError, TooLarge, ArithmeticError):
+            pass
+    _LATEST[:] = [(spec, algebra, found, why)]
+    return found, why
 
 
 def without_constraints(spec: Spec) -> FamilySystem | None:
@@ -89,8 +103,8 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
     """The system. Raises ``Unsuited`` where it is of another kind."""
     try:
         return separate(spec, algebra())
-    except (Unsuited, Differ):
-        if spec.lagrangian is not None or len(spec.coordinates) < FEWEST_JOINTED:
+    except (Unsuited, Differ) as error:
+        if error.args or spec.lagrangian is not None or len(spec.coordinates) < FEWEST_JOINTED:
             raise
     return articulated(spec, algebra())
 

@@ -99,7 +99,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return OTHER
     if needs is Needs.SERIES and unproven(system, compilation):
         way = "leave out --proven" if compilation.proven else "write forces that are less narrow"
-        return WrittenOut("steps that have to be proven, on chains or with constraints", way)
+        return WrittenOut("steps that have to be proven, on chains, with constraints or dry friction", way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):
@@ -168,8 +168,13 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
 
 def unproven(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether steps must be proven, and cannot be."""
-    provable = system.joints is None and system.bonds is None
+    provable = system.joints is None and system.bonds is None and not held(system)
     return not (provable or compilation.unproven) and (compilation.proven or narrow(system))
+
+
+def held(system: FamilySystem) -> bool:
+    """Whether dry friction may hold coordinates."""
+    return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.limits)
 
 
 def narrow(system: FamilySystem) -> bool:
@@ -183,7 +188,7 @@ def narrow(system: FamilySystem) -> bool:
 def doubtful(system: FamilySystem) -> bool:
     """Whether zeros of arguments of switches may hide there."""
     modes = system.smooth.modes if system.smooth else None
-    return modes is not None and hidden(system, [modes.arguments])
+    return modes is not None and hidden(system, modes.followed)
 
 
 def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] = ()) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.families.system import family_system
+from lagrange_cli.families.system import family_system, reason
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
@@ -36,6 +36,9 @@ def unsuited(spec: Spec) -> WrittenOut:
         if getattr(spec, part):
             key = "coordinates that replace others" if part == "replaced" else f"'{part}'"
             return WrittenOut(key, "write a system without them")
+    known = reason(spec)
+    if known:
+        return WrittenOut(*known)
     if spec.events and family_system(replace(spec, events={})) is not None:
         what = "events that reduce the speed, that jump, or that act on chains or where constraints hold"
         return WrittenOut(what, "let them record or stop only")

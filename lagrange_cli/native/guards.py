@@ -54,10 +54,11 @@ class Role(IntEnum):
 
 @dataclass(frozen=True)
 class GuardRow:
-    """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0; the
-    ``direction`` in which an argument's sign must change for an event (0: any); the first of two rows whose
-    rates are a ``limit`` plus the multiplier, and minus it, or 0 where the limit is 1; and of
-    those ``beside`` a break, whose rates tell whether there is one (see ``mechanics.switching.cuts``)."""
+    """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0 (of
+    limits alone, the first of them); the ``direction`` in which an argument's sign must change for an event
+    (0: any); the first of two rows whose rates are a ``limit`` plus the multiplier, and minus it, or 0 where
+    the limit is 1; and of those ``beside`` a break, whose rates tell whether there is one (see
+    ``mechanics.switching.cuts``)."""
 
     role: Role
     row: int
@@ -67,14 +68,10 @@ class GuardRow:
     beside: int = 0
 
     @property
-    def able(self) -> bool:
-        """Whether it can hold the motion."""
-        return bool(self.multiplier or self.limit)
-
-    @property
     def explicit(self) -> bool:
-        """Whether what holds the motion follows from other forces alone."""
-        return bool(self.limit and not self.multiplier)
+        """Whether what holds the motion follows from other forces alone: it has limits and no row of its
+        own."""
+        return bool(self.limit) and self.multiplier == self.limit
 
 
 @dataclass(frozen=True)

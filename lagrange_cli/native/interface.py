@@ -8,7 +8,17 @@ from enum import IntEnum
 from functools import cached_property
 from typing import Any
 
-from lagrange_cli.native.guards import BESIDE, BREAK, CUT, RECORDS, SIMPLE, GuardRow, GuardRows, Role
+from lagrange_cli.native.guards import (
+    BESIDE,
+    BREAK,
+    CUT,
+    EXPLICIT,
+    RECORDS,
+    SIMPLE,
+    GuardRow,
+    GuardRows,
+    Role,
+)
 from lagrange_cli.native.state import LANES as LANES
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass, fields_of, replace
@@ -62,13 +72,12 @@ class Interface:
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or ``SIMPLE``, ``CUT``, ``BREAK`` or ``EXPLICIT``; ``limits`` are those whose multipliers are forces up to a limit;
-    ``events`` for
-    each event its direction, its role, and that number for resting contact, or -1. The integrals of their
-    arguments are the first. ``changed`` are the new values that actions give: the event, and the place among
-    q, q_dot and the parameters. ``affected`` are pairs of events: a simple action, and what it changes the
-    argument of. ``@act`` computes new values, two sizes of each event's argument, and the ``masses`` that
-    actions change, of these particles.
+    or ``SIMPLE``, ``CUT``, ``BREAK`` or ``EXPLICIT``; ``limits`` are those whose multipliers are forces up to
+    a limit; ``events`` for each event its direction, its role, and that number for resting contact, or -1.
+    The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
+    event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple action,
+    and what it changes the argument of. ``@act`` computes new values, two sizes of each event's argument, and
+    the ``masses`` that actions change, of these particles.
     ``@constrain`` computes so many ``constraints``, their rates, and the entries of the matrix of the
     equations that ``pattern`` names; only where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
@@ -140,7 +149,9 @@ class Interface:
         for direction, kind, _ in self.events:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
         for i, limited in enumerate(self.limits):
-            made[limited] = replace(made[limited], limit=first + len(made) + 2 * i)
+            limit = first + len(made) + 2 * i
+            row = limit if self.guards[limited] == EXPLICIT else made[limited].multiplier
+            made[limited] = replace(made[limited], multiplier=row, limit=limit)
         arguments, switches = len(made) + 2 * len(self.limits), len(self.guards)
         for j, one in enumerate(self.guards):
             if one == BREAK:

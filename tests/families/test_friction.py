@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
+from functools import partial
+
+import numpy as np
 import pytest
 
-from tests.families.test_switches import LEDGERS, compare
+from lagrange_cli.families.system import reason
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import family_run
+from lagrange_cli.integrate.methods.modes import Modes
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.native.guards import EXPLICIT
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_long_values
+from tests.families.test_events import keep_families
+from tests.families.test_switches import LEDGERS, OUTPUTS, compare, followed, ready
+from tests.support.motion import run
 
 BLOCKS = """
 sizes: {{N: {count}}}
@@ -47,4 +62,110 @@ def test_friction_is_that_of_the_members(case: str, count: int, monkeypatch: pyt
 @pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("case", CASES)
 def test_blocks_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    compare(blocks(9, CASES[case], speed="0"), monkeypatch, LEDGERS, stop=3.0)
+    compare(blocks(9, CASES[case], speed="0"), monkeypatch, stop=3.0)
+
+
+@pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
+def test_friction_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=-1.0, backward=True)
+
+
+@pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
+def test_ledgers_have_the_forces_that_hold_blocks(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=3.0)
+
+
+def test_a_block_that_a_spring_pulls_sticks_and_slips(monkeypatch: pytest.MonkeyPatch) -> None:
+    """x'' = V t - x - F from t = F/V on: x = V (s - sin s), with s = t - F/V, until s = 2 pi, where the
+    velocity is 0 and the spring as long as at s = 0: so this is repeated."""
+    keep_families(monkeypatch, whole=True)
+    text = blocks(3, "-F*sign(x_dot[i])", "0", "0").replace("1 + i/7", "1").replace("k: 2", "k: 0")
+    motion = followed(ready(text), text, 6.0)
+    since = np.maximum(0.0, np.linspace(0.0, 6.0, 7) - 0.6 / 0.7)
+    expected = 0.7 * (since - np.sin(since))
+    assert np.allclose(motion["q/x"], expected[:, None], rtol=0.0, atol=1e-14)
+
+
+def test_swings_with_friction_end_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each half of a swing of x'' = -x - F sign(x') ends 2 F nearer to 0, until |x| <= F."""
+    keep_families(monkeypatch, whole=True)
+    starts = "4.1 - 0.7*i"
+    text = blocks(5, "-0.3*sign(x_dot[i])", starts, "0").replace("1 + i/7", "1")
+    text = text.replace("k: 2, V: 0.7", "k: 0, V: 0")
+    prepared = ready(text, LEDGERS)
+    assert prepared.machine.program.guards == (EXPLICIT,) * 5
+    motion = followed(prepared, text, 24.0)
+    for i in range(5):
+        x, side = 4.1 - 0.7 * i, 1.0
+        while x > 0.3:
+            x, side = x - 0.6, -side
+        assert motion["q/x"][-1, i] == pytest.approx(side * x, abs=1e-13)
+        assert abs(motion["v/x"][-1, i]) <= 1e-14
+
+
+def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All begin at rest; springs pull every third one too much."""
+    keep_families(monkeypatch, whole=True)
+    own, calls = Modes._series, [0]
+
+    def counting(modes: Modes) -> NDArray[np.float64]:
+        calls[0] += 1
+        return own(modes)
+
+    monkeypatch.setattr(Modes, "_series", counting)
+
+    def series(count: int) -> int:
+        text = blocks(count, "-F*sign(x_dot[i])", "where(i % 3 == 0, -2*cos(i), 0.1)", "0")
+        text = text.replace("k: 2", "k: 0").replace("(-1)**i", "cos(i)")
+        calls[0] = 0
+        found = followed(ready(text), text, 0.01)
+        moves = np.abs(found["v/x"][-1]) > 0.0
+        pulled = np.where(np.arange(count) % 3 == 0, np.abs(2.0 * np.cos(np.arange(count))) > 0.6, False)
+        assert np.array_equal(moves, pulled)
+        return calls[0]
+
+    assert series(200) == series(50) <= 16
+
+
+def test_walls_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a wall sends back slides at once."""
+    wall = """
+events:
+  "wall[i in range(N)]": {when: "x[i] - 0.8", direction: rising, action: {set: {"x_dot[i]": "-x_dot[i]"}}}
+"""
+    compare(blocks(3, CASES["blocks that are driven"]) + wall, monkeypatch, stop=2.5)
+
+
+def test_friction_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half a swing ends 2 F nearer to 0."""
+    keep_families(monkeypatch, whole=True)
+    text = blocks(2, "-0.25*sign(x_dot[i])", "2 - i/2", "0").replace("1 + i/7", "1")
+    text = text.replace("k: 2, V: 0.7", "k: 0, V: 0")
+    spec = read_spec(text, "system.yaml")
+    asked = Compilation("taylor", FULL_DOUBLE_DOUBLE, OUTPUTS, precision=DOUBLE_DOUBLE)
+    assert family_run(spec, asked) is not None
+    prepared = prepare_system(spec, partial(derive_system, resting=True, exact=True), None, asked)
+    found = run(prepared, resolve_long_values(spec, {}), 0.0, 13.0, 3).data
+    assert np.allclose(found["q/x"][-1], [0.0, 0.0], rtol=0.0, atol=1e-14)
+    assert np.allclose(found["v/x"][-1], [0.0, 0.0], rtol=0.0, atol=1e-14)
+
+
+def test_friction_of_one_coordinate_on_another_goes_through_the_members(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nothing holds y where x' is 0."""
+    keep_families(monkeypatch, whole=True)
+    text = """
+sizes: {N: 3}
+coordinates: {"x[i in range(N)]": {initial: 0, velocity: 1}, "y[i in range(N)]": {initial: 0, velocity: 1}}
+masses: {"block[i in range(N)]": 1}
+embedding: {"block[i in range(N)]": ["x[i]", "y[i]"]}
+potential: sum(x[i]**2 + y[i]**2 for i in range(N))
+forces: {"block[i in range(N)]": ["-sign(x_dot[i])", FORCE]}
+"""
+    found = []
+    for force in ('"-sign(y_dot[i])"', '"-sign(x_dot[i])"'):
+        spec = read_spec(text.replace("FORCE", force), "system.yaml")
+        found.append(family_run(spec, Compilation("taylor", 2.0**-52, OUTPUTS)))
+        assert ("jump" in "".join(reason(spec))) == (found[-1] is None)
+    assert found[0] is not None and found[1] is None

@@ -70,11 +70,11 @@ CASES = {
     ),
     "walls for both sides": (
         BEADS,
-        "sum(k*max(0, abs(x[i]) - 0.35)**2 + max(0, sqrt(0.1 + abs(x[i - 1])**3) - 0.4)**2 for i in range(N))",
+        "sum(k*max(0, abs(x[i]) - 0.35)**2 for i in range(N))",
     ),
     "arguments with several": (
         BEADS,
-        "sum(max(0, abs(x[i])**3 + min(0, x[i - 1])**2 - 0.2)**2 for i in range(N))"
+        "sum(max(0, abs(x[i])**3 + min(0, x[(i + 1) % N])**2 - 0.2)**2 for i in range(N))"
         " + max(0, sum(max(0, x[i])**2 for i in range(N)) - 0.3)**2",
     ),
     "a sum": (BEADS, "max(0, sum(x[i] for i in range(N)))**2"),
@@ -299,7 +299,8 @@ def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.Monk
     "potential",
     [
         "sum(k*abs(x[i]) for i in range(N))",
-        '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*sign(x_dot[i])"}}',
+        '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*sign(x_dot[i] - x_dot[0])"}}',
+        "sum(max(0, sqrt(0.1 + abs(x[i])**3) - 0.4)**2 for i in range(N))",
         "sum(atan2(x[i], x[0] - 3)**2 for i in range(N))",
         '0\ngeneralized_forces: {{"x[i in range(N)]": "-sign(x_dot[i])*sqrt(abs(x_dot[i]))"}}',
         "sum(where(k > 1, x[i]**4, x[i]**6) for i in range(N))",

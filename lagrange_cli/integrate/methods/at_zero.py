@@ -110,7 +110,7 @@ class AtZero(Crossing):
         for j in map(int, np.flatnonzero(own)):
             since = float(values[j] / rates[j]) if rates[j] > 0.0 else length
             if (
-                self._rows.guards[j].able
+                self._rows.guards[j].multiplier
                 or values[j] > FEW * noise[j]
                 or self._feels(j, since * LARGER**2)
             ):

@@ -119,13 +119,17 @@ class Settling(AtZero):
             return True
         for number in BEGINNING:
             self.memory[self._layout.at(number)] = 0.0
-        marked = [j for j in range(self.count) if j != due and self.marks[j] > 0.0 and self.modes[j] != 0.0]
-        if self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes and self._rows.guards[due].able:
+        fresh = (self.marks[: self.count] > 0.0) & (self.modes[: self.count] != 0.0)
+        marked = [j for j in np.flatnonzero(fresh).tolist() if j != due]
+        if (
+            self.memory[self._layout.at(Clock.PASSES)] >= self._rows.changes
+            and self._rows.guards[due].multiplier
+        ):
             self._stop_at(due)
-        if before == 0.0 and not self._rows.guards[due].able and not self.has_left(due):
+        if before == 0.0 and not self._rows.guards[due].multiplier and not self.has_left(due):
             return True
         if before == 0.0:
-            leaving = self._multiplier(due) if self._rows.guards[due].able else self._arguments()[due]
+            leaving = self._multiplier(due) if self._rows.guards[due].multiplier else self._arguments()[due]
             side = 1.0 if leaving > 0.0 else -1.0
             self.left = self.memory.copy(), due
             return self._choose([due, *marked], {due: side}, held=False)
@@ -163,7 +167,7 @@ class Settling(AtZero):
     def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
         """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried
         ``first``, or the other one."""
-        able = [j for j in guards if self._rows.guards[j].able] if held else []
+        able = [j for j in guards if self._rows.guards[j].multiplier] if held else []
         free = [j for j in guards if j not in able]
         self.marks[: self.count] = np.minimum(self.marks[: self.count], 0.0)
         self.mark(guards)
@@ -207,7 +211,7 @@ class Settling(AtZero):
                 infinite = self._infinite()
                 touching = set[int]()
                 for j in some if infinite else self._misled(some):
-                    if self._rows.guards[j].able:
+                    if self._rows.guards[j].multiplier:
                         self.modes[j] = 0.0
                         able.append(j)
                     else:  # both sides lead back: it touches 0, and rounding decides

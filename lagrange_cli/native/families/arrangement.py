@@ -65,8 +65,8 @@ class Arrangement:
         if self.modes is not None and self.modes.limits is not None:
             followed.append(self.modes.limits)
         self.integrals = (*(f"guard {i}" for i in range(sum(one.count for one in followed))), *integrands)
-        """What is followed beside the motion: the arguments of switches and events, limits of forces that hold
-        coordinates, and quadratures."""
+        """What is followed beside the motion: the arguments of switches and events, limits of forces that
+        hold coordinates, and quadratures."""
         self.settings = len(self.parameters) + guards
         """The numbers of all parameters and of all modes."""
         self.layout = StateLayout(self.degrees, len(self.integrals))
