@@ -48,8 +48,9 @@ class Planner:
     def further(self) -> Sequence[tuple[Conserved, Node]]:
         """Conserved quantities besides h and momenta of cyclic coordinates."""
         from lagrange_cli.mechanics.conserved.symmetries import symmetries
+        from lagrange_cli.mechanics.contacts import without_contact
 
-        found = symmetries(self.model, self.residual.conserved)
+        found = symmetries(without_contact(self.residual), self.residual.conserved)
         return [(one.conserved, one.node) for one in found]
 
     def kept_by_constraints(self) -> Sequence[tuple[Conserved, Node]]:
