@@ -50,7 +50,8 @@ BAD = [
         "f in place of f**2",
     ),
     (
-        "bodies: {b: {mass: 1, inertia: [1, 1, 1], position: [x, y, 0], orientation: {quaternion: [l, y, 0, 0]}}}",
+        "bodies: {b: {mass: 1, inertia: [1, 1, 1], position: [x, y, 0],\n"
+        "  orientation: {quaternion: [l, y, 0, 0]}}}",
         "[",
         "although the constraint restricts the motion",
         "let its four components be coordinates",
