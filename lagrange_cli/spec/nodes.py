@@ -225,16 +225,21 @@ class _Composer:
         return joined
 
     def _rejoined_pairs(self, pairs: list[tuple[Node, Node]]) -> list[tuple[Node, Node]]:
-        """``{bead: (x, y), ...}``: the pieces after the first come as keys without values."""
+        """``{bead: (x, y), ...}``: the pieces after the first come as keys without values. In
+        ``{at(1, 0): 2}``, those before the last do."""
         joined: list[tuple[Node, Node]] = []
         for key, value in pairs:
-            last = joined[-1][1] if joined else None
-            bare = isinstance(value, Scalar) and value.empty and value.text == ""
-            if _is_open(last) and bare and isinstance(key, Scalar) and key.plain:
-                assert isinstance(last, Scalar)
-                joined[-1] = joined[-1][0], self._join(last, key)
-            else:
-                joined.append((key, value))
+            if joined and isinstance(key, Scalar) and key.plain:
+                name, last = joined[-1]
+                if _is_bare(last) and _is_open(name):
+                    assert isinstance(name, Scalar)
+                    joined[-1] = self._join(name, key), value
+                    continue
+                if _is_bare(value) and _is_open(last):
+                    assert isinstance(last, Scalar)
+                    joined[-1] = name, self._join(last, key)
+                    continue
+            joined.append((key, value))
         return joined
 
     def _join(self, first: Scalar, second: Scalar) -> Scalar:
@@ -257,3 +262,8 @@ class _Composer:
 
 def _is_open(node: Node | None) -> bool:
     return isinstance(node, Scalar) and node.plain and node.text.count("(") > node.text.count(")")
+
+
+def _is_bare(node: Node) -> bool:
+    """Whether it is the value of a key without one."""
+    return isinstance(node, Scalar) and node.empty and node.text == ""

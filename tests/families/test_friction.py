@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from lagrange_cli.families.system import reason
 from lagrange_cli.integrate.compilation import Compilation

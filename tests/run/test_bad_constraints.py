@@ -49,6 +49,13 @@ BAD = [
         "although the constraint restricts the motion",
         "f in place of f**2",
     ),
+    (
+        "bodies: {b: {mass: 1, inertia: [1, 1, 1], position: [x, y, 0],\n"
+        "  orientation: {quaternion: [l, y, 0, 0]}}}",
+        "[",
+        "although the constraint restricts the motion",
+        "let its four components be coordinates",
+    ),
     ("constraints: {c: x - 2}", "x - 2", "'c' is not satisfied by the initial values: it is -1", "(x = 2)"),
     ("constraints: {c: x - 1, d: x - 2}", "x - 2", "'d' is not satisfied", "contradict each other"),
     ("nonholonomic: {c: x_dot - 1, d: x_dot - 2}", "x_dot - 2", "'d' is not satisfied", "contradict each"),

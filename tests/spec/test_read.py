@@ -285,3 +285,11 @@ def test_characters_that_print_are_allowed_in_a_file() -> None:
     """Only lines with others are searched for those that are not."""
     printed = "".join(c for c in map(chr, range(0x110000)) if c.isprintable())
     assert not re.search(nodes._NOT_YAML, printed)
+
+
+def test_a_name_that_is_none_is_one_mistake_whatever_commas_it_contains():
+    text = changed("potential:", "forces: {bob.at(1, 0): [0, 1], other(2,3): 1}\npotential:")
+    with pytest.raises(SpecError) as refused:
+        read_spec(text, "a")
+    named = [one.message for one in refused.value.problems]
+    assert [one.partition("called ")[2] for one in named] == ["'bob.at(1, 0)'", "'other(2, 3)'"]

@@ -15,6 +15,8 @@ from lagrange_cli.spec.spec import Expression, Spec
 SATISFIED = 1e-12
 """A constraint that is off by less, relative to its terms, is not listed."""
 MOST_SHOWN = 4
+FOUR_COMPONENTS = "let its four components be coordinates, or give the orientation by angles or by a matrix"
+"""What to do where a quaternion cannot turn."""
 
 
 class Refusal:
@@ -114,7 +116,13 @@ class Refusal:
             depends += "wherever all are satisfied"
             hint += "; where it only touches what the others allow, fix the coordinates that are left"
         message = f"{depends}, although the constraint restricts the motion"
+        if self._bodies(name):
+            hint = FOUR_COMPONENTS
         return self.source.error(self.written(name).place, message, hint)
+
+    def _bodies(self, name: str) -> list[str]:
+        """The body whose quaternion a constraint normalizes, if it is such a one."""
+        return [body for body in self.spec.bodies if norm_name(body) == name]
 
     def constant(self, name: str, at: float | None = None) -> SpecError:
         """A constraint is a constant, or one at the time ``at`` only, when the motion begins."""
@@ -123,11 +131,10 @@ class Refusal:
             return self.source.error(
                 self.written(name).place, message, "let the motion start at another time"
             )
-        bodies = [body for body in self.spec.bodies if norm_name(body) == name]
+        bodies = self._bodies(name)
         if bodies:
             message = f"the length of the quaternion of body '{bodies[0]}' does not depend on any coordinate"
-            hint = "let its four components be coordinates, or give the orientation by angles or by a matrix"
-            return self.source.error(self.written(name).place, message, hint)
+            return self.source.error(self.written(name).place, message, FOUR_COMPONENTS)
         kind, hint = "no coordinate", "write an expression in coordinates that stays 0"
         if name in self.spec.nonholonomic:
             kind, hint = "no velocity", "write an expression in velocities that stays 0"
