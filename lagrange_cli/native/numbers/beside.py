@@ -15,7 +15,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value, literal
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble
-from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.numbers.kind import Number, Written
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 
 
@@ -38,6 +38,8 @@ class BesideEmitter(Emitter):
     def number(self, value: Number) -> Value:
         return literal(beside(value, self._factor))
 
+    fma, fms = Written.fma, Written.fms
+
 
 class BesideLanes(LaneEmitter):
     """Vectors of doubles, likewise."""
@@ -48,6 +50,8 @@ class BesideLanes(LaneEmitter):
 
     def number(self, value: Number) -> Value:
         return super().number(beside(value, self._factor))
+
+    fma, fms = Written.fma, Written.fms
 
 
 class BesideDoubleDouble(DoubleDouble):
