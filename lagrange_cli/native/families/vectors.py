@@ -244,15 +244,19 @@ class DoubleVectors:
 
 
 class BesideDoubles(DoubleVectors):
-    """The doubles of a companion."""
+    """The doubles of a companion (see ``numbers.beside``)."""
 
     def __init__(self, f: Function) -> None:
         super().__init__(f)
-        self.kind = BesideLanes(f, self.factor)
-        self.fused = lambda a, b, c: a * b + c
+        self.kind, self.fused = BesideLanes(f, self.factor), rounded_apart
 
     def single(self) -> Emitter:
         return BesideEmitter(self.f, self.factor)
+
+
+def rounded_apart(a: Real, b: Real | float, c: Real | float) -> Real:
+    """``a * b + c`` with two roundings."""
+    return a * b + c
 
 
 def beside_doubles(factor: int) -> type[DoubleVectors]:
