@@ -7,10 +7,8 @@ import random
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-import h5py
 import mpmath
 import numpy as np
 import pytest
@@ -32,7 +30,6 @@ from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values
 from tests.families import test_chains, test_constraints, test_systems
-from tests.support.command import lagrange
 from tests.support.motion import run
 
 MP = mpmath.mp.clone()
@@ -158,28 +155,6 @@ def test_constants_of_a_companion_have_larger_rounding_errors() -> None:
     assert run_has != companion
     assert np.sum(found[None] == run_has) >= 9 and np.sum(found[None] == companion) == 0
     assert np.sum(found[8] == companion) >= 9
-
-
-@pytest.mark.exhaustive(keep=2)
-@pytest.mark.parametrize("count", [3, 9])
-@pytest.mark.parametrize(
-    "more", ["", "- 0.7*sum(max(0, u[i] - 0.2)**2 for i in range(N))"], ids=["", "kinks"]
-)
-def test_the_estimated_error_of_a_family_covers_the_true_one(count: int, more: str, tmp_path: Path) -> None:
-    text = RING.format(count=count, nonlinear=2.5, stop=20).replace("\nsolve:", f"  {more}\nsolve:")
-    (tmp_path / "ring.yaml").write_text(text, encoding="utf-8")
-    for name, *options in (("plain", "--certify"), ("exact", "--precision", "double-double")):
-        made = lagrange(
-            "solve", "ring.yaml", "-o", f"{name}.h5", "--quiet", "--no-cache", *options, cwd=tmp_path
-        )
-        assert made.returncode == 0, made.stderr
-    with h5py.File(tmp_path / "plain.h5") as plain, h5py.File(tmp_path / "exact.h5") as exact:
-        error = np.abs(plain["q/u"][:] - exact["q/u"][:])
-        estimate = plain["diagnostics/error/q/u"][:]
-        largest = np.max(np.abs(exact["q/u"][:]))
-        assert np.max(error) > 2.0**-52 * largest
-        covered = error <= 4 * estimate + np.spacing(largest)
-        assert np.mean(covered) > 0.99 and np.max(estimate) < 1e-9
 
 
 @pytest.mark.parametrize("options", [{"precision": DOUBLE_DOUBLE}, {"factor": 8}])
