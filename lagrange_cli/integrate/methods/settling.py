@@ -42,6 +42,8 @@ ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
 FEW = 8
 """So many guards are looked at one by one."""
+EXACT = 2
+"""How often a velocity that is 0 up to rounding is set to 0."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
@@ -199,6 +201,9 @@ class Settling(Crossing):
         self.modes[able] = 0.0
         self.regular(free)
         found, entered = self._agreed(guards, able, first)
+        for j in able:
+            if self.modes[j] == 0.0:
+                self._take_away(j)
         self._let_rest([j for j in free if j not in entered])
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
         self.prepare()
@@ -281,6 +286,22 @@ class Settling(Crossing):
             self.memory[self._layout.part(0)][self._layout.v] -= (first - second) * u[1] / jump
             self.memory[self._layout.part(1)][self._layout.v] = 0.0
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
+
+    def _take_away(self, j: int) -> None:
+        """Set the argument of a guard that holds the motion to 0, which it is up to rounding: by a change of
+        velocities in the direction of the force that holds."""
+        for _ in range(EXACT):
+            accelerations: list[Array] = []
+            slopes: list[float] = []
+            for mode in (1.0, -1.0, 0.0):
+                self.modes[j] = mode
+                accelerations.append(self._series()[: self._layout.degrees])
+                u = self._coefficients(self._rows.first + j)
+                slopes.append(float(u[1]))
+            change = (accelerations[0] - accelerations[1]) * (u[0] / (slopes[0] - slopes[1] or np.inf))
+            if u[0] == 0.0 or not np.all(np.isfinite(change)):
+                return
+            self._add(self._layout.v, -change)
 
     def _multiplier(self, j: int) -> float:
         guard = self._rows.guards[j]
