@@ -7,6 +7,7 @@ import random
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
 from lagrange_cli.integrate.ending import Ending
@@ -301,3 +302,55 @@ def test_friction_lets_go_with_no_speed_and_no_acceleration(method: str, toleran
     known = 0.6 * (math.cos(let_go) - np.cos(motion.t)) - (motion.t - let_go) / 2
     assert motion.outcome.ending is Ending.COMPLETE
     assert motion["v/y"] == pytest.approx(np.where(free, known, 0), abs=1e-9)
+
+
+STICKS = """
+parameters: {mu: 0.3, g: 9.81, F: 4, w: 1.3}
+coordinates: {x: {initial: 0, velocity: 1}}
+masses: {block: 1}
+embedding: {block: [x]}
+generalized_forces: {x: -mu*g*sign(x_dot) + F*sin(w*t)}
+events:
+  up: {when: x_dot, direction: rising}
+  down: {when: x_dot, direction: falling}
+  both: {when: 2*x_dot}
+"""
+EVERY = [("taylor", 2.0**-52), ("ias15", 2.0**-52), ("DOP853", 1e-12), ("Radau", 1e-10)]
+
+
+def stop_after(start: float, speed: float) -> float:
+    """When the block stops that slides at a time with a speed, in the direction of that."""
+    way, drag, force, w = math.copysign(1.0, speed), 0.3 * 9.81, 4.0, 1.3
+
+    def v(t: float) -> float:
+        swing = force / w * (math.cos(w * start) - math.cos(w * t))
+        return way * (speed - way * drag * (t - start) + swing)
+
+    times = np.linspace(start + 0.05, start + 5.0, 1000)
+    after = next(t for t in times if v(t) < 0)
+    return float(brentq(v, after - times[1] + times[0], after, xtol=1e-14))
+
+
+@pytest.mark.parametrize(("method", "tolerance"), EVERY)
+def test_a_velocity_that_friction_holds_at_0_has_crossed_it_when_it_stopped(method, tolerance):
+    """Once, from its side; and not when the block slides on, where the force is mu g again."""
+    motion = stepped(STICKS, 12.0, method, tolerance, samples=121)
+    period, first = math.pi / 1.3, math.asin(0.3 * 9.81 / 4.0) / 1.3
+    stops, slides = [stop_after(0.0, 1.0)], [first + k * period for k in range(1, 4)]
+    stops += [stop_after(t, -1e-300 if k % 2 == 0 else 1e-300) for k, t in enumerate(slides)]
+    known = {"down": stops[::2], "up": stops[1::2], "both": stops}
+    for name, times in known.items():
+        assert motion[f"events/{name}/t"] == pytest.approx(times, abs=1e-7 if method == "Radau" else 1e-10)
+    held = [t for t in motion.t if any(a < t < b for a, b in zip(stops, slides))]
+    assert len(held) > 15 and not np.any(motion["v/x"][np.isin(motion.t, held)])
+
+
+@pytest.mark.parametrize(("method", "tolerance"), EVERY)
+def test_what_is_done_when_friction_stops_a_block(method, tolerance):
+    """It is pushed on each time: v^2/(2 mu g) further, twice in all."""
+    text = STICKS.partition("events")[0].replace("F: 4", "F: 0")
+    push = "{set: {x_dot: where(x < 0.3, 1, 0)}}"
+    motion = stepped(f"{text}events: {{on: {{when: x_dot, action: {push}}}}}", 2.0, method, tolerance)
+    drag = 0.3 * 9.81
+    assert motion["events/on/t"] == pytest.approx([1 / drag, 2 / drag], abs=1e-9)
+    assert motion["q/x"][-1] == pytest.approx(1 / drag, abs=1e-9)

@@ -16,6 +16,7 @@ from lagrange_cli.integrate.events import Change, Crossings, parameters_in
 from lagrange_cli.integrate.methods.resting import Impact, Resting
 from lagrange_cli.integrate.methods.settling import ROUNDING
 from lagrange_cli.integrate.methods.sides import Sides
+from lagrange_cli.integrate.methods.standstill import Moving, Standstill
 from lagrange_cli.limits import limit
 from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, Role
 from lagrange_cli.native.state import Clock
@@ -73,6 +74,7 @@ class Happenings:
         self._program, self._layout, self._guards = sides.program, sides.layout, sides.guards.guards
         self._names = sink.names or tuple(map(str, range(len(sides.program.events))))
         self._sink, self._resting = sink, Resting(sides, start)
+        self._standstill = Standstill(sides, self._resting)
         self._count, self._most = sink.before, limit("events")
         self._same, self._latest = 0, -np.inf
         self._jumping = jumping
@@ -93,6 +95,23 @@ class Happenings:
                     rows = sides.all_coefficients()
                 elif self._changes_nothing(e, new):  # an elastic impact without any speed
                     return self._finished(Ending.RECURRING, e)
+        if self._standstill.possible:
+            self._standstill.hold()
+        return None
+
+    def moving(self) -> Moving | None:
+        """How the motion is before switches are looked at."""
+        return self._standstill.now() if self._standstill.possible else None
+
+    def stop(self, before: Moving | None, sample: int) -> Finished | None:
+        """Handle the events that happen because friction stops the motion, which was as ``before``."""
+        stopped = {} if before is None else self._standstill.stopped(before)
+        for event, side in stopped.items():
+            guard = self._guards[event + self._sides.first]
+            if before is not None and not side * guard.direction > 0.0:
+                ended = self._done(event, before.rows[event, 1 : len(NOTES)], sample)
+                if ended is not None or guard.role is not Role.RECORD:
+                    return ended  # an action has made the motion another one
         return None
 
     def _changes_nothing(self, event: int, new: Array) -> bool:
@@ -128,8 +147,13 @@ class Happenings:
             parameters = parameters_in(self._program, before), parameters_in(self._program, after)
             self._sink.changed(Change(passed, float(before[self._layout.time]), *states, parameters))
         crossed = numbers != AFTER
-        events = (numbers[crossed] - self._sides.first).astype(np.int64)
-        return self._crossed(records[crossed], events, np.array(rates)[:, crossed])
+        events = (numbers - self._sides.first).astype(np.int64)
+        if self._standstill.released:
+            pairs = zip(events, records[:, self._layout.time])
+            crossed &= [not self._standstill.leaving(int(e), float(t)) for e, t in pairs]
+        if not np.any(crossed):
+            return None
+        return self._crossed(records[crossed], events[crossed], np.array(rates)[:, crossed])
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Handle the guard that has changed its sign, before the sample of that number."""
@@ -137,6 +161,9 @@ class Happenings:
         if guard.role is Role.REST:
             self._resting.release(due)
             return None
+        if self._standstill.leaving(event, sides.now):
+            sides.flip(event)
+            return self._recurs(event, sides.now)
         if sides.at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from
             sides.flip(event)
             if event not in self._resting.released:
@@ -145,10 +172,15 @@ class Happenings:
         if sides.side(event) * guard.direction > 0.0:
             sides.flip(event)
             return None
-        rates = sides.coefficients(event)[1 : len(NOTES), None]
-        ended = self._crossed(sides.memory[None, :], np.array([event]), rates)
+        return self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
+
+    def _done(self, event: int, rates: Array, sample: int) -> Finished | None:
+        """Hand over that an event happens, with the ``rates`` of its argument, and do what it does."""
+        sides, role = self._sides, self._guards[event + self._sides.first].role
+        rates = rates if np.all(np.isfinite(rates)) else np.array([1.0, 0.0, 0.0])
+        ended = self._crossed(sides.memory[None, :], np.array([event]), rates[:, None])
         self._resting.released.discard(event)
-        if ended is not None or guard.role is Role.RECORD:
+        if ended is not None or role is Role.RECORD:
             sides.flip(event)
             return ended
         if all(e != event for e, _ in self._program.changed):
@@ -199,6 +231,7 @@ class Happenings:
         parameters, before = sides.parameters(), sides.state(sides.memory)
         length, side = float(sides.memory[self._layout.at(Clock.STEP)]), sides.side(event)
         rows, (values, _) = sides.all_coefficients(), sides.act_on(before)
+        switches = sides.switches()
         memory = sides.memory.copy()
         if not sides.put(event, values):
             return Finished(Ending.NOT_A_NUMBER, f"the action of event {self._names[event]!r}")
@@ -216,13 +249,16 @@ class Happenings:
             sides.memory[:] = memory
             sides.settling.prepare()
             return Finished(Ending.JUMP, f"event {self._names[event]!r} makes {jumps!r} jump")
+        sides.settling.marks[: len(switches)][sides.switches() != switches] = 0.0  # these were 0, perhaps
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
         for e, (row, after, (_, rate)) in enumerate(zip(rows, sides.all_coefficients(), sizes)):
-            if sides.side(e) == 0.0:
+            if sides.side(e) == 0.0 and e in self._resting.guards:
                 self._resting.go_on(e, float(after[1]), ROUNDING * rate)
-            elif e == event or after[0] != row[0]:
+            elif e == event or after[0] != row[0] or sides.side(e) == 0.0:
                 sides.choose_side(e, after, 2.0 * abs(row[0]) if e == event else 0.0, rate)
+        if self._standstill.possible:
+            self._standstill.hold()
         ended = self._recurs(event, now)
         if ended is None and event in self._resting.guards and sides.at_zero(event):
             noise = float(ROUNDING * sizes[event, 1])

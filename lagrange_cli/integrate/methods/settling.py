@@ -36,6 +36,8 @@ ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
 FEW = 8
 """So many guards are looked at one by one."""
+EXACT = 2
+"""How often a velocity that is 0 up to rounding is set to 0."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
@@ -176,6 +178,10 @@ class Settling(AtZero):
         self.modes[able] = 0.0
         self.regular(free)
         found, entered = self._agreed(guards, able, first)
+        values = self._arguments()
+        for j in able:
+            if self.modes[j] == 0.0 and values[j] != 0.0:
+                self._take_away(j)
         self.let_rest([j for j in free if j not in entered])
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
         self.prepare()
@@ -245,6 +251,22 @@ class Settling(AtZero):
         self._series()
         wrong = self._misled(guards)
         self.modes[wrong] = -self.modes[wrong]
+
+    def _take_away(self, j: int) -> None:
+        """Set the argument of a guard that holds the motion to 0, which it is up to rounding: by a change of
+        velocities in the direction of the force that holds."""
+        for _ in range(EXACT):
+            accelerations: list[Array] = []
+            slopes: list[float] = []
+            for mode in (1.0, -1.0, 0.0):
+                self.modes[j] = mode
+                accelerations.append(self._series()[: self._layout.degrees])
+                u = self._coefficients(self._rows.first + j)
+                slopes.append(float(u[1]))
+            change = (accelerations[0] - accelerations[1]) * (u[0] / (slopes[0] - slopes[1] or np.inf))
+            if u[0] == 0.0 or not np.all(np.isfinite(change)):
+                return
+            self._add(self._layout.v, -change)
 
     def _multiplier(self, j: int) -> float:
         return float(self._multipliers([j])[0])

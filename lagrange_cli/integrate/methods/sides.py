@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,6 +54,11 @@ class Sides:
         """The coefficients of every event's argument (events, coefficients)."""
         row = self.guards.guards[self.first].row
         return self.settling.coefficients_between(row, row + len(self.program.events))
+
+    def switches(self) -> Array:
+        """The values of the arguments of switches."""
+        first = self.guards.first
+        return self.settling.coefficients_between(first, first + self.settling.count)[:, 0]
 
     def state(self, memory: Array) -> Array:
         """The rows outside, of all parts."""
@@ -132,9 +138,13 @@ class Sides:
         leads = float(values[0])
         if not abs(leads) > noise:
             settling.mark([j])
-            speed = float(np.max(np.abs(self.memory[self.layout.part(0)][self.layout.v])))
-            scale = settling.scale() * (rate / speed if min(rate, speed) > 0.0 else 1.0)
-            sizes = [rate, *np.fmax(scale[1:-1], scale[2:])]
-            counting = (one for one, size in zip(values[1:], sizes) if not abs(one) <= ROUNDING * size)
-            leads = float(next(counting, -settling.modes[j]))
+            leads = float(next(self.counting(values, rate), -settling.modes[j]))
         settling.modes[j] = 1.0 if leads > 0.0 else -1.0
+
+    def counting(self, values: Array, rate: float) -> Iterator[float]:
+        """The ``values`` of an argument's coefficients behind the first that are more than rounding, where
+        the terms of its rate are as large as ``rate``; the series was computed just now."""
+        speed = float(np.max(np.abs(self.memory[self.layout.part(0)][self.layout.v])))
+        scale = self.settling.scale() * (rate / speed if min(rate, speed) > 0.0 else 1.0)
+        sizes = [rate, *np.fmax(scale[1:-1], scale[2:])]
+        return (float(one) for one, size in zip(values[1:], sizes) if not abs(one) <= ROUNDING * size)

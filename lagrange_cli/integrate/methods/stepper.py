@@ -306,7 +306,11 @@ class Stepper:
                 return self.finished is None
             if self.finished is not None:
                 return False
+        before = self._happenings and self._happenings.moving()
         goes_on = self._settling.goes_on(stop, due)
+        if goes_on and self._happenings is not None:
+            self.finished = self._happenings.stop(before or None, sample)
+            goes_on = self.finished is None
         guards = self.space.machine.program.rows_of_guards.guards
         if stop is Stop.GUARD and guards[due].role is Role.BREAK and not goes_on:
             from lagrange_cli.integrate.methods.happenings import Finished
