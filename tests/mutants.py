@@ -210,8 +210,8 @@ MUTATIONS = {
         ("tests/test_limits.py", "tests/cli/test_limits.py::test_the_work_of_deriving_is_bounded"),
     ),
     "the velocities that a page begins with": Mutation(
-        "page/engine.py", "[one.velocity for one in spec.coordinates]",
-        "[one.initial for one in spec.coordinates]",
+        "page/engine.py", "given += written(one.velocity for one in spec.coordinates)",
+        "given += written(one.initial for one in spec.coordinates)",
         (PAGES + "test_a_start_that_depends_on_parameters_follows_them",),
     ),
     "the sign of a velocity in a page": Mutation(

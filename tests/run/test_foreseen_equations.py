@@ -29,7 +29,7 @@ def test_what_is_foreseen_is_less_than_what_is_done(text: str) -> None:
     assert STEPS_A_MEETING * meetings(spec) < derive(spec).work.spent
 
 
-@pytest.mark.parametrize("form", ["hamilton", "matrix", "reactions"])
+@pytest.mark.parametrize("form", ["hamilton", "matrix"])
 def test_a_form_that_is_too_large_is_refused_at_once(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("model.build.build_model", "symbolic.families.equations.family_equations"):
         monkeypatch.setattr(f"lagrange_cli.{name}", None)
