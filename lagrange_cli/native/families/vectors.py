@@ -13,7 +13,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ZERO, Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.beside import BesideEmitter, BesideLanes
+from lagrange_cli.native.numbers.beside import BesideLanes
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.numbers.lanes import LaneEmitter
@@ -157,7 +157,7 @@ class DoubleVectors:
     """Not 0 for numbers in expressions that are beside those of the run (``numbers.beside``)."""
 
     def __init__(self, f: Function) -> None:
-        self.f, self.kind = f, LaneEmitter(f)
+        self.f, self.kind = f, BesideLanes(f, self.factor) if self.factor else LaneEmitter(f)
         self.load, self.store, self.load_row, self.store_row = f.load, f.store, f.load_row, f.store_row
         self.zero, self.select, self.splat, self.lane, self.shuffle = (
             f.zero, f.select, f.splat, f.lane, f.shuffle
@@ -243,22 +243,6 @@ class DoubleVectors:
         return dots(self.f, a, b, n, same=same, weighted=weighted)
 
 
-class BesideDoubles(DoubleVectors):
-    """The doubles of a companion (see ``numbers.beside``)."""
-
-    def __init__(self, f: Function) -> None:
-        super().__init__(f)
-        self.kind, self.fused = BesideLanes(f, self.factor), rounded_apart
-
-    def single(self) -> Emitter:
-        return BesideEmitter(self.f, self.factor)
-
-
-def rounded_apart(a: Real, b: Real | float, c: Real | float) -> Real:
-    """``a * b + c`` with two roundings."""
-    return a * b + c
-
-
 def beside_doubles(factor: int) -> type[DoubleVectors]:
-    """The same with such a factor."""
-    return type("BesideDoubles", (BesideDoubles,), {"factor": factor})
+    """The doubles of a companion."""
+    return type("BesideDoubles", (DoubleVectors,), {"factor": factor})

@@ -4,9 +4,6 @@ A companion shows the effect of rounding. Where the run has c for an exact value
 d, with a k so large that this is another double, and so small that the motion responds in proportion. It is
 the ``factor`` of the companion for numbers in expressions, and ``CONSTANTS`` for values that are computed
 from numbers and parameters before the motion begins.
-
-From the same state a companion would compute the same rounded accelerations as the run. So it rounds products
-before they are added, where the run rounds only the sum.
 """
 
 from __future__ import annotations
@@ -32,7 +29,7 @@ def beside(value: Number, factor: int) -> Number:
 
 class BesideEmitter(Emitter):
     """Doubles, with numbers in expressions that are beside those of the run; for functions that have none of
-    these, no ``factor`` is needed. Products and sums are rounded one by one."""
+    these, no ``factor`` is needed."""
 
     def __init__(self, body: Function, factor: int = 0) -> None:
         super().__init__(body)
@@ -40,9 +37,6 @@ class BesideEmitter(Emitter):
 
     def number(self, value: Number) -> Value:
         return literal(beside(value, self._factor))
-
-    def fma(self, a: Value, b: Value, c: Value) -> Value:
-        return self.add(c, self.mul(a, b))
 
 
 class BesideLanes(LaneEmitter):
@@ -54,9 +48,6 @@ class BesideLanes(LaneEmitter):
 
     def number(self, value: Number) -> Value:
         return super().number(beside(value, self._factor))
-
-    def fma(self, a: Value, b: Value, c: Value) -> Value:
-        return self.add(c, self.mul(a, b))
 
 
 class BesideDoubleDouble(DoubleDouble):
