@@ -48,15 +48,6 @@ def derive_with_contacts(model: Model[Node]) -> Residual:
     return replace(residual, conserved=kept, contacts=contacts)
 
 
-def without_contact(residual: Residual) -> Model[Node]:
-    """The model of the motion while it does not rest."""
-    model, graph = residual.model, graph_of(residual.model)
-    if not residual.contacts:
-        return model
-    absent = {symbol: graph.zero for one in residual.contacts for symbol in (one.multiplier, one.rest)}
-    return replace(model, generalized_forces=tuple(substituted(graph, model.generalized_forces, absent)))
-
-
 def _while_resting(graph: Graph, contact: Contact, k: int) -> Node:
     """The generalized force, and 0 where the motion does not rest: it may be infinite there."""
     return graph.switch(contact.rest**2, contact.multiplier * contact.force[k], graph.zero, -1)

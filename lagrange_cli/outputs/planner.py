@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.node import Node
@@ -46,12 +48,13 @@ class Planner:
         return self.residual.model
 
     def further(self) -> Sequence[tuple[Conserved, Node]]:
-        """Conserved quantities besides h and momenta of cyclic coordinates."""
+        """Conserved quantities besides h and momenta of cyclic coordinates. None of them contains a force of
+        resting contact: what this changes is not conserved while the motion rests."""
         from lagrange_cli.mechanics.conserved.symmetries import symmetries
-        from lagrange_cli.mechanics.contacts import without_contact
 
-        found = symmetries(without_contact(self.residual), self.residual.conserved)
-        return [(one.conserved, one.node) for one in found]
+        found = symmetries(self.model, self.residual.conserved)
+        pushed = reduce(or_, (one.multiplier.symbols | one.rest.symbols for one in self.residual.contacts), 0)
+        return [(one.conserved, one.node) for one in found if not one.node.symbols & pushed]
 
     def kept_by_constraints(self) -> Sequence[tuple[Conserved, Node]]:
         """Functions of coordinates and t that constraints on velocities keep constant."""

@@ -178,9 +178,9 @@ class Settling(AtZero):
         self.modes[able] = 0.0
         self.regular(free)
         found, entered = self._agreed(guards, able, first)
-        held = [j for j in able if self.modes[j] == 0.0]
-        values = self._arguments() if held else np.zeros(0)
-        for j in held:
+        still = [j for j in able if self.modes[j] == 0.0]
+        values = self._arguments() if still else np.zeros(0)
+        for j in still:
             if values[j] != 0.0:
                 self._take_away(j)
         self.let_rest([j for j in free if j not in entered])
