@@ -19,7 +19,7 @@ from lagrange_cli.run.reel import TRAIL, usual_speed
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.shipped import names, text
 from lagrange_cli.run.view.content import READING, UNREADABLE, drawn
-from lagrange_cli.run.view.motion import Followed, follow, read_shown, watched
+from lagrange_cli.run.view.motion import ViewedMotion, follow, read_shown, watched
 from lagrange_cli.run.view.page import page as live_page
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
@@ -91,7 +91,7 @@ def pages_of(name: str) -> dict[str, str | bytes]:
     return {**found, f"gallery/{name}.md": "\n\n".join(parts)}
 
 
-def still(motion: Motion, followed: Followed) -> bytes:
+def still(motion: Motion, followed: ViewedMotion) -> bytes:
     """A picture of the motion, PNG; empty where nothing is drawn."""
     import matplotlib.image
 
