@@ -9,14 +9,14 @@ t^0.1 is smooth enough in s for Gauss's rule.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from itertools import count, product, takewhile
-from math import cos, frexp, ldexp, pi
+from math import frexp, ldexp
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.methods.modes import Modes
+from lagrange_cli.integrate.methods.gauss import gauss
+from lagrange_cli.integrate.methods.trial_states import TrialStates
 from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.records import dataclass
 
@@ -37,8 +37,6 @@ NEAR = 2.0**-16
 """If u = 0 is farther away, in the same terms, something else stops the motion."""
 FELT = 2.0**-50, 2.0**-98
 """A negligible error of velocities for such a passage."""
-TOLD = 2.0**-3
-"""An argument whose rounding error is a larger part of it is not known well enough."""
 BRIEF = 2.0**-20
 """A short fraction of the whole time since t = 0."""
 UNSURE = 2.0**-50, 2.0**-100
@@ -69,7 +67,7 @@ class Way:
     part: float
 
 
-class Crossing(Modes):
+class Crossing(TrialStates):
     """The way across a place where a force has no series."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
@@ -138,29 +136,6 @@ class Crossing(Modes):
     def _agrees(self) -> bool:
         """Whether the arguments of all guards have the signs of their modes, which a long way may change."""
         return bool(np.all(self._arguments() * self.modes[: self.count] >= 0.0))
-
-    def regular(self, guards: Sequence[int]) -> Array:
-        """Modes of guards whose arguments are 0 with which accelerations and their series are finite; the
-        present ones as far as that is possible."""
-        infinite = self._infinite()
-        for j in guards:
-            if not infinite:
-                break
-            if self.modes[j] != 0.0:
-                self.modes[j] = -self.modes[j]
-                others = self._infinite()
-                if others < infinite:
-                    infinite = others
-                else:
-                    self.modes[j] = -self.modes[j]
-        found: Array = self.modes[guards].copy()
-        return found
-
-    def _infinite(self) -> int:
-        """The number of coefficients of velocities that are not finite."""
-        self._series()
-        velocities = self._coefficients_of(self._layout.v.start, self._layout.v.stop)
-        return int(np.count_nonzero(~np.isfinite(velocities)))
 
     def _crossed_by(
         self, j: Sequence[int], left: float, begin: Array, mode: Array, *, farther: float = 0.0
@@ -288,80 +263,3 @@ class Crossing(Modes):
                 if np.any((near > GROWS * far) & (near * unsure > SEVERAL * least)):
                     return True
         return False
-
-    def _accelerations(self, start: Array, rates: Array, t: float, mode: Array, j: Sequence[int]) -> Array:
-        """The accelerations after the time t."""
-        self.memory[:] = start
-        self._move(t, rates)
-        self.modes[j] = mode
-        self._series()
-        return self._rates_of_rows()[: self._layout.degrees]
-
-    def _values(self, guards: Sequence[int]) -> Array:
-        """The arguments of guards."""
-        return np.array([self._coefficients(self._rows.first + j)[0] for j in guards])
-
-    def told(self, guards: Sequence[int], values: Array) -> bool:
-        """Whether the arguments of guards are not 0, and doubles tell: without the low parts of coordinates,
-        they have about these ``values``, too."""
-        if self.machine.program.parts > 1:
-            return bool(np.all(values != 0.0))
-        reached = self.memory.copy()
-        self.memory[self._layout.part(1)][self._layout.q] = 0.0
-        self._series()
-        values = np.where(values == 0.0, np.nan, values)
-        told = np.all(np.abs(self._values(guards) - values) <= TOLD * np.abs(values))
-        self.memory[:] = reached
-        self._series()
-        return bool(told)
-
-    def _slopes(self, guards: Sequence[int]) -> Array:
-        """How fast the arguments of guards change."""
-        return np.array([self._coefficients(self._rows.first + j)[1] for j in guards])
-
-    def _rates_of_rows(self) -> Array:
-        """The rates of all rows but q, from the series."""
-        found: Array = self._coefficients_of(self._layout.rates.start, self._layout.rates.stop)[:, 0]
-        return found
-
-    def _move(self, t: float, rates: Array) -> None:
-        """Move by the time ``t`` with constant rates."""
-        layout = self._layout
-        high, low = (self.memory[layout.part(part)].copy() for part in (0, 1))
-        self._add(layout.q, high[layout.v] * t)
-        self._add(layout.q, low[layout.v] * t + rates[: layout.degrees] * (t * t / 2))
-        self._add(layout.rates, rates * t)
-        self._add(slice(layout.time, layout.time + 1), t, Clock.TIME_LOW - Clock.TIME)
-
-    def _add(self, rows: slice[int, int, None], change: Array | float, apart: int | None = None) -> None:
-        """Add to numbers whose low parts are so far ``apart``, without an error of rounding (D. Knuth)."""
-        shift = self._layout.width if apart is None else apart
-        high, low = (self.memory[rows.start + k : rows.stop + k] for k in (0, shift))
-        total = high + change
-        rest = total - high
-        low += (high - (total - rest)) + (change - rest)
-        high[:] = total
-
-    def _speed(self) -> float:
-        """The speed that the motion gains from rest over a distance as large as its coordinates."""
-        high, layout = self.memory[self._layout.part(0)], self._layout
-        accelerations = np.abs(self._coefficients_of(layout.v.start, layout.v.stop)[:, 0])
-        known = accelerations[np.isfinite(accelerations)]
-        return float(np.sqrt(np.max(known, initial=0.0)) * np.sqrt(np.max(np.abs(high[layout.q]))))
-
-
-@cache
-def gauss(count: int) -> list[tuple[float, float]]:
-    """The nodes and weights of Gauss's rule on [0, 1] (M. Abramowitz and I. A. Stegun, 25.4.30), by Newton's
-    method."""
-    found = []
-    for k in range(1, count + 1):
-        x = cos(pi * (k - 0.25) / (count + 0.5))
-        for _ in range(6):
-            before, value = 1.0, x  # Legendre's polynomials
-            for n in range(2, count + 1):
-                before, value = value, ((2 * n - 1) * x * value - (n - 1) * before) / n
-            slope = count * (x * value - before) / (x * x - 1)
-            x -= value / slope
-        found.append(((1 - x) / 2, 1 / ((1 - x * x) * slope**2)))
-    return found
