@@ -46,6 +46,11 @@ def plus(a: Series, b: Series, factor: float = 1.0) -> Series:
     return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
 
 
+def zero(series: Series) -> bool:
+    """Whether all of its coefficients, numbers or arrays, are 0."""
+    return not any(np.any(one) for one in series)
+
+
 class Dual:
     """``value`` + e ``varied``; of the latter, each coefficient is an array (2 n,): all variations."""
 
@@ -76,7 +81,7 @@ class Dual:
         return self * power(other, -1.0)
 
     def __pow__(self, other: Dual) -> Dual:
-        if not any(other.value[1:]) and not any(other.varied):
+        if not any(other.value[1:]) and zero(other.varied):
             return power(self, other.value[0])
         m = math if isinstance(self.value[0], float) else mpmath
         exponent = other * composed(FUNCTIONS["log"](m, self.value[0]), self)
@@ -100,7 +105,7 @@ def composed(derivatives: Sequence[Any], x: Dual) -> Dual:
 
 def power(base: Dual, exponent: float) -> Dual:
     """``base`` to a constant power; a base that stays 0, as max(0, x) does, has no slope that matters."""
-    if exponent > 0.0 and not any(base.value) and not any(base.varied):
+    if exponent > 0.0 and zero(base.value) and zero(base.varied):
         return Dual(NOTHING)
     return composed(powers(base.value[0], exponent), base)
 

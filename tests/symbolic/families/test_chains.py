@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import UsageError
@@ -126,6 +126,7 @@ def test_what_is_printed_of_chains_and_trees_is_what_the_file_says(
 @given(
     st.sampled_from([*LINKS]), st.sampled_from(SIZES), st.sampled_from(POTENTIALS), st.sampled_from(FORCES)
 )
+@example("where", 1, POTENTIALS[2], FORCES[0])  # a potential that is 0 at every point
 def test_members_that_follow_in_other_ways(links: str, count: int, potential: str, forces: str) -> None:
     if links not in ("where", "alternating"):
         count = max(3, count)
