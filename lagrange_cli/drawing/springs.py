@@ -22,7 +22,7 @@ from lagrange_cli.drawing.distances import (
 )
 from lagrange_cli.drawing.probe import equal, steady
 from lagrange_cli.drawing.scene import Place, Scene
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, factors_of
 from lagrange_cli.records import dataclass
 
 
@@ -74,7 +74,7 @@ def terms(scene: Scene, linear: bool = False) -> Iterator[tuple[Node, list[tuple
                     (c * constant, one) for one, c in pairs if linear or one.kind in (Kind.SUM, Kind.PRODUCT)
                 ]
                 continue
-            factors = [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else [(node, 1)]
+            factors = factors_of(node)
             moving = [(one, e) for one, e in factors if one.symbols & scene.moving]
             fixed = [(one, e) for one, e in factors if not one.symbols & scene.moving]
             single = len(moving) == 1 and moving[0][1] == 1

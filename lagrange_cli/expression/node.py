@@ -122,6 +122,21 @@ def reachable(roots: Iterable[Node], enter: Any = None) -> list[Node]:
     return in_order(seen)
 
 
+def terms_of(node: Node) -> list[tuple[Node, float]]:
+    """The terms of a sum with their coefficients, its constant last; anything else is one term."""
+    if node.kind is Kind.NUMBER:
+        return [(node.graph.one, node.data)]
+    if node.kind is not Kind.SUM:
+        return [(node, 1.0)]
+    constant, coefficients = node.data
+    return [*zip(node.arguments, coefficients), *([(node.graph.one, constant)] if constant else [])]
+
+
+def factors_of(node: Node) -> list[tuple[Node, int | float]]:
+    """The factors of a product with their exponents; anything else is one factor."""
+    return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else [(node, 1)]
+
+
 def in_order(nodes: Iterable[Node]) -> list[Node]:
     """The nodes in the order of their creation."""
     return sorted(nodes, key=_number)

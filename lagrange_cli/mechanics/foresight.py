@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
@@ -29,19 +29,14 @@ def least_convolutions(model: Model[Node], most: int) -> int:
     given = model.potential if model.lagrangian is None else model.lagrangian
     forces = [x for particle in model.particles for x in particle.force] + list(model.generalized_forces)
     beside = model.time.symbols
-    if any(term.symbols & rates and term.symbols & beside for term in terms_of([given])):
+    if any(term.symbols & rates and term.symbols & beside for term, _ in terms_of(given)):
         return 0
-    at_rest = [term for term in terms_of([given, *forces]) if not term.symbols & rates]
+    at_rest = [term for node in (given, *forces) for term, _ in terms_of(node) if not term.symbols & rates]
     if GROWTH * count(model, at_rest) <= most:
         return 0
     slopes = [graph.diff(given, q) for q in model.q]
     found = [*slopes, *Energetics(model).forces]
-    return count(model, [term for term in terms_of(found) if not term.symbols & rates])
-
-
-def terms_of(nodes: Iterable[Node]) -> list[Node]:
-    """The terms of sums, anything else as it is."""
-    return [term for node in nodes for term in (node.arguments if node.kind is Kind.SUM else (node,))]
+    return count(model, [term for node in found for term, _ in terms_of(node) if not term.symbols & rates])
 
 
 def bit_set(symbols: Iterable[Node]) -> int:

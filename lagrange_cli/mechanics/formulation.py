@@ -10,7 +10,7 @@ from functools import reduce
 from operator import or_
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Node, terms_of
 from lagrange_cli.mechanics.residual import CyclicMomentum
 from lagrange_cli.mechanics.rows import Matrix, Row
 from lagrange_cli.mechanics.substitution import substituted
@@ -85,8 +85,4 @@ def normalized(model: Model[Node], residual: Sequence[Node], matrix: Sequence[Ro
 
 def divided(graph: Graph, node: Node, by: Node) -> Node:
     """``node / by``, term by term."""
-    if node.kind is not Kind.SUM:
-        return node / by
-    constant, coefficients = node.data
-    terms = [(argument / by, c) for argument, c in zip(node.arguments, coefficients)]
-    return graph.sum([*terms, (graph.one / by, constant)])
+    return graph.sum((term / by, c) for term, c in terms_of(node))

@@ -14,10 +14,10 @@ from itertools import chain
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
 from lagrange_cli.expression.zero import RANGE, Branches, Doubles, branching, zeros
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.switching.jumps import arguments, sides, terms_of
+from lagrange_cli.mechanics.switching.jumps import arguments, sides
 from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.model.model import Model
 
@@ -34,7 +34,7 @@ def acting(model: Model[Node], graph: Graph, lagrangian: Node) -> Node:
     velocities = sum(v.symbols for v in model.v)
     if len(model.q) > MOST_COORDINATES or not lagrangian.symbols & velocities:
         return lagrangian
-    terms = [graph.sum([term]) for term in terms_of(graph, lagrangian)]
+    terms = [graph.sum([term]) for term in terms_of(lagrangian)]
     if len(terms) > MOST_TERMS:
         return lagrangian
     at_rest = dict.fromkeys(model.v, graph.zero)

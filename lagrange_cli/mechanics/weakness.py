@@ -13,7 +13,7 @@ from functools import reduce
 from operator import or_
 
 from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
 from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
@@ -52,17 +52,9 @@ def energies(model: Model[Node], state: Mapping[str, float]) -> Iterator[Node]:
         slopes = [graph.diff(energy, q) for energy in given]
         forces = [*slopes, graph.diff(model.dissipation, v), model.generalized_forces[k]]
         forces += [f * graph.diff(x, q) for p in model.particles for f, x in zip(p.force, p.position)]
-        yield from (term for force in forces for term in terms_of(force * way))
+        yield from (term * c for force in forces for term, c in terms_of(force * way))
     given += [particle.mass * v * v * 0.5 for particle in model.particles for v in particle.velocity]
-    yield from (term for energy in given for term in terms_of(energy))
-
-
-def terms_of(node: Node) -> Iterator[Node]:
-    """The terms of a sum, with their coefficients."""
-    if node.kind is Kind.SUM:
-        yield from (one * scale for one, scale in zip(node.arguments, node.data[1]))
-    else:
-        yield node
+    yield from (term * c for energy in given for term, c in terms_of(energy))
 
 
 def singular(term: Node, moving: int) -> Iterator[Node]:
@@ -71,8 +63,7 @@ def singular(term: Node, moving: int) -> Iterator[Node]:
     for node in reachable([term], lambda one: bool(one.symbols & moving)):
         if node.kind is Kind.FUNCTION and node.data in BOUNDED:
             yield node
-        if node.kind is Kind.PRODUCT:
-            for base, exponent in zip(node.arguments, node.data):
-                ends = exponent < 0 or exponent != int(exponent)
-                if base.symbols & moving and ends and signs(base, known) is not Sign.POSITIVE:
-                    yield base
+        for base, exponent in factors_of(node):
+            ends = exponent < 0 or exponent != int(exponent)
+            if base.symbols & moving and ends and signs(base, known) is not Sign.POSITIVE:
+                yield base

@@ -13,7 +13,7 @@ from lagrange_cli.drawing.families.rods import Lines, apart, ends_of, part_of
 from lagrange_cli.drawing.probe import STATES
 from lagrange_cli.expression.arrays import Array
 from lagrange_cli.expression.index_arrays import Places
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, factors_of
 from lagrange_cli.families.arrays import Chain, Domain, Total
 from lagrange_cli.records import dataclass
 
@@ -60,7 +60,7 @@ def terms(crowd: Crowd) -> Iterator[tuple[Domain, Array, bool, Sequence[tuple[No
             pairs = zip(node.arguments, node.data[1])
             pending += [(domain, float(c) * outer, timed, one) for one, c in pairs]
             continue
-        factors = [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else [(node, 1)]
+        factors = factors_of(node)
         moving = [(one, float(e)) for one, e in factors if crowd.moves(one)]
         fixed = [(one, e) for one, e in factors if not crowd.moves(one)]
         if not moving:

@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
 from lagrange_cli.mechanics.conserved.found import Found, Trial
 from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.conserved.reasons import (
     current_text,
-    factors_of,
     is_constant,
     reason,
     without_denominators,
@@ -119,8 +118,9 @@ def along_constraints(found: Found) -> Iterable[Change]:
         slopes = {k: graph.diff(speed, v) for k, speed in bound.items()} if s not in bound else {}
         slopes = {k: slope for k, slope in slopes.items() if not slope.is_zero}
         if slopes:
-            factors = {base: e for slope in slopes.values() for base, e in factors_of(slope) if e < 0}
-            clearing = graph.product([(base, 1) for base in factors])
+            parts = [factors_of(graph.split_coefficient(slope)[1]) for slope in slopes.values()]
+            below = dict.fromkeys(base for factors in parts for base, e in factors if e < 0)
+            clearing = graph.product([(base, 1) for base in below])
             yield Change({s: clearing, **{k: clearing * slope for k, slope in slopes.items()}})
 
 

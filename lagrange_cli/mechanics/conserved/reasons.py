@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, factors_of, terms_of
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.expression.zero import is_zero
@@ -144,24 +144,9 @@ def without_denominators(graph: Graph, factors: Sequence[Node]) -> list[Node]:
     each = [terms_of(factor) for factor in factors]
     powers: dict[Node, float] = {}
     for term, _ in (one for terms in each for one in terms):
-        for base, exponent in factors_of(term):
+        for base, exponent in factors_of(graph.split_coefficient(term)[1]):
             powers[base] = min(exponent, powers.get(base, 0))
     common = [(base, -exponent) for base, exponent in powers.items() if exponent]
     if not common:
         return [*factors]
     return [graph.sum([(graph.product([(one, 1), *common]), c) for one, c in terms]) for terms in each]
-
-
-def terms_of(node: Node) -> list[tuple[Node, float]]:
-    """The terms of a sum, with numbers in front of them."""
-    if node.kind is not Kind.SUM:
-        return [(node, 1.0)]
-    constant, coefficients = node.data
-    return [*zip(node.arguments, coefficients), *([(node.graph.one, constant)] if constant else [])]
-
-
-def factors_of(node: Node) -> list[tuple[Node, float]]:
-    """The factors of a product with their exponents, without a number."""
-    if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
-        return factors_of(node.arguments[0])
-    return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []

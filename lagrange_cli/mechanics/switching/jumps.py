@@ -17,7 +17,7 @@ from itertools import pairwise
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model
@@ -141,12 +141,12 @@ def parts(graph: Graph, node: Node) -> dict[Node, Node]:
 def addends(graph: Graph, node: Node) -> list[tuple[Node, float]]:
     """The terms of a sum, or of a sum times something else, with their coefficients."""
     if node.kind is Kind.PRODUCT:
-        factors = [*zip(node.arguments, node.data)]
+        factors = factors_of(node)
         sums = [one for one in factors if one[0].kind is Kind.SUM and one[1] == 1 and arguments(one[0])]
         if len(sums) == 1:
             rest = [one for one in factors if one is not sums[0]]
-            return [(graph.product([*rest, (x, 1)]), c) for x, c in terms_of(graph, sums[0][0])]
-    return terms_of(graph, node)
+            return [(graph.product([*rest, (x, 1)]), c) for x, c in terms_of(sums[0][0])]
+    return terms_of(node)
 
 
 def refuse_jumps_in_numbers(model: Model[Node], whose: str = "this run") -> None:
@@ -252,7 +252,7 @@ def is_certain(graph: Graph, above: Node, below: Node, u: Node, moving: int) -> 
 
 def solutions(graph: Graph, u: Node, moving: int) -> Iterator[dict[Node, Node]]:
     """For each symbol that u is linear in, what it is where u is 0."""
-    terms = terms_of(graph, u)
+    terms = terms_of(u)
     for term, coefficient in terms:
         rest = graph.sum([*terms, (term, -coefficient)])
         if term.kind is Kind.SYMBOL and term.symbols & moving and not rest.symbols & term.symbols:
@@ -263,7 +263,7 @@ def stays(graph: Graph, left: Node, moving: int) -> bool:
     """Whether a sum is not 0, whatever its parameters are: a product of what moves has one term, which no
     other cancels."""
     found: dict[Node, int] = {}
-    for term, coefficient in terms_of(graph, left):
+    for term, coefficient in terms_of(left):
         if not math.isfinite(coefficient):
             return False  # a pole
         scale, factor = graph.split_parameters(term, moving)
@@ -286,13 +286,3 @@ def differ(graph: Graph, above: Node, below: Node, at: Mapping[Node, Node]) -> b
             if abs(value[above] - value[below]) <= ROUNDING * max(size[above], size[below]):
                 return False
     return count > 0
-
-
-def terms_of(graph: Graph, node: Node) -> list[tuple[Node, float]]:
-    """The terms of a sum with their coefficients; its constant is one."""
-    if node.kind is Kind.NUMBER:
-        return [(graph.one, node.data)]
-    if node.kind is not Kind.SUM:
-        return [(node, 1.0)]
-    constant, coefficients = node.data
-    return [*zip(node.arguments, coefficients), *([(graph.one, constant)] if constant else [])]

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, factors_of
 from lagrange_cli.expression.polynomials import HIGHEST, LONG_NOISE, NOISE
 from lagrange_cli.expression.squares import power
 from lagrange_cli.mechanics.variables import graph_of
@@ -44,7 +44,7 @@ def with_simple_zero(graph: Graph, node: Node) -> Node:
 def collected(graph: Graph, node: Node) -> Node:
     """``node`` with powers in place of factors that are multiplied out."""
     scale, u = graph.split_coefficient(node)
-    powers = zip(u.arguments, u.data) if u.kind is Kind.PRODUCT else [(u, 1)]
+    powers = factors_of(u)
     pairs: list[tuple[Node, Any]] = []
     roots: list[tuple[Node, int]] = []
     for base, e in powers:
