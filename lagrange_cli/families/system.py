@@ -35,8 +35,8 @@ from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
 
-FEWEST = 1000
-"""Terms of all sums below which members are written out."""
+FEWEST = 100
+"""Terms of all sums below which members are written out. With more, loops compile and run faster."""
 FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
 FEWEST_SWITCHED = 50

@@ -45,6 +45,8 @@ INTEGRALS = frozenset({"ledger", "action"})
 """Those that are integrated beside the motion, by Taylor series."""
 OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
 """Those that systems with constraints have besides."""
+FEWEST_ONE_BY_ONE = 1000
+"""Terms of all sums from which on the motions of an ensemble are followed one by one."""
 
 
 def suits(spec: Spec, outputs: Collection[str]) -> bool:
@@ -95,7 +97,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if spec.events and needs is not Needs.SERIES:
         return WrittenOut(f"events with --method {method}", "use --method taylor")
     system = family_system(spec, algebra_for(compilation))
-    if system is None:
+    if system is None or (compilation.ensemble and suits_lanes(system)):
         return OTHER
     if needs is Needs.SERIES and unproven(system, compilation):
         way = "leave out --proven" if compilation.proven else "write forces that are less narrow"
@@ -122,6 +124,12 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if needs is Needs.STEPS and mixed(system):
         return WrittenOut(f"--method {method} with joints of several coordinates", "use --method taylor")
     return system
+
+
+def suits_lanes(system: FamilySystem) -> bool:
+    """Whether the motions of an ensemble are followed faster side by side, with members written out."""
+    special = system.joints is not None or system.bonds is not None or system.smooth is not None
+    return system.terms < FEWEST_ONE_BY_ONE and not special
 
 
 def closable(compilation: Compilation) -> bool:

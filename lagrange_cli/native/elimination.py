@@ -14,7 +14,6 @@ from lagrange_cli.mechanics.formulations import if_affordable
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.variables import numbered
 from lagrange_cli.native.linear.symmetric import elimination
-from lagrange_cli.native.motions import is_large
 from lagrange_cli.series.program import SeriesProgram
 
 ORDERS = 20
@@ -30,8 +29,6 @@ def reduced(residual: Residual) -> Elimination | None:
     if not residual.multipliers:
         return None
     series = residual.series()
-    if is_large(residual, series):
-        return None
     best, least = None, work(residual, series)
 
     def attempt(most: int) -> Callable[[], Elimination | None]:

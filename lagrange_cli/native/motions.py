@@ -22,7 +22,6 @@ from lagrange_cli.series.program import SeriesProgram
 
 if TYPE_CHECKING:
     from lagrange_cli.native.followed import FollowedEquations
-    from lagrange_cli.native.recurrences.batches.tables import Tables
     from lagrange_cli.native.stepping.doubles import DoubleSteps
     from lagrange_cli.native.stepping.lengths import Lengths
     from lagrange_cli.native.stepping.motion import Given
@@ -32,10 +31,6 @@ BRIEF = "rates"
 """The function that computes rates, where there is one beside that for series."""
 RATES = 2
 """The order of q's series that gives the accelerations alone."""
-BATCHED = 100
-"""Convolutions from which on series are computed in batches."""
-SOLVED = 3
-"""So many times as many must it be where a linear system has to be solved for the accelerations."""
 
 
 @dataclass(frozen=True)
@@ -95,15 +90,11 @@ class MotionCode:
     work: int
     operations: int
     series_at: tuple[int, int, int]
-    tables: Tables | None = None
-    """The tables of batches, if it is written for these."""
 
 
 def motion_of(equations: Specification, parts: int) -> MotionCode:
     """The code in numbers of so many ``parts``."""
-    if parts > 1:
-        return double_double(equations)
-    return batched(equations) or double(equations)
+    return double(equations) if parts == 1 else double_double(equations)
 
 
 def proof_of(equations: Specification, nodes: Sequence[Node]) -> Proving | None:
@@ -165,31 +156,6 @@ def double(equations: Specification) -> MotionCode:
     return MotionCode([*numbers("", order + 4), jet, *steps], work, operations, (0, 1, layout.width))
 
 
-def batched(equations: Specification) -> MotionCode | None:
-    """In doubles, by loops over members; None where the system is not large, or not of the kind."""
-    from lagrange_cli.native.recurrences.batches.arrangement import Misfit, arrange
-    from lagrange_cli.native.recurrences.batches.jet import write_batched_jet
-    from lagrange_cli.native.recurrences.batches.tables import Tables
-    from lagrange_cli.native.stepping.batches import BatchSteps, lengths_of
-
-    residual, series, order = equations.residual, equations.series, equations.highest
-    if not suits_batches(equations):
-        return None
-    try:
-        blocks = arrange(residual, series, order)
-        tables = Tables(equations.constants)
-        jet, work, operations = write_batched_jet(residual, blocks, tables, equations.state.width)
-    except Misfit:
-        return None
-    lengths, project = lengths_of(blocks, equations.state.degrees), ""
-    if residual.multipliers and equations.steps:
-        from lagrange_cli.native.stepping.projection_batches import BatchProjection
-
-        project = BatchProjection(residual, equations.state, tables).text()
-    work, steps = with_steps(equations, lengths, BatchSteps, work, project)
-    return MotionCode([*numbers("", order + 4), jet, *steps], work, operations, (0, 0, 0), tables)
-
-
 def with_steps(
     equations: Specification, lengths: Lengths, kind: type[DoubleSteps], work: int, project: str = "",
     rates: RatesFunction | None = None,
@@ -218,22 +184,6 @@ def with_steps(
         given = replace(given_of(equations, work, project), related=families)
         made.append(advance(kind(lengths, given)))
     return work, [*made, accelerate(lengths)]
-
-
-def suits_batches(equations: Specification) -> bool:
-    """Whether the series of a system are many, and its masses constant and diagonal, or its equations sparse
-    ones with constraints."""
-    return is_large(equations.residual, equations.series) and not (
-        equations.guards or equations.in_two or any(provings_of(equations))
-    )
-
-
-def is_large(residual: Residual, series: SeriesProgram) -> bool:
-    """The same of its equations."""
-    from lagrange_cli.native.recurrences.batches.saddle_tables import elimination_of
-
-    least = BATCHED * (SOLVED if residual.multipliers else 1)
-    return series.convolutions >= least and (residual.separate or elimination_of(residual) is not None)
 
 
 def double_double(equations: Specification) -> MotionCode:

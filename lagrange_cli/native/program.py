@@ -144,13 +144,7 @@ def write_program(
         rows = interface.rows
         return write_values(name, make, model.time, symbols, rows, [*nodes], constants, **more)
 
-    batches = made.tables
-    if batches is not None and unknowns is None:
-        from lagrange_cli.native.observation_batches import batched_values
-
-        observe, operations = batched_values(model.time, symbols, quantities, batches)
-    else:
-        observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
+    observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
     texts = [*made.parts, observe]
     if residual.bent:
         at = model.time, [*residual.state_q, *residual.state_v], interface.inner.width
@@ -173,20 +167,14 @@ def write_program(
     modes += [residual.graph.symbol(f"event {i}") for i in range(len(interface.events))]
     modes += [one.mode for one in smooth.rests]
     set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
-    if batches is not None:
-        from lagrange_cli.native.observation_batches import batched_prepare
-
-        prepare, size = batched_prepare(set_ones, batches)
-    elif factor is None:
+    if factor is None:
         prepare, size = write_prepare(make, constants, set_ones)
     else:
         from lagrange_cli.native.companion import prepare_beside
 
         prepare, size = prepare_beside(constants, set_ones, factor)
     text = "\n".join([*texts, prepare])
-    listed = "" if batches is None else batches.text()
-    text += listed
-    if more.hiding or batches is not None:
+    if more.hiding:
         from lagrange_cli.native.functions.elementary import definitions
 
         text += definitions(text)
@@ -196,7 +184,6 @@ def write_program(
         text=text,
         series=series,
         hiding=more.hides,
-        tables=len(listed),
         operations={"jet": made.operations, "observe": operations},
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.support.motion import run
 
 WALLS = """
@@ -48,11 +50,12 @@ def test_narrow_walls_reflect_what_is_too_slow(
     """Free motion before and after the wall: with the same velocity, or the opposite one."""
     monkeypatch.setattr(systems, "FEWEST", 0)
     spec = read_spec(WALLS.format(count=count, width=width, potential=POTENTIALS[kind]), "system.yaml")
-    outputs = frozenset(["q", "v"])
-    settings = Compilation("taylor", 2.0 ** (-52 if precision == DOUBLE else -104), outputs, precision)
+    exact, outputs = precision == DOUBLE_DOUBLE, frozenset(["q", "v"])
+    settings = Compilation("taylor", 2.0 ** (-104 if exact else -52), outputs, precision=precision)
     assert family_run(spec, settings) is not None
-    ready = prepare_system(spec, derive_system, None, settings)
-    found = run(ready, resolve_values(spec, {}), 0.0, 4.0, 2).data
+    ready = prepare_system(spec, partial(derive_system, exact=exact), None, settings)
+    values = (resolve_long_values if exact else resolve_values)(spec, {})
+    found = run(ready, values, 0.0, 4.0, 2).data
     members = np.arange(count)
     before, high = 1 + members / count, np.where(members % 3 == 0, 0.3, 3.0)
     after = found["v/x"][-1]

@@ -17,12 +17,12 @@ from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Moves
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState
+from lagrange_cli.native.families.saddle_tables import SaddleTables
+from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
-from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import replace

@@ -12,9 +12,9 @@ from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.constrained import MemberTabled, copied
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.llvm.vector import Bit, Pointer
-from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 
 
 class ClosedJet(ArticulatedJet):

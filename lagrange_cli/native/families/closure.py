@@ -23,7 +23,7 @@ from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.node_arrays import array
-from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
+from lagrange_cli.native.families.saddle_tables import SaddleTables
 
 
 class Closure:

@@ -10,17 +10,17 @@ from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.diagonal import regular_masses
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
+from lagrange_cli.native.families.gathering import places_at
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState, Restraint
+from lagrange_cli.native.families.saddle import Tabled
+from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.spans import Span
+from lagrange_cli.native.families.tables import count
 from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
-from lagrange_cli.native.recurrences.batches.gathering import places_at
-from lagrange_cli.native.recurrences.batches.layout import count
-from lagrange_cli.native.recurrences.batches.saddle import Tabled
-from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 
 
 class MemberTabled(Tabled):

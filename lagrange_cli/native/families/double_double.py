@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import ClassVar
 
+from lagrange_cli.native.families.gathering import gathered_from
 from lagrange_cli.native.interface import CONSTANTS, LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
@@ -19,7 +20,6 @@ from lagrange_cli.native.numbers.beside import BesideDoubleDouble, beside
 from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble, pair
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.numbers.kind import Number
-from lagrange_cli.native.recurrences.batches.gathering import gathered_from
 from lagrange_cli.native.recurrences.vector_dots import Coefficients
 
 BEHIND_WORK, BEHIND_CONSTANTS = "@low_work", "@low_constants"

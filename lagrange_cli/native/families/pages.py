@@ -14,16 +14,16 @@ from lagrange_cli.families.arrays import Array, Source, Total
 from lagrange_cli.families.values import Described
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.spec.content import names_of
 
-TABLES = ("@places", "@factors")
-"""The tables of a program, which have other names here."""
+PLACES = "@places"
+"""The table of a program, which has another name here."""
 
 
 def write_placing(system: Described, axes: Sequence[Total]) -> tuple[str, int]:
@@ -75,9 +75,8 @@ class _Writer:
     def text(self, functions: Sequence[str]) -> str:
         """The text of functions, with their tables."""
         text = "".join([*functions, self.tables.text()])
-        for table in TABLES:
-            for end in (",", " "):
-                text = text.replace(f"{table}{end}", f"{table}_of_{self.name}{end}")
+        for end in (",", " "):
+            text = text.replace(f"{PLACES}{end}", f"{PLACES}_of_{self.name}{end}")
         return f"{text}{self.scratch} = private constant i64 {self.scalars}\n"
 
     def arrays(self, vectors: DoubleVectors, constants: Pointer | str) -> dict[Array, Pointer]:

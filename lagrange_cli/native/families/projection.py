@@ -12,17 +12,17 @@ from lagrange_cli.families.arrays import Array, Source, Term
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.constrained import MemberTabled, solve
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
+from lagrange_cli.native.families.everywhere import Everywhere
+from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.restraint import Restraint
+from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.numbers.kind import NumberKind, V
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batches.columns import Everywhere
-from lagrange_cli.native.recurrences.batches.gathering import place_at
-from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
 from lagrange_cli.native.recurrences.compensated import Compensated, Sum
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import StateLayout

@@ -18,13 +18,13 @@ from lagrange_cli.families.arrays import Array, Chain, Slot, Total
 from lagrange_cli.mechanics.defect import terms
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.evaluation import climb, room
+from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.loops import Loop, loops, needed
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.recurrences.batches.gathering import place_at
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import emit_values

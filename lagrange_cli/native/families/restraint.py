@@ -18,7 +18,7 @@ from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.recurrences.batches.saddle_tables import SaddleTables
+from lagrange_cli.native.families.saddle_tables import SaddleTables
 
 
 class Restraint:

@@ -16,7 +16,6 @@ from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.recurrences.batches.layout import INVERSE, SLOPE
 from lagrange_cli.native.recurrences.vector_dots import AHEAD, Coefficients, begin_dots
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
@@ -24,6 +23,9 @@ from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
+
+SLOPE, INVERSE = -1, -2
+"""What stands for coefficients of a power: dp/dx and 1/x where a step begins."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import loops
 from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.tiling import Tiling, tiling_of
 from lagrange_cli.native.families.vectors import Divisor, DoubleVectors, Vectors
 from lagrange_cli.native.interface import LANES
@@ -17,7 +18,6 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import replace
 

@@ -7,13 +7,12 @@ from typing import Any, cast
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
-from lagrange_cli.native.families.series import LoopSeries, begin_sums
+from lagrange_cli.native.families.everywhere import Everywhere
+from lagrange_cli.native.families.series import INVERSE, SLOPE, LoopSeries, begin_sums
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.native.recurrences.batches.columns import Everywhere
-from lagrange_cli.native.recurrences.batches.layout import INVERSE, SLOPE
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.stage import Factors
 from lagrange_cli.native.recurrences.vector_dots import Coefficients

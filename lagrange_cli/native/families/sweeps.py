@@ -11,10 +11,10 @@ import numpy as np
 
 from lagrange_cli.families.arrays import NONE, Array, Tree
 from lagrange_cli.native.families.evaluation import climb
+from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.numbers.error_free import two_sum
-from lagrange_cli.native.recurrences.batches.tables import Tables
 
 Where = Callable[[Array], Pointer]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Protocol, TypeAlias
 
+from lagrange_cli.native.families.gathering import gathered
 from lagrange_cli.native.families.spans import divided
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
@@ -17,7 +18,6 @@ from lagrange_cli.native.numbers.beside import BesideLanes
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batches.gathering import gathered
 from lagrange_cli.native.recurrences.vector_dots import Coefficients, dots
 from lagrange_cli.native.recurrences.vector_stage import numbered, over
 

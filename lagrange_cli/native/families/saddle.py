@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.families.gathering import gathered, place_at, places_at
+from lagrange_cli.native.families.saddle_tables import EliminationRounds, RowSums, SaddleTables
+from lagrange_cli.native.families.tables import count
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
@@ -18,11 +19,6 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
-from lagrange_cli.native.recurrences.batches.layout import Blocks, count
-from lagrange_cli.native.recurrences.batches.saddle_tables import EliminationRounds, RowSums, SaddleTables
-from lagrange_cli.native.recurrences.batches.tables import Tables
-from lagrange_cli.native.recurrences.batches.values import BatchedValues
 
 
 class Tabled:
@@ -213,50 +209,3 @@ class Tabled:
         """Where the unknowns of these rows are, in a table of places from ``base`` on."""
         start = self.first + self.tabled.places["unknowns"]
         return self.tables.of_places([start + self.tabled.position[row] for row in rows])
-
-
-def entries_of(saddle: SaddleTables, residual: Residual) -> Mapping[str, Sequence[Node]]:
-    """The entries of the matrix of the equations, for ``factor``."""
-    graph, rows = residual.graph, residual.entries
-    return saddle.entries(
-        lambda i, k: graph.zero if i < 0 else rows[i].get(k, graph.zero), graph.one, -graph.one
-    )
-
-
-def at_the_start(
-    f: Function, emitter: LaneEmitter, residual: Residual, blocks: Blocks, nodes: Sequence[Node],
-    tables: Tables, time: Operand,
-) -> BatchedValues:  # fmt: skip
-    """The values of ``nodes`` where a step begins, from the series' first coefficients."""
-    program = blocks.program
-    known = {
-        one.node: blocks.offsets[i]
-        for i, one in enumerate(program.series)
-        if one.node is not None and one.level >= 1 and one.node is not residual.model.time
-    }
-    known |= {v: blocks.offsets[i] for v, i in zip(residual.model.v, program.velocities)}
-    leaves = read(residual, nodes, known)
-    values = BatchedValues(f, [*leaves, residual.model.time], nodes, tables, emitter)
-    if leaves:
-        table = tables.of_places([known[node] for node in leaves])
-        with f.loop(0, count(leaves), tested=False) as b:
-            row = gathered(emitter, "%work", places_at(f, b * LANES + table))
-            f.store_row(Real(f, row, LANES), values.base, b * LANES)
-    f.store(f.lane(Real(f, time, LANES), 0), values.base, len(leaves))
-    values.write()
-    emitter.repeated = 1
-    return values
-
-
-def read(residual: Residual, nodes: Sequence[Node], known: dict[Node, int]) -> list[Node]:
-    """Which of the ``known`` nodes are read where ``nodes`` are computed."""
-    found: dict[Node, None] = {}
-    pending, seen = [*nodes], set[Node]()
-    while pending:
-        node = pending.pop()
-        if node in known:
-            found[node] = None
-        elif node not in seen and node.symbols & residual.variables:
-            seen.add(node)
-            pending += node.arguments
-    return sorted(found, key=lambda node: known[node])

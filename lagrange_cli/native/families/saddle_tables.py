@@ -11,17 +11,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.model.sparse import SparseElimination, eliminated
+from lagrange_cli.model.sparse import SparseElimination
+from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
-
-MOST = 16
-"""Numbers of L for each unknown up to which its places are listed."""
 
 NOWHERE = -1, -1
 """No place of the matrix."""
@@ -29,16 +25,6 @@ NOWHERE = -1, -1
 T = TypeVar("T")
 Entry = tuple[int, int]
 """Two unknowns."""
-
-
-def elimination_of(residual: Residual) -> SparseElimination | None:
-    """How the matrix of the equations is eliminated; None where it is full, or may not be eliminated in any
-    order."""
-    firm = residual.definite and not (residual.pushed or residual.weightless)
-    if not (firm and residual.multipliers) or residual.inertias or residual.cyclic_momenta:
-        return None
-    neighbours = [{k for k in row if k != j} for j, row in enumerate(residual.entries)]
-    return eliminated(neighbours, len(residual.model.q), MOST * len(neighbours))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,50 @@
+"""Constant tables of the code: places, eight side by side."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.records import dataclass, field
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
+
+
+@dataclass
+class Tables:
+    """A constant table of places in ``%work`` and ``%constants``."""
+
+    constants: Constants
+    places: array[int] = field(default_factory=lambda: array("i"))
+    seen: dict[bytes, int] = field(default_factory=dict)
+
+    def of_places(self, listed: Sequence[int]) -> int:
+        """Where the table has these places, in whole vectors: the last one is repeated."""
+        return self.of_array(np.array(listed, dtype=np.int64))
+
+    def of_array(self, listed: Places) -> int:
+        """The same for an array of places."""
+        if not len(listed):
+            return 0
+        whole = np.append(listed, np.repeat(listed[-1:], -len(listed) % LANES)).astype(np.int32).tobytes()
+        if whole not in self.seen:
+            self.seen[whole] = len(self.places)
+            self.places.frombytes(whole)
+        return self.seen[whole]
+
+    def text(self) -> str:
+        """The table."""
+        content = self.places.tobytes() or bytes(8)
+        text = "\\" + content.hex("\\").upper()
+        return f'@places = private constant [{len(content)} x i8] c"{text}", align 64\n'
+
+
+def count(members: Sequence[object]) -> int:
+    """How many blocks of eight they take."""
+    return -(-len(members) // LANES)
