@@ -72,7 +72,7 @@ def test_an_explicit_form_that_cannot_be_read_names_the_matrix(tmp_path):
     assert lagrange("equations", "chain.yaml", "--form", "matrix", cwd=tmp_path).returncode == 0
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_printed_is_what_is_integrated(name, capsys):
     sizes = [f"--size={size}={number}" for size, number in SIZES.get(name, {}).items()]

@@ -85,7 +85,7 @@ def always_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(arrangement, "FEWEST", 0)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 def test_batches_follow_the_same_motion_as_straight_code(
     count: int, monkeypatch: pytest.MonkeyPatch, always_in_batches: None
@@ -101,7 +101,7 @@ def test_batches_follow_the_same_motion_as_straight_code(
         assert np.max(np.abs(found[path] - values)) <= 2.0**-46 * size, path
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("count", [2, 3, 5, 9, 17])
 def test_constraints_in_batches_are_those_of_straight_code(
     count: int, monkeypatch: pytest.MonkeyPatch, always_in_batches: None
