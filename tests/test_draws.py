@@ -10,11 +10,16 @@ import pytest
 from tests.support.draws import sampled
 
 
+class Case:
+    def __init__(self, nodeid: str, given: dict[str, Any]) -> None:
+        self.nodeid, self.given = nodeid, given
+
+    def get_closest_marker(self, _: str) -> Any:
+        return SimpleNamespace(kwargs=self.given)
+
+
 def cases(name: str, count: int, **given: Any) -> list[Any]:
-    marker = SimpleNamespace(kwargs=given)
-    return [
-        SimpleNamespace(nodeid=f"{name}[{k}]", get_closest_marker=lambda _: marker) for k in range(count)
-    ]
+    return [Case(f"{name}[{k}]", given) for k in range(count)]
 
 
 @pytest.mark.parametrize(
