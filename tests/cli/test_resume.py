@@ -156,6 +156,7 @@ def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_af
         assert file["t"][-1] == float(method[1]) and np.all(np.diff(file["t"][:]) < 0)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("number", [2, 3])
 def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, number):
     """Its matrices are made once more, from the state that their derivatives were taken at."""

@@ -404,6 +404,7 @@ def test_a_motion_that_cannot_be_continued_is_kept_with_status_4(tmp_path):
         assert np.isfinite(file["q/r"]).all()
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF", "LSODA"])
 def test_scipys_methods_write_the_same_motion(tmp_path, method):
     solve_json(PENDULUM, "--stop", "2", "--samples", "11", cwd=tmp_path)

@@ -66,11 +66,13 @@ def test_blocks_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) ->
     compare(blocks(9, CASES[case], speed="0"), monkeypatch, stop=3.0)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
 def test_friction_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=-1.0, backward=True)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
 def test_ledgers_have_the_forces_that_hold_blocks(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=3.0)

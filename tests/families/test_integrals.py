@@ -135,4 +135,4 @@ def test_a_dataset_of_integrals_takes_no_more_text(monkeypatch: pytest.MonkeyPat
         program = ready(text).machine.program
         return len(system.slots.graph.nodes), len(program.text.splitlines())
 
-    assert counted(300) == counted(500)
+    assert counted(30) == counted(50)

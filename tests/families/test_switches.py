@@ -217,6 +217,7 @@ SHAPES = (
 OTHERS = "x[(i + 1) % N, j]", "x[i, (j + 1) % M]", "x[i, j - 1]", "x[j, i % M]"
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @given(data=st.data())
 @examples(2)
 def test_random_families_with_switches(data: st.DataObject) -> None:

@@ -119,6 +119,7 @@ def constrained(draw: st.DrawFn) -> str:
     return "\n".join(lines)
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @given(constrained())
 @examples(2)
 def test_any_linear_constraints(text):

@@ -223,6 +223,7 @@ def test_short_steps_in_which_something_moves_are_no_sticking(method: str, toler
     assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps > 10000
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     ("method", "tolerance", "steps"),
     [("ias15", 2.0**-52, 12000), ("DOP853", 1e-12, 5000), ("Radau", 1e-9, 2000)],
@@ -331,6 +332,7 @@ def stop_after(start: float, speed: float) -> float:
     return float(brentq(v, after - times[1] + times[0], after, xtol=1e-14))
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("method", "tolerance"), EVERY)
 def test_a_velocity_that_friction_holds_at_0_has_crossed_it_when_it_stopped(method, tolerance):
     """Once, from its side; and not when the block slides on, where the force is mu g again."""
@@ -345,6 +347,7 @@ def test_a_velocity_that_friction_holds_at_0_has_crossed_it_when_it_stopped(meth
     assert len(held) > 15 and not np.any(motion["v/x"][np.isin(motion.t, held)])
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("method", "tolerance"), EVERY)
 def test_what_is_done_when_friction_stops_a_block(method, tolerance):
     """It is pushed on each time: v^2/(2 mu g) further, twice in all."""

@@ -227,6 +227,7 @@ def test_the_systems_shipped_hide_no_forces(name):
     assert not may_hide(residual_of((SYSTEMS / f"{name}.yaml").read_text()))
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "form", ["(x - 0.3247)/1.382e-6", "x/1.382e-6 - 0.3247/1.382e-6", "(0.3247 - x)*723589"]
 )

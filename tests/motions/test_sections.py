@@ -170,6 +170,7 @@ def test_a_series_that_converges_more_slowly_than_the_motion():
     assert np.abs(taken.t[0] - math.pi / 40 * np.arange(1, 201)).max() < 1e-13
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("surface", "bound"),
     [

@@ -97,6 +97,7 @@ def test_verify_decides_the_status(difference, arguments, monkeypatch, capsys):
         assert output.splitlines()[-1].startswith("#") == bool(arguments)
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_the_text_is_the_same_whatever_order_sets_have(tmp_path, monkeypatch):
     outputs = set()
     for seed in "12":

@@ -136,6 +136,7 @@ def test_it_is_no_other_top(name):
     assert goryachev_chaplygin(model, Noether(model)) is None
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_check_names_it_for_motions_that_keep_it(tmp_path):
     """With b = pi/2 and no spin of a, the angular momentum about z is 0, and the formula stays constant."""
     text = text_of((EULER, FOUR, "l*i", WEIGHT))

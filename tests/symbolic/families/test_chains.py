@@ -122,6 +122,7 @@ def test_what_is_printed_of_chains_and_trees_is_what_the_file_says(
     holds(drawn(chance, chance.choice(SIZES)))
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @examples(2)
 @given(
     st.sampled_from([*LINKS]), st.sampled_from(SIZES), st.sampled_from(POTENTIALS), st.sampled_from(FORCES)
@@ -278,14 +279,15 @@ def test_compiled_and_printed_equations_agree_and_wrong_ones_do_not() -> None:
 
 
 def test_many_members_are_compared_a_few_at_a_time() -> None:
-    found = verify_families(printed(N_PENDULUM, 250), {})
+    found = verify_families(printed(N_PENDULUM, 150), {})
     assert found.agrees and "of each line at a time" in str(found)
 
 
 def test_there_are_no_explicit_accelerations_with_indices() -> None:
+    derived = printed(N_PENDULUM, 30)
     with pytest.raises(UsageError, match=r"solution of all 30 equations.*--size N=4"):
-        refuse_form(printed(N_PENDULUM, 30), "explicit")
-    refuse_form(printed(N_PENDULUM, 30), "lagrange")
+        refuse_form(derived, "explicit")
+    refuse_form(derived, "lagrange")
 
 
 def test_a_name_of_the_file_is_not_taken_for_that_of_a_place() -> None:
