@@ -23,6 +23,8 @@ Monomial = tuple[tuple[Node, float], ...]
 """Factors with their exponents, in the order in which the factors were made."""
 Sum = dict[Monomial, float]
 """Monomials with the numbers in front of them."""
+Known = dict[Node, "Sum | None"]
+"""What is multiplied out already: an expression has many parts in common."""
 
 
 def monomial(powers: Iterable[tuple[Node, float]]) -> Monomial:
@@ -32,8 +34,9 @@ def monomial(powers: Iterable[tuple[Node, float]]) -> Monomial:
 
 def multiplied_out(graph: Graph, node: Node) -> Node:
     """A sum of products over a common denominator, if that is shorter."""
-    terms = monomials(node)
-    above = None if terms is None else over_denominator([terms])
+    known: Known = {}
+    terms = monomials(node, known)
+    above = None if terms is None else over_denominator([terms], known)
     if above is None:
         return node
     ((total,), below) = above
@@ -41,7 +44,7 @@ def multiplied_out(graph: Graph, node: Node) -> Node:
     if not all(map(math.isfinite, total.values())):
         return node
     for base in below:
-        inner = monomials(base)
+        inner = monomials(base, known)
         while inner and total and below[base]:
             rest = quotient(total, inner)
             if rest is None:
@@ -51,7 +54,7 @@ def multiplied_out(graph: Graph, node: Node) -> Node:
     return found if len(reachable([found])) < len(reachable([node])) else node
 
 
-def over_denominator(sums: Sequence[Sum]) -> tuple[list[Sum], dict[Node, int]] | None:
+def over_denominator(sums: Sequence[Sum], known: Known) -> tuple[list[Sum], dict[Node, int]] | None:
     """Sums that are multiplied by powers of their denominators, as far as these are sums themselves; None if
     that is too long."""
     below: dict[Node, int] = {}
@@ -66,7 +69,7 @@ def over_denominator(sums: Sequence[Sum]) -> tuple[list[Sum], dict[Node, int]] |
             factors = {base: n + int(powers.pop(base, 0)) for base, n in below.items()}
             product: Sum = {monomial(powers.items()): c}
             for base, n in factors.items():
-                inner = monomials(base)
+                inner = monomials(base, known)
                 if inner is None or n > HIGHEST:
                     return None
                 for _ in range(n):
@@ -79,16 +82,23 @@ def over_denominator(sums: Sequence[Sum]) -> tuple[list[Sum], dict[Node, int]] |
     return found, below
 
 
-def monomials(node: Node) -> Sum | None:
+def monomials(node: Node, known: Known) -> Sum | None:
     """The terms of an expression that is multiplied out, with numbers in front of them; None if there are too
     many."""
+    if node not in known:
+        known[node] = terms_of(node, known)
+    return known[node]
+
+
+def terms_of(node: Node, known: Known) -> Sum | None:
+    """The same, from the terms of its arguments."""
     if node.kind is Kind.NUMBER:
         return {(): float(node.data)}
     if node.kind is Kind.SUM:
         constant, factors = node.data
         found: Sum = {(): float(constant)} if constant else {}
         for one, c in zip(node.arguments, factors):
-            inner = monomials(one)
+            inner = monomials(one, known)
             if inner is None:
                 return None
             for key, x in inner.items():
@@ -98,7 +108,7 @@ def monomials(node: Node) -> Sum | None:
         return {((node, 1),): 1.0}
     total: Sum = {(): 1.0}
     for one, exponent in zip(node.arguments, node.data):
-        inner = monomials(one)
+        inner = monomials(one, known)
         if inner is None:
             return None
         if len(inner) > 1 and exponent in range(1, HIGHEST + 1):
@@ -121,12 +131,19 @@ def times(one: Sum, other: Sum) -> Sum:
     found: Sum = {}
     for a, x in one.items():
         for b, y in other.items():
-            powers = dict(a)
-            for base, exponent in b:
-                powers[base] = powers.get(base, 0) + exponent
-            key = monomial((base, n) for base, n in powers.items() if n)
+            key = together(a, b)
             found[key] = found.get(key, 0.0) + x * y
     return found
+
+
+def together(a: Monomial, b: Monomial) -> Monomial:
+    """The product of two monomials."""
+    if not a or not b or a[-1][0].number < b[0][0].number:
+        return a + b
+    powers = dict(a)
+    for base, exponent in b:
+        powers[base] = powers.get(base, 0) + exponent
+    return monomial(powers.items())
 
 
 def cleaned(terms: Sum) -> Sum:
@@ -142,25 +159,26 @@ def written(graph: Graph, terms: Sum) -> Node:
 
 def primitive(graph: Graph, nodes: Sequence[Node]) -> list[Node]:
     """The same ratio, without factors that all have in common, if that is shorter."""
-    sums = [monomials(node) for node in nodes]
-    whole = over_denominator([one for one in sums if one is not None])
+    known: Known = {}
+    sums = [monomials(node, known) for node in nodes]
+    whole = over_denominator([one for one in sums if one is not None], known)
     if None in sums or whole is None:
         return [*nodes]
-    known = [cleaned(one) for one in whole[0]]
-    if not all(known) or not all(math.isfinite(c) for one in known for c in one.values()):
+    left = [cleaned(one) for one in whole[0]]
+    if not all(left) or not all(math.isfinite(c) for one in left for c in one.values()):
         return [*nodes]
-    known = without_powers(known)
+    left = without_powers(left)
     for _ in range(HIGHEST):
-        for least in sorted(known, key=len):
+        for least in sorted(left, key=len):
             divisor = without_powers([least])[0]
-            quotients = [quotient(one, divisor) for one in known] if len(divisor) > 1 else []
+            quotients = [quotient(one, divisor) for one in left] if len(divisor) > 1 else []
             exact = [one for one in quotients if one is not None]
             if exact and len(exact) == len(quotients):
-                known = without_powers(exact)
+                left = without_powers(exact)
                 break
         else:
             break
-    found = [written(graph, one) for one in known]
+    found = [written(graph, one) for one in left]
     return found if len(reachable(found)) < len(reachable(nodes)) else [*nodes]
 
 

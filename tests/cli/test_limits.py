@@ -125,7 +125,7 @@ def test_limits_that_make_no_sense(tmp_path, monkeypatch, limits):
     assert run.returncode == 2 and run.stderr.startswith("Error: LAGRANGE_LIMITS: ")
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("gravity", ["9.81", "1e20"], ids=["far", "tiny steps"])
 def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
     settings = ("--set", f"g={gravity}", "--stop", "1e9", "--samples", "3", "-o", "out.h5")
@@ -228,7 +228,7 @@ LARGE = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(("text", "commands", "message"), LARGE.values(), ids=LARGE)
 def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands, message):
     """What is derived is derived by both; ``message`` is that of ``equations`` where it refuses."""

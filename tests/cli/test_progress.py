@@ -265,7 +265,7 @@ sys.exit(main(sys.argv[1:]))
 """The command, where every stage lasts until it has been shown."""
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
 @pytest.mark.parametrize(
     ("command", "shown"),

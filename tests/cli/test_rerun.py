@@ -67,7 +67,7 @@ def test_one_of_a_link_to_the_file_is_replaced_too(folder):
     assert main(["solve", "there/pendulum.yaml"]) == 0
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(
     "command",
     [("plot", "--stop", "1"), ("view",), ("animate", "--stop", "0.1", "--speed", "0.5", "-o", "a.gif")],

@@ -355,7 +355,7 @@ def test_a_reader_that_hangs_up_does_not_disturb_the_work(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["incline.h5", "pendulum.h5"]
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_keeps_what_was_computed(tmp_path, number):
     process = subprocess.Popen(
@@ -404,6 +404,7 @@ def test_a_motion_that_cannot_be_continued_is_kept_with_status_4(tmp_path):
         assert np.isfinite(file["q/r"]).all()
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF", "LSODA"])
 def test_scipys_methods_write_the_same_motion(tmp_path, method):
     solve_json(PENDULUM, "--stop", "2", "--samples", "11", cwd=tmp_path)

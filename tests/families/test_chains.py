@@ -160,7 +160,7 @@ def followed(text: str, method: str) -> tuple[Prepared, Mapping[str, NDArray[np.
     return ready, run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
 
 
-@pytest.mark.exhaustive(keep=1, most=12)
+@pytest.mark.exhaustive(keep=0.5, most=12)
 @pytest.mark.parametrize("case", range(60))
 def test_chains_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
@@ -294,7 +294,7 @@ def test_what_rests_beside_what_moves_does_not_shorten_steps(monkeypatch: pytest
     assert motion.outcome.steps < 100
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("parent", ["i - 1", "(i - 1)//2"])
 def test_chains_without_weight_keep_their_angular_momentum(
     parent: str, monkeypatch: pytest.MonkeyPatch

@@ -80,7 +80,7 @@ def followed(text: str, stop: float = 0.3, samples: int = 4) -> tuple[Prepared, 
     return ready, run(ready, values, 0.0, stop, samples)
 
 
-@pytest.mark.exhaustive(keep=2, most=8)
+@pytest.mark.exhaustive(keep=0.5, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 def test_chains_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = chain(case, 14) + EVENTS.format(3)
@@ -97,7 +97,7 @@ def test_chains_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPa
             assert np.max(np.abs(values)) < 4e-15, path
 
 
-@pytest.mark.exhaustive(keep=1, most=8)
+@pytest.mark.exhaustive(keep=0.5, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 def test_chains_move_as_their_members_do_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = chain(case, 6)

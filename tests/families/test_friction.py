@@ -53,24 +53,26 @@ def blocks(count: int, force: str, start: str = MOVING[0], speed: str = MOVING[1
     return BLOCKS.format(count=count, force=force, start=start, speed=speed)
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_friction_is_that_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(count, CASES[case]), monkeypatch, stop=4.0)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", CASES)
 def test_blocks_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(9, CASES[case], speed="0"), monkeypatch, stop=3.0)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
 def test_friction_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=-1.0, backward=True)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
 def test_ledgers_have_the_forces_that_hold_blocks(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=3.0)

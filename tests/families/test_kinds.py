@@ -86,7 +86,7 @@ def exactly(data: Mapping[str, NDArray[np.float64]], path: str) -> NDArray[np.ob
     return exact(data[path]) + exact(data.get(f"low/{path}", 0.0))
 
 
-@pytest.mark.exhaustive(keep=1, most=12)
+@pytest.mark.exhaustive(keep=0.5, most=12)
 @pytest.mark.parametrize("case", range(40))
 @pytest.mark.parametrize(
     "kind", [test_systems, test_chains, test_constraints], ids=["lattices", "chains", "constraints"]

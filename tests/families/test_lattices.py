@@ -123,6 +123,7 @@ potential: sum((x[1] - x[0] - 1.2)**4 + (x[1] - x[0] - 1.2)**2/2 for i in range(
     assert abs(1e12 * heavy + light) < 1e-13 * abs(light)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("count", [1, 7, 8, 9, 17])
 def test_samples_are_what_they_are_alone(count: int) -> None:
     """However many others there are, for any number of members: to the bit; and the last one is the state

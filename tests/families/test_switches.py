@@ -154,20 +154,20 @@ def compare(
     assert one.conserved == other.conserved
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_switches_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, count), monkeypatch)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("case", ["stops on both sides", "drag"])
 def test_ledgers_have_switches_too(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, LEDGERS)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("backward", [False, True])
 def test_multipliers_at_samples_have_the_forces_there(
     backward: bool, monkeypatch: pytest.MonkeyPatch
@@ -187,7 +187,7 @@ def test_switches_change_backward_as_well(case: str, monkeypatch: pytest.MonkeyP
     compare(written(case, 3), monkeypatch, stop=-1.0, backward=True)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(
     "case", ["drag", "powers without a series", "walls", "events", "two indices", "rods"]
 )
@@ -217,6 +217,7 @@ SHAPES = (
 OTHERS = "x[(i + 1) % N, j]", "x[i, (j + 1) % M]", "x[i, j - 1]", "x[j, i % M]"
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @given(data=st.data())
 @examples(2)
 def test_random_families_with_switches(data: st.DataObject) -> None:

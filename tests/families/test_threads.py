@@ -85,7 +85,7 @@ def followed(
     )
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("method", ["ias15", "DOP853"])
 @pytest.mark.parametrize("count", [40, 41, 47])

@@ -99,7 +99,7 @@ def test_a_legend_is_beside_the_title_where_it_has_room():
         assert box.x1 <= axes.bbox.x1 + 1
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     "text", ["$%$", "$^$", "a $", "$\\frac{$", "$x_$", "#", "'", "\\x", "$\\theta_{1}$", "$x$ (m)"]
 )

@@ -70,12 +70,20 @@ class Finding(Exception):
 
 
 class Guard:
-    """Notes what the interpreter does to files and processes while ``on``."""
+    """Notes what the interpreter does to files and processes while ``on``.
+
+    A hook is called many times and never leaves a process: it is there from the first ``start`` on, so that
+    other tests are not slowed.
+    """
 
     def __init__(self) -> None:
-        self.on = False
+        self.on = self.hooked = False
         self.seen: list[str] = []
-        sys.addaudithook(self._note)
+
+    def start(self) -> None:
+        if not self.hooked:
+            sys.addaudithook(self._note)
+        self.on = self.hooked = True
 
     def _note(self, event: str, arguments: tuple[Any, ...]) -> None:
         if not self.on:
@@ -111,7 +119,7 @@ def feed(content: bytes, commands: tuple[tuple[str, ...], ...] = COMMANDS) -> li
     for command in commands:
         out, errors = Stream(), Stream()
         with redirect_stdout(out), redirect_stderr(errors), limited():
-            GUARD.on = True
+            GUARD.start()
             try:
                 status = main([*command, "input.yaml"])
             except Hang as error:

@@ -61,7 +61,7 @@ def test_what_was_found_before(folder, path):
     assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
 
 
-@pytest.mark.exhaustive(keep=4, most=100)
+@pytest.mark.exhaustive(keep=3, most=100)
 @pytest.mark.parametrize("name", sorted(fuzz.kept_inputs()))
 def test_some_of_what_the_fuzzer_kept(folder, name):
     """Inputs that reach different code; all of them are where the next run of the fuzzer begins."""

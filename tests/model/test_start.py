@@ -25,6 +25,7 @@ from lagrange_cli.model.start.nearest import ROUND, Surface
 from lagrange_cli.model.start.search import Given
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import left_open, resolve_values
+from tests.support.draws import examples
 
 PENDULUM = """
 parameters: {m: 2.0, l: 1.3}
@@ -430,7 +431,7 @@ def chain(lengths, text="  %s\n"):
     )
 
 
-@settings(max_examples=10, deadline=None)
+@examples(4)
 @given(st.lists(st.floats(0.8, 1.6), min_size=3, max_size=5), st.integers(0, 10**6))
 def test_the_projection_of_closed_chains_is_the_nearest_point_and_stays_there(lengths, seed):
     spec = read_spec(chain(lengths), "chain.yaml")
@@ -442,7 +443,8 @@ def test_the_projection_of_closed_chains_is_the_nearest_point_and_stays_there(le
     found = consistent(spec, parameters, Given(0.0, tuple(q.tolist()), *resting))
     masses = np.repeat([1 + 0.7 * i for i in range(n // 2)], 2)
 
-    rates = Equations(spec, parameters).at(0.0, found.q, (0.0,) * n)
+    equations = Equations(spec, parameters)
+    rates = equations.at(0.0, found.q, (0.0,) * n)
     assert np.abs(rates.values).max() < 1e-14
     slopes = np.array([[row.get(k, 0.0) for k in range(n)] for row in rates.rows])
     way = np.array(found.q) - q
@@ -453,7 +455,7 @@ def test_the_projection_of_closed_chains_is_the_nearest_point_and_stays_there(le
     assert again.q == found.q
 
     def gap(x):
-        return Equations(spec, parameters).at(0.0, x.tolist(), (0.0,) * n).values
+        return equations.at(0.0, x.tolist(), (0.0,) * n).values
 
     other = minimize(
         lambda x: masses @ (x - q) ** 2, found.q, constraints={"type": "eq", "fun": gap}, method="SLSQP",

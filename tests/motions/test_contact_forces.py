@@ -37,6 +37,7 @@ def contact_time(k: float, p: float, v: float) -> float:
     return 2 * deepest / v * math.sqrt(math.pi) / p * math.gamma(1 / p) / math.gamma(1 / p + 0.5)
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("power", POWERS)
 def test_a_ball_is_as_long_in_contact_as_hertz_found(power: str, source: random.Random) -> None:
     k, v, p = 10 ** source.uniform(1, 5), source.uniform(0.5, 3), source.choice((2.25, 2.5, 3.3))
@@ -112,6 +113,7 @@ def test_a_chain_of_beads_with_absolute_positions(diameter: str) -> None:
     assert v[-1, -1] > 0.9
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("apart", [0.0, 1e-4])
 def test_newtons_cradle(apart: float) -> None:
     """Beside the same motion in steps of another kind, and its mirror image."""

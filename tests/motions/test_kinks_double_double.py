@@ -220,7 +220,7 @@ def test_a_barrier_that_is_next_to_nothing_at_first(tmp_path, width):
     assert attributes["steps"] < 100
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("power", ["0.5", "1.5"])
 def test_a_force_of_the_time_without_a_series_is_passed_to_all_digits(tmp_path, power, request):
     """Its root lies between two doubles; the low part of the time tells where."""

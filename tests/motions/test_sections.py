@@ -170,6 +170,7 @@ def test_a_series_that_converges_more_slowly_than_the_motion():
     assert np.abs(taken.t[0] - math.pi / 40 * np.arange(1, 201)).max() < 1e-13
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("surface", "bound"),
     [
@@ -248,7 +249,7 @@ SURFACES = {
 """What surfaces are made of, and between which numbers states are drawn."""
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("seed", range(24))
 def test_random_surfaces_have_the_crossings_that_events_have(seed):
     """Events are found by other code, in steps of another length."""

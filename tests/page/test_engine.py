@@ -76,7 +76,7 @@ def assert_same(found, name, size=None, **changes):
     return expected
 
 
-@pytest.mark.exhaustive(keep=1, most=16)
+@pytest.mark.exhaustive(keep=0.5, most=16)
 @pytest.mark.parametrize("name", shipped.names())
 def test_the_page_computes_what_solve_does(name):
     """It is small, needs nothing but memory, and ends where ``solve`` does."""
@@ -91,7 +91,7 @@ def test_the_page_computes_what_solve_does(name):
     assert_same(found, name)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(
     ("name", "members", "stop"), [("n_pendulum", 16, 1.0), ("fpu_chain", 400, 50.0), ("chain", 80, 0.1)]
 )

@@ -244,7 +244,7 @@ def test_members_that_follow_from_later_ones_come_after_them() -> None:
     assert resolve_values(spec).q[0] == resolve_values(read_spec(FAMILIES, "a.yaml")).q[0]
 
 
-@pytest.mark.exhaustive(keep=30)
+@pytest.mark.exhaustive(keep=18)
 @pytest.mark.parametrize(
     "statements",
     [

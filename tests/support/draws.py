@@ -1,7 +1,8 @@
 """What is drawn at random: which cases of exhaustive suites are run, how many examples hypothesis tries.
 
 ``@pytest.mark.exhaustive(keep=4)`` marks a suite of too many cases for every day. Usually four of them are
-run, other ones each time; the last lines of the run give the seed, and ``--seed`` repeats the draw.
+run, other ones each time; the last lines of the run give the seed, and ``--seed`` repeats the draw. Where a
+case takes long, one is run now and then: with ``keep=0.5`` in half of the runs.
 ``-m exhaustive`` runs all cases of all such suites (or ``most`` of them), and hypothesis tries more examples;
 with ``--most 10`` ten cases of each are run, with the examples of every day. A case that is named on the
 command line is always run.
@@ -44,8 +45,12 @@ def sampled(
     for name, cases in suites.items():
         marker = cases[0].get_closest_marker(MARKER)
         assert marker is not None
-        count = marker.kwargs.get("most", len(cases)) if everything else marker.kwargs.get("keep", 1)
+        chance = random.Random(f"{seed} {name}")
+        if everything:
+            count = marker.kwargs.get("most", len(cases))
+        else:
+            count = int(marker.kwargs.get("keep", 1) + chance.random())
         count = count if most is None else min(count, most)
-        drawn = random.Random(f"{seed} {name}").sample(cases, min(count, len(cases)))
+        drawn = chance.sample(cases, min(count, len(cases)))
         left_out |= {*cases} - {*drawn}
     return [item for item in items if item not in left_out]

@@ -308,7 +308,7 @@ def patient(monkeypatch):
     monkeypatch.setattr(printed, "PATIENCE", 600.0)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("text", [*SYSTEMS.values(), BALL_ON_AN_INCLINE], ids=[*SYSTEMS, "ball"])
 def test_three_routes_agree_at_states_that_satisfy_the_constraints(text, patient):
     found = verify_system(derive(spec_of(text)), {})
@@ -359,7 +359,7 @@ LINKAGES = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("text", LINKAGES.values(), ids=LINKAGES)
 def test_constraints_that_depend_on_others_only_where_they_hold(text, patient):
     """Elsewhere they are independent, so that a formal solution exists: it is 0/0 where the motion is."""

@@ -63,7 +63,7 @@ def test_data_has_the_keys_of_the_contract(name):
         assert set(each) - {"broken_by"} == {"quantity", "expression", "because"}
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("form", ["lagrange", "hamilton"])
 @pytest.mark.parametrize("name", NAMES)
 def test_the_python_module_runs_and_agrees(name, form):

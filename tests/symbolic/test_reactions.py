@@ -19,6 +19,7 @@ def written(spec, format_="text"):
     return as_written(derive(spec), format_, "reactions", {})
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     ("name", "lines"),
     [

@@ -79,7 +79,7 @@ potential: (1/(1 + t)*y/u)**3
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("text", [WALLS, KINKED])
 def test_printed_and_compiled_forces_agree_on_both_sides_of_every_kink(text):
     """The compiled program as well as the Python module."""

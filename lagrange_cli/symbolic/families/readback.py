@@ -14,7 +14,7 @@ from lagrange_cli.expression.index_arrays import MOST, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.parse import parse
-from lagrange_cli.expression.syntax import ExpressionError, Sum
+from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, VELOCITY_COMPONENTS, acceleration_name
 from lagrange_cli.families.arrays import NONE, Array, Chain, Source, Total
 from lagrange_cli.families.chains import ChainBuilder
@@ -115,6 +115,7 @@ class ReadBack:
         self.bound = [*{one.family.name: one.family for one in equations.constraints}.values()]
         self.multipliers = self.chance.uniform(-1, 1, sum(len(one.members) for one in self.bound))
         """Any, as equations are linear in them."""
+        self._read: dict[sympy.Expr, Tree] = {}
 
     def values(self, lines: Sequence[Line], state: State, most: int) -> tuple[Numbers, Numbers]:
         """Their values for coordinates, and bounds on the sizes of what has been added up: (n,) both. They
@@ -152,18 +153,23 @@ class ReadBack:
         values = reader.at(state, self.multipliers)
         found = np.zeros((2, count))
         known = {**self.sizes, **indices}
-        try:
-            tree = parse(render(expression, Text(), self.order))
-        except ExpressionError as error:
-            raise UsageError(
-                f"the printed equations are too long to be verified ({error.message})"
-            ) from error
-        for _, node, which in reader.each(tree, known, count):
+        for _, node, which in reader.each(self.read(expression), known, count):
             if isinstance(node, tuple):
                 raise Unsuited
             found[0, which] = values.node(node)
             found[1, which] = Sizes(values).node(node)
         return found[0], found[1]
+
+    def read(self, expression: sympy.Expr) -> Tree:
+        """The text of an expression, parsed: once for all states."""
+        if expression not in self._read:
+            try:
+                self._read[expression] = parse(render(expression, Text(), self.order))
+            except ExpressionError as error:
+                raise UsageError(
+                    f"the printed equations are too long to be verified ({error.message})"
+                ) from error
+        return self._read[expression]
 
 
 class Sizes:

@@ -176,7 +176,7 @@ def test_a_member_is_the_same_in_any_lane_beside_any_others(name):
         assert same(whole, run(name, parameters[part], states[part], times), rows=part)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("threads", [2, 3, 7])
 def test_the_number_of_threads_changes_nothing(threads):
     parameters, states = members_of("double_pendulum", 100)

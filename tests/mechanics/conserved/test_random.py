@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -135,6 +136,7 @@ def test_particles_conserve_what_is_claimed(text):
     check(text)
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @given(balls())
 @examples(1)
 def test_rolling_balls_conserve_what_is_claimed(text):

@@ -681,6 +681,7 @@ def test_exact_numbers_need_no_finite_quotients(size):
     assert [one.conserved.quantity for one in symmetries(model, conservation(model)[1])] == ["C_1"]
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_the_search_is_bounded():
     """Of many coordinates only displacements are tried, and all of them are proven together."""
     residual = residual_of(BODIES.replace("{N: 3}", "{N: 15}"))

@@ -1,0 +1,48 @@
+"""How many cases of exhaustive suites are run."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tests.support.draws import sampled
+
+
+class Case:
+    def __init__(self, nodeid: str, given: dict[str, Any]) -> None:
+        self.nodeid, self.given = nodeid, given
+
+    def get_closest_marker(self, _: str) -> Any:
+        return SimpleNamespace(kwargs=self.given)
+
+
+def cases(name: str, count: int, **given: Any) -> list[Any]:
+    return [Case(f"{name}[{k}]", given) for k in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("given", "most", "usual", "everything"),
+    [
+        ({}, None, {1}, {9}),
+        ({"keep": 3, "most": 5}, None, {3}, {5}),
+        ({"keep": 3}, 2, {2}, {2}),
+        ({"keep": 20}, None, {9}, {9}),
+        ({"keep": 0}, None, {0}, {9}),
+        ({"keep": 0.5}, None, {0, 1}, {9}),
+        ({"keep": 2.5}, 4, {2, 3}, {4}),
+    ],
+)
+def test_so_many_cases_are_drawn_and_others_each_time(given, most, usual, everything):
+    suite = cases("suite", 9, **given)
+    runs = [sampled(suite, seed, False, most) for seed in range(100)]
+    assert {len(one) for one in runs} == usual
+    assert {len(sampled(suite, seed, True, most)) for seed in range(9)} == everything
+    assert runs == [sampled(suite, seed, False, most) for seed in range(100)]
+    assert {one.nodeid for run in runs for one in run} == {one.nodeid for one in suite} or usual == {0}
+
+
+def test_about_so_many_suites_of_those_that_are_run_now_and_then():
+    suites = [one for k in range(400) for one in cases(f"suite{k}", 2, keep=0.25)]
+    assert 60 < len(sampled(suites, 1, False)) < 140
