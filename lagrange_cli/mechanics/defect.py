@@ -81,8 +81,12 @@ def hides(nodes: list[Node], variables: int, *, large: bool) -> bool:
     for node in nodes:
         if not node.symbols & variables:
             continue
-        if node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data in SINGULAR):
+        if node.kind is Kind.FUNCTION and node.data in SINGULAR:
             return True
+        if node.kind is Kind.POWER:
+            base, exponent = node.arguments
+            if exponent.symbols & variables or not is_depth(base, variables):
+                return True
         if node.kind is Kind.PRODUCT:
             for base, exponent in zip(node.arguments, node.data):
                 if not base.symbols & variables:
@@ -92,7 +96,8 @@ def hides(nodes: list[Node], variables: int, *, large: bool) -> bool:
                     return True
                 softened = large and base.kind is Kind.SUM
                 singular = exponent < 0 or exponent != int(exponent)
-                if singular and not softened and not is_distance(base, variables):
+                shown = is_distance(base, variables) or (exponent > 0 and is_depth(base, variables))
+                if singular and not softened and not shown:
                     return True
     return False
 
@@ -106,6 +111,42 @@ def is_distance(base: Node, variables: int) -> bool:
             scale > 0 and is_square(one, variables) for one, scale in zip(base.arguments, coefficients)
         )
     return base.kind is Kind.SYMBOL or is_square(base, variables)
+
+
+def is_depth(base: Node, variables: int) -> bool:
+    """Whether it is a coordinate of another frame, as the depth of a contact is: a coordinate plus what does
+    not contain it, or a distance plus a constant. It shows where it is 0 as a coordinate does."""
+    if base.kind is not Kind.SUM:
+        return base.kind is Kind.SYMBOL
+    terms = [one for one in base.arguments if one.symbols & variables]
+    if len(terms) == 1 and is_root_of_distance(terms[0], variables):
+        return True
+    linear = [(one, linear_in(one, variables)) for one in terms]
+    return any(
+        symbol is not None and not any(other.symbols & symbol.symbols for other in terms if other is not one)
+        for one, symbol in linear
+    )
+
+
+def is_root_of_distance(node: Node, variables: int) -> bool:
+    """Whether it is the root of a sum of squares, with a constant factor."""
+    moving = moving_factors(node, variables)
+    return len(moving) == 1 and moving[0][1] == 0.5 and is_distance(moving[0][0], variables)
+
+
+def linear_in(node: Node, variables: int) -> Node | None:
+    """The coordinate that it is, up to a constant factor."""
+    moving = moving_factors(node, variables)
+    if len(moving) == 1 and moving[0][1] == 1 and moving[0][0].kind is Kind.SYMBOL:
+        return moving[0][0]
+    return None
+
+
+def moving_factors(node: Node, variables: int) -> list[tuple[Node, float]]:
+    """Its factors that move, with their exponents."""
+    if node.kind is not Kind.PRODUCT:
+        return [(node, 1)]
+    return [(base, exponent) for base, exponent in zip(node.arguments, node.data) if base.symbols & variables]
 
 
 def is_square(node: Node, variables: int) -> bool:
