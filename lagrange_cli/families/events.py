@@ -117,11 +117,12 @@ def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:
     for node in nodes:
         if node.kind is Kind.DDT or (node.kind is Kind.FUNCTION and node.data == "atan2"):
             raise Unsuited
-    moving = builder.time.symbols
+    moving, speeds = builder.time.symbols, 0
     for symbol, slot in builder.slots.of.items():
         if slot.array in (builder.q, builder.v, *builder.totals):
             moving |= symbol.symbols
-    if hides(nodes, moving, large=False):
+            speeds |= 0 if slot.array is builder.q else symbol.symbols
+    if hides(nodes, moving, speeds, large=False):
         raise Unsuited
 
 

@@ -21,7 +21,7 @@ from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.program import portable_if_asked
 from lagrange_cli.integrate.written_out import OTHER, WrittenOut, without_outputs
-from lagrange_cli.mechanics.defect import hides
+from lagrange_cli.mechanics.defect import hides, shows
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.double_double import DoubleDoubleVectors
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
@@ -205,7 +205,10 @@ def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] 
     terms = (term for total in needed(totals, system.slots) for term in total.terms)
     inside = reachable([*(term.node for term in terms), *nodes])
     sides = [side for one in inside if one.kind is Kind.SWITCH for side in one.arguments[1:]]
-    return any(map(is_root, reachable(sides))) or hides(inside, moving(system), large=True)
+    variables, speeds = moving(system)
+    if hides(inside, variables, speeds, large=True):
+        return True
+    return any(is_root(one) and not shows(one, variables, speeds) for one in reachable(sides))
 
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
@@ -282,10 +285,11 @@ def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Arra
     return accelerations
 
 
-def moving(system: FamilySystem) -> int:
-    """The symbols of t, q and v."""
-    found = system.time.symbols
+def moving(system: FamilySystem) -> tuple[int, int]:
+    """The symbols of t, q and v, and of what is made of them; those of v, and of what may contain them."""
+    found, speeds = system.time.symbols, 0
     for symbol, slot in system.slots.of.items():
         if slot.array in (system.q, system.v) or isinstance(slot.array, Total):
             found |= symbol.symbols
-    return found
+            speeds |= 0 if slot.array is system.q else symbol.symbols
+    return found, speeds

@@ -5,6 +5,8 @@ And whether it has to be bounded, since something may hide between the places th
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.explicit import expanded
@@ -71,17 +73,20 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
     """Whether something in the equations, or in other expressions, may hide from the series of a step."""
     roots = residual.residual if roots is None else roots
     nodes = reachable(roots)
-    return hides(nodes, residual.variables, large=len(nodes) > MANY)
+    speeds = reduce(or_, (one.symbols for one in residual.state_v), 0)
+    return hides(nodes, residual.variables, speeds, large=len(nodes) > MANY)
 
 
-def hides(nodes: list[Node], variables: int, *, large: bool) -> bool:
-    """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``. In a
-    ``large`` system no sum hides that something softens."""
+def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> bool:
+    """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``, some
+    of which are ``speeds``. In a ``large`` system no sum hides that something softens."""
     degrees = growth(nodes)
     for node in nodes:
         if not node.symbols & variables:
             continue
-        if node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data in SINGULAR):
+        if node.kind is Kind.FUNCTION and node.data in SINGULAR:
+            return True
+        if node.kind is Kind.POWER and not shows(node, variables, speeds):
             return True
         if node.kind is Kind.PRODUCT:
             for base, exponent in zip(node.arguments, node.data):
@@ -92,9 +97,19 @@ def hides(nodes: list[Node], variables: int, *, large: bool) -> bool:
                     return True
                 softened = large and base.kind is Kind.SUM
                 singular = exponent < 0 or exponent != int(exponent)
-                if singular and not softened and not is_distance(base, variables):
+                shown = is_distance(base, variables) or (exponent > 0 and is_depth(base, variables, speeds))
+                if singular and not softened and not shown:
                     return True
     return False
+
+
+def shows(node: Node, variables: int, speeds: int) -> bool:
+    """Whether a power, or a product of powers, shows where it has no series."""
+    if node.kind is Kind.POWER:
+        base, exponent = node.arguments
+        return not exponent.symbols & variables and is_depth(base, variables, speeds)
+    broken = (one for one, exponent in zip(node.arguments, node.data) if exponent != int(exponent))
+    return all(is_depth(one, variables, speeds) or is_distance(one, variables) for one in broken)
 
 
 def is_distance(base: Node, variables: int) -> bool:
@@ -106,6 +121,45 @@ def is_distance(base: Node, variables: int) -> bool:
             scale > 0 and is_square(one, variables) for one, scale in zip(base.arguments, coefficients)
         )
     return base.kind is Kind.SYMBOL or is_square(base, variables)
+
+
+def is_depth(base: Node, variables: int, speeds: int) -> bool:
+    """Whether it is a coordinate of another frame, as the depth of a contact is: a coordinate plus what does
+    not contain it, or a distance plus a constant. It shows where it is 0, as a coordinate does. (Velocities
+    do not: where a resistance brings to rest, they are 0 and do not change.)"""
+    if base.symbols & speeds:
+        return False
+    if base.kind is not Kind.SUM:
+        return base.kind is Kind.SYMBOL
+    terms = [one for one in base.arguments if one.symbols & variables]
+    if len(terms) == 1 and is_root_of_distance(terms[0], variables):
+        return True
+    linear = [(one, linear_in(one, variables)) for one in terms]
+    return any(
+        symbol is not None and not any(other.symbols & symbol.symbols for other in terms if other is not one)
+        for one, symbol in linear
+    )
+
+
+def is_root_of_distance(node: Node, variables: int) -> bool:
+    """Whether it is the root of a sum of squares, with a constant factor."""
+    moving = moving_factors(node, variables)
+    return len(moving) == 1 and moving[0][1] == 0.5 and is_distance(moving[0][0], variables)
+
+
+def linear_in(node: Node, variables: int) -> Node | None:
+    """The coordinate that it is, up to a constant factor."""
+    moving = moving_factors(node, variables)
+    if len(moving) == 1 and moving[0][1] == 1 and moving[0][0].kind is Kind.SYMBOL:
+        return moving[0][0]
+    return None
+
+
+def moving_factors(node: Node, variables: int) -> list[tuple[Node, float]]:
+    """Its factors that move, with their exponents."""
+    if node.kind is not Kind.PRODUCT:
+        return [(node, 1)]
+    return [(base, exponent) for base, exponent in zip(node.arguments, node.data) if base.symbols & variables]
 
 
 def is_square(node: Node, variables: int) -> bool:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.methods.crossing import FELT, Crossing
+from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.trial_states import TOLD
 from lagrange_cli.native.guards import AT_REST
-from lagrange_cli.native.state import Clock
+from lagrange_cli.native.state import BEGINNING, Clock
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -36,20 +37,28 @@ class AtZero(Crossing):
         """The memory before a guard was left last that had rested at 0, and which one."""
 
     def let_rest(self, guards: Sequence[int]) -> None:
-        """Set the modes of guards to 0 whose arguments stay 0, beside forces that have no series there: these
-        act as soon as they are felt."""
+        """Set the modes of guards to 0 whose arguments stay 0. If they do so up to rounding, forces act as
+        soon as these are told from 0: until then rounding would decide on them. If they are exactly 0, this
+        is of use beside forces that have no series there: these act as soon as they are felt."""
         self._series()
-        still = [j for j in guards if self.modes[j] and not np.any(self._coefficients(self._rows.first + j))]
-        modes = self.modes[still].copy()
-        self.modes[still] = -modes
-        if not still or not self._infinite():
-            self.modes[still] = modes
+        coefficients = self._coefficients_of(self._rows.first, self._rows.first + self.count)
+        usual = ROUNDING * self.scale()[1 : coefficients.shape[1]]
+        still = [j for j in guards if self.modes[j] and np.all(np.abs(coefficients[j, 1:]) <= usual)]
+        exact = [j for j in still if not np.any(coefficients[j])]
+        self.modes[exact] = -self.modes[exact]
+        smooth = not exact or not self._infinite()
+        self.modes[exact] = -self.modes[exact]
+        still = [j for j in still if j not in exact or not smooth]
+        if not still:
             return
+        noise = self._rounding()
+        still = [j for j in still if abs(coefficients[j, 0]) <= noise[j]]
+        modes = self.modes[still].copy()
         self.modes[still] = 0.0
         if self._infinite():
             self.modes[still] = modes
         else:
-            self.marks[still] = -LARGER * self._rounding()[still]
+            self.marks[still] = -LARGER * noise[still]
 
     def has_left(self, j: int) -> bool:
         """Whether the argument of a guard, which rested at 0, has become as large as its series tells.
@@ -60,6 +69,8 @@ class AtZero(Crossing):
         least = max(AT_REST, -float(self.marks[j]))
         size = abs(float(self._arguments()[j]))
         if abs(size - least) <= TOLD * least or self._feels(j):
+            return True
+        if max(self._rounding()[j], self._roughness()[j]) <= TOLD * size > 0.0:
             return True
         self.marks[j] = -LARGER * max(least, size)
         return False
@@ -119,6 +130,8 @@ class AtZero(Crossing):
             found.append(j)
         own[found] = 0.0
         self.marks[found] = -LARGER * np.fmax(values, noise)[found]
+        for number in BEGINNING if found else ():
+            self.memory[self._layout.at(number)] = 0.0
         self.prepare()
         self._crossed = ()
         return bool(found)
@@ -136,15 +149,20 @@ class AtZero(Crossing):
 
     def _roughness(self) -> Array:
         """How much arguments differ from linear functions of coordinates nearby: by rounding of what they are
-        computed from, which may be larger than coordinates are."""
-        q, memory = self.memory[self._layout.part(0)][self._layout.q], self.memory.copy()
-        unit = ROUNDED_OFF[self.machine.program.parts - 1] * FEW * np.max(np.abs(q))
+        computed from, which may be larger than coordinates are. These change by more and more until that is
+        seen."""
+        layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
+        q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
+        unit = ROUNDED_OFF[parts - 1] * FEW * max(q, v * memory[layout.at(Clock.LENGTH)])
         before, source, found = self._arguments(), np.random.default_rng(0), np.zeros(self.count)
         for _ in range(TRIALS):
-            change, second = unit * source.uniform(-1.0, 1.0, len(q)), -2.0 * before
+            change, second = unit * source.uniform(-1.0, 1.0, layout.degrees), -2.0 * before
             for one in (change, -change):
-                self._add(self._layout.q, one)
+                self._add(layout.q, one)
                 second = second + self._arguments()
                 self.memory[:] = memory
-            found = np.fmax(found, np.abs(second))
+            found = np.where(found > 0.0, found, np.abs(second))
+            if np.all(found > 0.0):
+                break
+            unit *= LARGER
         return found

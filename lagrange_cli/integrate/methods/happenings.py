@@ -13,8 +13,8 @@ import numpy as np
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.events import Change, Crossings, parameters_in
+from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.resting import Impact, Resting
-from lagrange_cli.integrate.methods.settling import ROUNDING
 from lagrange_cli.integrate.methods.sides import Sides
 from lagrange_cli.integrate.methods.standstill import Moving, Standstill
 from lagrange_cli.limits import limit

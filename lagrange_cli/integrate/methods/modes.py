@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 DERIVATIVES = 6
 """The number of derivatives of arguments that are examined."""
 SMALLEST = 2.0**-1022
+ROUNDING = 2.0**-44
+"""A derivative that is so small beside the terms of the others is a rounding error."""
 
 
 class Modes:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.methods.at_zero import AtZero
-from lagrange_cli.integrate.methods.modes import SMALLEST
+from lagrange_cli.integrate.methods.modes import ROUNDING, SMALLEST
 from lagrange_cli.native.guards import Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
-ROUNDING = 2.0**-44
-"""A derivative that is so small beside the terms of the others is a rounding error."""
 HELD = 1.0 + 2.0**-40
 """Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 JUMP = 2.0**-20

@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.integrate.events import parameters_in
 from lagrange_cli.integrate.methods.impulses import Impulses
-from lagrange_cli.integrate.methods.settling import ROUNDING
+from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.native.state import BEGINNING, Clock
 
 if TYPE_CHECKING:

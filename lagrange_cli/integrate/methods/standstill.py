@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.methods.settling import ROUNDING
+from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
