@@ -12,9 +12,11 @@ from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switches import refuse_jumps
+from lagrange_cli.model.orientation import cross
 from lagrange_cli.spec.spec import Spec, grouped
 
 ON_COORDINATES, ON_PARTICLES, DISSIPATION = "generalized_forces", "forces", "dissipation"
+ON_BODIES = "torques"
 
 
 def applied_forces(
@@ -22,10 +24,10 @@ def applied_forces(
 ) -> tuple[list[Term], list[list[Term]], list[Total]]:
     """The terms of Q_k, those of what acts on ``nodes`` besides, component by component, and the totals that
     all of these take, in the order of their computation."""
-    if not spec.forces.keys() <= {ON_COORDINATES, ON_PARTICLES, DISSIPATION}:
+    if not spec.forces.keys() <= {ON_COORDINATES, ON_PARTICLES, ON_BODIES, DISSIPATION}:
         raise Unsuited
     known = [*builder.totals]
-    terms, pushes = [*on_coordinates(builder, spec)], [list[Term]() for _ in nodes]
+    terms, pushes = [*on_coordinates(builder, spec), *on_bodies(builder, spec)], [list[Term]() for _ in nodes]
     for array, term in on_particles(builder, spec, nodes):
         (terms if array is builder.q else pushes[nodes.index(array)]).append(term)
     lost: list[Total] = []
@@ -49,6 +51,30 @@ def on_coordinates(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
             if isinstance(value, tuple):
                 raise Unsuited
             yield Term(domain, value, rows[which])
+
+
+def on_bodies(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
+    """tau . domega/dq_dot_k of torques on rigid bodies: a torque is that of forces tau x e/2 at the tips of
+    their axes e (see ``model.rigid_body``)."""
+    written, graph = spec.forces.get(ON_BODIES, {}), builder.graph
+    for family in grouped(written, {**spec.families.get("bodies", {}), **spec.families.get(ON_BODIES, {})}):
+        if family.name not in builder.bodies:
+            raise Unsuited
+        torques, bodies = group_of(family, written), builder.bodies[family.name]
+        if bodies.group.family.members != family.members:
+            raise Unsuited
+        for which in alike(torques, bodies.group):
+            domain = Domain(len(which))
+            torque = builder.value(*torques.members(which, builder.sizes, domain))
+            if not isinstance(torque, tuple):
+                raise Unsuited
+            for axis in bodies.turned(builder, which, domain).turning.axes:
+                for force, x in zip(cross(torque, axis), axis, strict=True):
+                    for symbol, slot in builder.slots.inside(x):
+                        if slot.array is builder.q:
+                            yield Term(domain, 0.5 * force * graph.diff(x, symbol), slot.table)
+                        elif isinstance(slot.array, Total):
+                            raise Unsuited
 
 
 def on_particles(builder: FamilyBuilder, spec: Spec, nodes: Sequence[Total]) -> Iterator[tuple[Array, Term]]:

@@ -21,16 +21,22 @@ from lagrange_cli.families.assembly import Assembly
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, group_of, particle_families
 from lagrange_cli.families.joints import Articulation, Part
+from lagrange_cli.families.turning import Turned
 from lagrange_cli.spec.spec import Spec, grouped
 
 
 def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
     """The joints of all particles. Raises ``Unsuited`` where there are others."""
     weights = [(domain, x, mass) for domain, _, x, mass in masses_of(builder, spec)]
+    for one in turned(builder):
+        for mass, place, _ in one.carriers(builder.algebra):
+            if not constant(builder, mass):
+                raise Unsuited
+            weights += [(one.domain, x, mass) for x in place]
     chains = chains_of(builder, weights)
     parts: list[Part] = []
-    for component, chain in enumerate(chains):
-        for term in chain.terms:
+    for component, nodes in enumerate(chains):
+        for term in nodes.terms:
             parts.append(
                 Part(term.domain, term.node, None, component, term.targets, moved_by(builder, term.node))
             )
@@ -43,10 +49,23 @@ def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
             parts.append(part)
         elif part.nodes is not None and part.component is not None:
             fixed[part.component].append(Term(domain, mass_of(part), part.nodes))
-    inertia = tuple(builder.added(chain.count, terms) for chain, terms in zip(chains, fixed))
-    rates = tuple(builder.rates_of(chain) for chain in chains)
+    inertia = tuple(builder.added(one.count, terms) for one, terms in zip(chains, fixed))
+    rates = tuple(builder.rates_of(one) for one in chains)
     made = Assembly(builder, chains, parts)
     return Articulation(tuple(chains), rates, inertia, tuple(made.joints()))
+
+
+def turned(builder: FamilyBuilder) -> Iterator[Turned]:
+    """All rigid bodies, those that are written alike together. Raises ``SpecError`` for a matrix that is not
+    a rotation."""
+    for bodies in builder.bodies.values():
+        for one in bodies.pieces(builder):
+            if one.form == "matrix":
+                from lagrange_cli.mechanics.constrained.rigidity import refuse_strained
+
+                name = bodies.group.family.members[int(one.members[0])]
+                refuse_strained(builder.spec, name, one.turning.axes)
+            yield one
 
 
 def centres(builder: FamilyBuilder, spec: Spec) -> list[Total]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,12 +21,21 @@ from lagrange_cli.expression.indices import Indices, Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.syntax import Call, Comparison, Logic, Sum, is_whole, sums
 from lagrange_cli.expression.syntax import Tree as Syntax
-from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
+from lagrange_cli.expression.vocabulary import (
+    BODY_COMPONENTS,
+    COMPONENTS,
+    TIME,
+    VELOCITY_COMPONENTS,
+    velocity_name,
+)
 from lagrange_cli.families.arrays import Array, Chain, Domain, Slots, Source, Term, Total, Tree, total_of
 from lagrange_cli.families.groups import Group, Rows, group_of, particle_families
 from lagrange_cli.spec.content import groups_of, names_of
 from lagrange_cli.spec.spec import Parameter, Spec, grouped
 from lagrange_cli.spec.whole import WrittenFamily
+
+if TYPE_CHECKING:
+    from lagrange_cli.families.turning import BodyGroup, Turned
 
 DEEPEST = 3
 """How often members of a family may stand in one another's definitions: x[i] = x[i - 1] + ... is unwound."""
@@ -77,6 +86,7 @@ class FamilyBuilder(ArrayBuilder):
         self.rows: dict[str, Rows] = {}
         self.groups: dict[str, Group] = {}
         self.positions: dict[str, Group] = {}
+        self.bodies: dict[str, BodyGroup] = {}
         scalars = [one.name for one in groups_of(spec.parameters) if isinstance(one, Parameter)]
         self.parameters = {name: self.graph.symbol(name) for name in scalars}
         self.within: list[Group] = []
@@ -103,6 +113,10 @@ class FamilyBuilder(ArrayBuilder):
             self.groups[family.name] = group_of(family, spec.definitions)
         for family in grouped(spec.embedding, particle_families(spec)):
             self.positions[family.name] = group_of(family, spec.embedding)
+        if spec.bodies:
+            from lagrange_cli.families.turning import body_groups
+
+            self.bodies |= body_groups(spec)
 
     def _unknown(self, identifier: str) -> Value:
         raise Unsuited
@@ -139,6 +153,8 @@ class FamilyBuilder(ArrayBuilder):
         which = group.place_of[flat(places, group.family.shape, domain.count)]
         if np.any(which < 0):
             raise Unsuited
+        if component in BODY_COMPONENTS:
+            return self.turned(name, which, domain).turning.component(component)
         value = self.member(group, which, domain)
         if not component:
             return value
@@ -160,6 +176,12 @@ class FamilyBuilder(ArrayBuilder):
         symbol: Node = self.slots.symbol(members.domain, self.whole, value - least)
         made: Node = symbol + float(least)
         return made
+
+    def turned(self, name: str, which: Places, domain: Domain) -> Turned:
+        """How some bodies of a family turn."""
+        if name not in self.bodies:
+            raise Unsuited
+        return self.bodies[name].turned(self, which, domain)
 
     def member(self, group: Group, which: Places, domain: Domain) -> Value:
         """The members of a group that the members of a domain name."""

@@ -17,6 +17,7 @@ from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import curved
 from lagrange_cli.families.rigid import ParticleVectors, Rigid, displacement, together
+from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
 from lagrange_cli.mechanics.conserved.displacements import TURNS
@@ -138,7 +139,7 @@ def constants_of(system: FamilySystem) -> ConservedQuantities:
         states = [RandomState(system, seed) for seed in range(STATES)]
         straight = np.ones(system.q.count, dtype=bool)
         if system.joints is not None:
-            straight = ~curved(system.slots.graph, system.joints, system.q.count)
+            straight = ~curved(system.slots.graph, system.joints, system.q.count) | without_kinetic(states)
         free = straight & np.all([np.abs(one.slopes) <= ROUNDED * one.slope_sizes for one in states], axis=0)
         idle = np.all([np.abs(one.applied) <= ROUNDED * one.applied_sizes for one in states], axis=0)
         names, constrained = names_of(system.spec.coordinates), system.bonds is not None
@@ -155,6 +156,22 @@ def constants_of(system: FamilySystem) -> ConservedQuantities:
             found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
         found += further(system, states, kept)
     return ConservedQuantities(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
+
+
+def without_kinetic(states: Sequence[RandomState]) -> NDArray[np.bool_]:
+    """The coordinates that T does not depend on at some states, but for rounding of the terms of T that their
+    joints have. At others, it may be that it does."""
+    system = states[0].system
+    assert system.joints is not None
+    (rates,), _ = slopes(system.kinetic, system.root, system.totals, system.slots, system.q)
+    found = np.ones(system.q.count, dtype=bool)
+    for one in states:
+        work = np.abs(one.values.of(system.momenta) * one.v)
+        for joints in system.joints.joints:
+            whole = sum(work[rows] for rows in joints.rows)
+            for rows in joints.rows:
+                found[rows] &= np.abs(one.values.of(rates)[rows]) <= ROUNDED * whole
+    return found
 
 
 def further(
@@ -211,9 +228,10 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
     rigid = None if system.joints is None else Rigid(system)
     counts = {name: len(totals) for name, totals in system.positions.items()}
     axes = range(max(counts.values()))
+    everything, spins = ("everything", " + spins") if system.bodies else ("all particles", "")
     for axis in axes:
         name = COMPONENTS[axis]
-        how = f"moving all particles along {name}"
+        how = f"moving {everything} along {name}"
         yield Trial(f"P_{name}", f"sum of m*v{name}", how, partial(moved, quantity=f"P_{name}", rigid=rigid))
     if len({*counts.values()}) == 1:
         for name, (i, j) in TURNS.items():
@@ -221,7 +239,8 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
                 about = f"the {name} axis" if len(axes) == len(COMPONENTS) else "the origin"
                 x, y, u, w = COMPONENTS[i], COMPONENTS[j], VELOCITY_COMPONENTS[i], VELOCITY_COMPONENTS[j]
                 yield Trial(
-                    f"L_{name}", f"sum of {x}*m*{w} - {y}*m*{u}", f"turning all particles about {about}",
+                    f"L_{name}", f"sum of {x}*m*{w} - {y}*m*{u}{spins}",
+                    f"turning {everything} about {about}",
                     partial(moved, quantity=f"L_{name}", rigid=rigid),
                 )  # fmt: skip
     for axis in axes if len(system.spec.embedding) > 1 else ():

@@ -14,6 +14,7 @@ from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Tot
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints import Articulation
+from lagrange_cli.families.turning import Bodies
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
@@ -92,6 +93,8 @@ class FamilySystem:
     centres: Sequence[Total] = ()
     """The sums of m x, m y and so on, likewise."""
     loads: Sequence[Total] = ()
+    bodies: Mapping[str, Bodies] = MappingProxyType({})
+    """Rigid bodies by family; their centres of mass are among the particles."""
     bonds: Bonds | None = None
     """The constraints."""
     events: Events | None = None

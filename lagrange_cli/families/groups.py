@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,7 +17,9 @@ from lagrange_cli.spec.content import groups_by_name
 from lagrange_cli.spec.family import Family, MemberNames
 from lagrange_cli.spec.members import indices_of, numbers_of
 from lagrange_cli.spec.spec import Expression, Spec
-from lagrange_cli.spec.whole import Part, WrittenFamily
+from lagrange_cli.spec.whole import Part, Template, WrittenFamily
+
+T = TypeVar("T", bound=Template)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +33,13 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """A family whose members are written: the ``trees`` that occur, which of them each member has, and the
-    values of its indices. ``place_of`` has the members' numbers by their place, -1 where there is none."""
+    """A family whose members are written: the ``trees`` that occur, or what else is written, which of them
+    each member has, and the values of its indices. ``place_of`` has the members' numbers by their place, -1
+    where there is none."""
 
     family: Family
     place_of: Places
-    trees: tuple[Tree, ...]
+    trees: tuple[Any, ...]
     labels: Places
     indices: Mapping[str, Places]
 
@@ -43,7 +47,7 @@ class Group:
     def count(self) -> int:
         return len(self.labels)
 
-    def members(self, which: Places, sizes: Mapping[str, int], domain: Domain) -> tuple[Tree, Members]:
+    def members(self, which: Places, sizes: Mapping[str, int], domain: Domain) -> tuple[Any, Members]:
         """The tree of some members, and their indices. Raises ``Differ`` where they have several."""
         labels = self.labels[which]
         if len(labels) and np.any(labels != labels[0]):
@@ -59,8 +63,11 @@ def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
     return placed_parts(family, parts_of(family, written))
 
 
-def placed_parts(family: Family, given: Sequence[Part[Expression]]) -> Group:
-    """The members of a family in parts; those in none have the label -1."""
+def placed_parts(
+    family: Family, given: Sequence[Part[Any]], of: Callable[[Any], Any] = lambda item: item.tree
+) -> Group:
+    """The members of a family in parts; those in none have the label -1. What is written is ``of`` the items
+    of the parts: their trees."""
     parts = [(numbers_of(family, part), part) for part in given]
     parts.sort(key=lambda one: int(one[0].min()))
     seen: dict[int, int] = {}
@@ -68,10 +75,10 @@ def placed_parts(family: Family, given: Sequence[Part[Expression]]) -> Group:
     names = dict.fromkeys(name for _, part in parts for name in part.indices if name)
     indices = {name: np.zeros(len(family.members), dtype=np.int64) for name in names}
     for numbers, part in parts:
-        labels[numbers] = seen.setdefault(id(part.item.tree), len(seen))
+        labels[numbers] = seen.setdefault(id(of(part.item)), len(seen))
         for name, values in indices_of(part).items():
             indices[name][numbers] = values
-    trees = {seen[id(part.item.tree)]: part.item.tree for _, part in parts}
+    trees = {seen[id(of(part.item))]: of(part.item) for _, part in parts}
     return Group(family, places_of(family), tuple(trees[i] for i in range(len(trees))), labels, indices)
 
 
@@ -88,7 +95,7 @@ def listed(written: Sequence[Expression]) -> Group:
     return Group(Family("", (), ("",), ()), np.arange(count), tuple(trees.values()), labels, indices)
 
 
-def parts_of(family: Family, written: Mapping[str, Expression]) -> Sequence[Part[Expression]]:
+def parts_of(family: Family, written: Mapping[str, T]) -> Sequence[Part[T]]:
     """The members of a family by what they have in common. Raises ``Unsuited`` where others are written."""
     found = groups_by_name(written).get(family.name)
     if isinstance(found, WrittenFamily):

@@ -79,7 +79,14 @@ class Rigid:
 
     def __init__(self, system: FamilySystem) -> None:
         self.tried = candidates(system)
-        self.names = [(name, k) for name, several in system.speeds.items() for k in range(len(several))]
+        self.places, self.speeds, self.axes = {**system.positions}, {**system.speeds}, set[str]()
+        """Axes of bodies turn as particles do, and are not shifted."""
+        for body, turned in system.bodies.items():
+            for i, (places, speeds) in enumerate(zip(turned.axes, turned.rates)):
+                name = f"{body} axis {i + 1}"
+                self.places[name], self.speeds[name] = places, speeds
+                self.axes.add(name)
+        self.names = [(name, k) for name, several in self.speeds.items() for k in range(len(several))]
         self._places: list[ParticleVectors] = []
         self._columns: list[Numbers] = []
         for seed in range(STATES if self.tried else 0):
@@ -92,13 +99,12 @@ class Rigid:
                 values = at(v=v)
                 listed = []
                 for name, axis in self.names:
-                    total = system.speeds[name][axis]
-                    count = system.positions[name][axis].count
+                    total, count = self.speeds[name][axis], self.places[name][axis].count
                     listed.append(np.zeros(count) if total is None else values.of(total))
                 return np.concatenate(listed)
 
             values, rest = at(v=np.zeros(len(q))), moved(np.zeros(len(q)))
-            self._places.append({(n, k): values.of(system.positions[n][k]) for n, k in self.names})
+            self._places.append({(n, k): values.of(self.places[n][k]) for n, k in self.names})
             self._columns.append(np.stack([moved(one.change(q)) - rest for one in self.tried], axis=1))
 
     def parts(self, quantity: str) -> tuple[Part, ...] | None:
@@ -106,6 +112,8 @@ class Rigid:
         if not self.tried or not self.has(quantity):
             return None
         wanted = [displacement(quantity)(places) for places in self._places]
+        if not quantity.startswith("L"):
+            wanted = [{k: x * (k[0] not in self.axes) for k, x in one.items()} for one in wanted]
         aim = np.concatenate([one[name] for one in wanted for name in self.names])
         columns = np.concatenate(self._columns)
         factors: Numbers = np.linalg.lstsq(columns, aim, rcond=1e-9)[0].round(DIGITS)

@@ -31,6 +31,7 @@ from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import particles, separated
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switches import with_modes
+from lagrange_cli.families.turning import bodies_of
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
@@ -44,7 +45,7 @@ FEWEST_SWITCHED = 50
 FEWEST_BOUND = 75
 """Constraints, or terms of sums in them, below which they are, too."""
 Reason: TypeAlias = "tuple[str, ...]"
-UNKNOWN = "nonholonomic", "bodies", "replaced"
+UNKNOWN = "nonholonomic", "replaced"
 """Parts of a system that are derived member by member."""
 
 _LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None, Reason]] = []
@@ -111,6 +112,8 @@ def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem
 
 def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     """The same, where M is diagonal and constant."""
+    if spec.bodies:
+        raise Unsuited
     builder = ChainBuilder(spec, algebra)
     graph, slots = builder.graph, builder.slots
     everyone = Domain(builder.q.count)
@@ -193,6 +196,8 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     parts["events"] = events_of(
         builder, spec, parts["masses"], free="joints" not in parts and parts["bonds"] is None
     )
+    if builder.bodies:
+        parts["bodies"] = bodies_of(builder)
     if "joints" in parts:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(

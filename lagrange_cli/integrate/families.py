@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved"})
 """The outputs that can be computed with families; others go through the members."""
+OF_BODIES = frozenset({"angular_velocities", "angular_momenta", "rotational_energies", "orientations"})
+"""Those that systems with rigid bodies have besides."""
 INTEGRALS = frozenset({"ledger", "action"})
 """Those that are integrated beside the motion, by Taylor series."""
 OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
@@ -61,8 +63,8 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the outputs can be computed with families."""
-    constrained = bool(spec.constraints) and not spec.left_out
-    return (OUTPUTS | OF_CONSTRAINTS if constrained else OUTPUTS).issuperset(outputs)
+    found = OUTPUTS | OF_BODIES if spec.bodies else OUTPUTS
+    return (found | OF_CONSTRAINTS if spec.constraints and not spec.left_out else found).issuperset(outputs)
 
 
 def integrable(spec: Spec, outputs: Collection[str]) -> bool:
@@ -214,6 +216,11 @@ def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
     """The program for ``compilation``, and the datasets made of its results."""
     conserved = frozenset(system.conserved)
+    if system.bodies:  # what T does not depend on is not seen by its form
+        from lagrange_cli.families.conservation import constants_of
+
+        found = (one.quantity for one in constants_of(system).conserved)
+        conserved |= {one for one in found if one.startswith("p_")}
     planner = FamilyPlanner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
     observed = cast("dict[str, Element]", planner.observed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, cast
 
@@ -11,12 +11,14 @@ import numpy as np
 from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.slopes import slopes
+from lagrange_cli.families.turning import Bodies
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.model.model import Constraint, Model, Particle
 from lagrange_cli.outputs.planner import Planner
 from lagrange_cli.outputs.recording import Dataset
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import names_of
+from lagrange_cli.spec.spec import grouped
 
 Element = tuple[Total, int]
 """A number: the total that contains it, and its place there."""
@@ -50,6 +52,10 @@ class FamilyPlanner(Planner):
         found = constants_of(system).conserved
         return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
 
+    @property
+    def bodies(self) -> BodiesOfFamilies:
+        return BodiesOfFamilies(self.residual.system)  # type: ignore[attr-defined]
+
     def balanced(self) -> tuple[Any, str]:
         """No term of L is a total time derivative of velocities."""
         return self.energetics, ""
@@ -71,6 +77,42 @@ class FamilyPlanner(Planner):
             for i, name in enumerate(family.members):
                 found[name] = tuple((one, i) for one in system.reactions[family.name])
         return found, {}
+
+
+@dataclass(frozen=True)
+class BodiesOfFamilies:
+    """What rigid bodies do, as places in totals."""
+
+    system: FamilySystem
+
+    def _of_each(self, arrays: Callable[[Bodies], Sequence[Total]]) -> dict[str, list[Element]]:
+        """The numbers of each body in several arrays, by its name."""
+        found = {}
+        for family in grouped(self.system.spec.bodies, self.system.spec.families.get("bodies", {})):
+            totals = arrays(self.system.bodies[family.name])
+            for i, name in enumerate(family.members):
+                found[name] = [(one, i) for one in totals]
+        return found
+
+    @property
+    def spins(self) -> Mapping[str, Sequence[Element]]:
+        """Angular velocities."""
+        return self._of_each(lambda one: one.spin)
+
+    @property
+    def orientations(self) -> Mapping[str, Sequence[Element]]:
+        """R."""
+        return self._of_each(lambda one: [axis[row] for row in range(3) for axis in one.axes])
+
+    @property
+    def momenta(self) -> Mapping[str, Sequence[Element]]:
+        """Angular momenta."""
+        return self._of_each(lambda one: one.momentum)
+
+    @property
+    def energies(self) -> Mapping[str, Sequence[Element]]:
+        """The energies of rotation."""
+        return self._of_each(lambda one: [one.energy])
 
 
 @dataclass(frozen=True)
@@ -127,7 +169,6 @@ class Described:
     def particles(self) -> list[tuple[tuple[Total, ...], Sequence[str]]]:
         """The positions of each family of particles, and the members' names."""
         from lagrange_cli.families.groups import particle_families
-        from lagrange_cli.spec.spec import grouped
 
         families = grouped(self.system.spec.embedding, particle_families(self.system.spec))
         return [(tuple(self.system.positions[one.name]), one.members) for one in families]

@@ -22,14 +22,15 @@ norm, nor any momentum or energy. So this is exact: the equations are those of E
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import add
 from typing import Any
 
-from lagrange_cli.expression.algebra import E
+from lagrange_cli.expression.algebra import Algebra, E
 from lagrange_cli.model.model import Particle
-from lagrange_cli.model.orientation import cross
+from lagrange_cli.model.orientation import Turning, cross
 from lagrange_cli.model.scope import Scope
+from lagrange_cli.spec.spec import Expression, Inertia
 
 PAIRS = ((0, 1), (0, 2), (1, 2))
 
@@ -42,29 +43,46 @@ def carriers(scope: Scope[E], name: str, torque: Sequence[E]) -> list[Particle[E
     """
     algebra = scope.algebra
     turning = scope.turning(name)
-    axes, rates = turning.axes, turning.rates
-    moments, products = second_moments(scope, name)
+    moments, products = moments_of(scope, name)
     half: Any = algebra.number("0.5")
     found = []
-    for i in range(3):
-        sharing = [-products[pair] for pair in products if i in pair]
-        force = tuple(half * x for x in cross(torque, axes[i])) if torque else ()
-        mass = scope.total([moments[i], *sharing])
-        found.append(Particle(f"{name} axis {i + 1}", mass, axes[i], rates[i], force, name))
-    for (i, j), product in products.items():
-        between, moving = (tuple(map(add, one[i], one[j])) for one in (axes, rates))
-        found.append(Particle(f"{name} axes {i + 1} {j + 1}", product, between, moving, (), name))
+    for pair, mass, place, velocity in equimomental(algebra, turning, moments, products):
+        i, *other = pair
+        force = tuple(half * x for x in cross(torque, place)) if torque and not other else ()
+        label = f"{name} axes {i + 1} {other[0] + 1}" if other else f"{name} axis {i + 1}"
+        found.append(Particle(label, mass, place, velocity, force, name))
     return found
 
 
-def second_moments(scope: Scope[E], body: str) -> tuple[list[Any], dict[tuple[int, int], Any]]:
-    """J_ii, and the J_ij of axes that are not principal ones."""
-    half: Any = scope.algebra.number("0.5")
-    inertia = scope.spec.bodies[body].inertia
-    given: list[Any] = [scope.scalar(one) for one in inertia.entries]
+def equimomental(
+    algebra: Algebra[E], turning: Turning[E], moments: Sequence[Any], products: Mapping[tuple[int, int], Any]
+) -> Iterator[tuple[tuple[int, ...], Any, tuple[Any, ...], tuple[Any, ...]]]:
+    """The masses that stand for the rotation of a body: the numbers of the axes whose sum is where each is,
+    the mass, the place and the velocity."""
+    axes, rates = turning.axes, turning.rates
+    for i in range(3):
+        sharing = [-products[pair] for pair in products if i in pair]
+        yield (i,), algebra.total([moments[i], *sharing]), axes[i], rates[i]
+    for (i, j), product in products.items():
+        between, moving = (tuple(map(add, one[i], one[j])) for one in (axes, rates))
+        yield (i, j), product, between, moving
+
+
+def moments_of(scope: Scope[E], body: str) -> tuple[list[Any], dict[tuple[int, int], Any]]:
+    """The second moments of a body."""
+    inertia, mass = scope.spec.bodies[body].inertia, scope.spec.masses[body]
+    return second_moments(scope.algebra, inertia, scope.scalar, lambda: scope.scalar(mass))
+
+
+def second_moments(
+    algebra: Algebra[E], inertia: Inertia, value: Callable[[Expression], Any], mass_of: Callable[[], Any]
+) -> tuple[list[Any], dict[tuple[int, int], Any]]:
+    """J_ii, and the J_ij of axes that are not principal ones, with the ``value`` of each expression."""
+    half: Any = algebra.number("0.5")
+    given: list[Any] = [value(one) for one in inertia.entries]
     if inertia.solid:
-        mass: Any = scope.scalar(scope.spec.masses[body])
-        return [mass * one for one in of_solid(scope, inertia.solid, given)], {}
+        mass = mass_of()
+        return [mass * one for one in of_solid(algebra, inertia.solid, given)], {}
     products = {}
     if len(given) == 9:
         products = {(i, j): -given[3 * i + j] for i, j in PAIRS}
@@ -73,9 +91,9 @@ def second_moments(scope: Scope[E], body: str) -> tuple[list[Any], dict[tuple[in
     return [half * (b + c - a), half * (c + a - b), half * (a + b - c)], products
 
 
-def of_solid(scope: Scope[E], solid: str, sizes: Sequence[Any]) -> list[Any]:
+def of_solid(algebra: Algebra[E], solid: str, sizes: Sequence[Any]) -> list[Any]:
     """The mean squares of x_1, x_2 and x_3 in a homogeneous solid."""
-    number: Any = scope.algebra.number
+    number: Any = algebra.number
     zero, squares = number("0"), [size * size for size in sizes]
     if solid == "sphere":
         return [squares[0] / number("5")] * 3

@@ -162,7 +162,7 @@ class Survey:
     @cached_property
     def _turning(self) -> frozenset[str]:
         """Coordinates that are components of a quaternion: plain numbers."""
-        given = (one.orientation for one in self.spec.bodies.values())
+        given = (one.orientation for one in self.spec.written_bodies)
         entries = [entry.tree for one in given if one.form == "quaternion" for entry in one.entries]
         return frozenset(tree.base for tree in entries if isinstance(tree, Name))
 
@@ -234,7 +234,7 @@ class Survey:
     def _spinning(self, kinetic: Quantity, masses: Mapping[str, Quantity]) -> Quantity:
         """``kinetic``, or its unit by the energies of rotation: moments of inertia over the square of a
         time."""
-        for name, bodies in by_family(self.spec.bodies.items()).items():
+        for name, bodies in written_by_family(self.spec.bodies).items():
             inertia = bodies[0].inertia
             for expression in inertia.entries:
                 moment = named(self.scalar(expression, f"inertia of '{name}'"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 from operator import or_
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.node import Node
@@ -19,6 +20,9 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.outputs.recording import Dataset, Making
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.spec import Family, grouped
+
+if TYPE_CHECKING:
+    from lagrange_cli.outputs.bodies import Bodies
 
 
 @dataclass
@@ -61,6 +65,13 @@ class Planner:
         from lagrange_cli.mechanics.constrained.potentials import integrals
 
         return integrals(self.model)
+
+    @property
+    def bodies(self) -> Bodies:
+        """What rigid bodies do."""
+        from lagrange_cli.outputs.bodies import BodiesOfModel
+
+        return BodiesOfModel(self.model)
 
     def families(self, section: str, names: Iterable[str]) -> tuple[Family, ...]:
         """The names that a section of the file declares, by family."""
@@ -161,9 +172,7 @@ class Planner:
         """The dataset of a quantity that every member of a family has, observed as ``names``."""
         self.made.append(of_family(group, long_name, Making.STACK, family, names, components))
 
-    def add_vectors(
-        self, group: str, what: str, section: str, vectors: Mapping[str, tuple[Node, ...]]
-    ) -> None:
+    def add_vectors(self, group: str, what: str, section: str, vectors: Mapping[str, Sequence[Node]]) -> None:
         """The datasets of a vector that all members of a section's families have, by their names."""
         for family in self.families(section, vectors):
             names = tuple(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.content import by_name, groups_of, in_order
+from lagrange_cli.spec.content import by_name, groups_by_name, groups_of, in_order, parts_by_name
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.entering import enter_names
@@ -50,9 +50,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     embedding = checker.embedding()
     bodies, norms, families = checker.bodies()
     if draft.bodies:
-        complete = [one for one in draft.bodies if one.mass is not None and one.position is not None]
-        masses = {**masses, **{one.name: one.mass for one in complete if one.mass is not None}}
-        embedding = {**embedding, **{one.name: one.position for one in complete if one.position is not None}}
+        masses, embedding = with_bodies(draft, masses, embedding)
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
     constraints = checker.expressions("constraints")
     return Spec(
@@ -198,7 +196,7 @@ class _Checker:
 
     # What checks the sections that few files have is imported for those files.
 
-    def bodies(self) -> tuple[dict[str, Body], dict[str, Expression], Mapping[str, Mapping[str, Family]]]:
+    def bodies(self) -> tuple[Mapping[str, Body], dict[str, Expression], Mapping[str, Mapping[str, Family]]]:
         """The bodies by name, the norms of their quaternions, and all families with theirs."""
         if not self.draft.bodies:
             return {}, {}, self.draft.families
@@ -268,13 +266,17 @@ def mapped(groups: Sequence[W | WrittenFamily[W]], function: Callable[[W], Any])
 
 def given_by_name(groups: Sequence[Entry | WrittenFamily[Entry]]) -> Mapping[str, Expression]:
     """The values that entries give, by their names."""
-    found: dict[str, Any] = {}
-    for one in groups:
-        if not isinstance(one, WrittenFamily):
-            found |= {} if one.value is None else {one.name: one.value}
-        elif all(part.item.value is not None for part in one.parts):
-            found[one.name] = one.mapped(lambda entry: entry.value)
-    return by_name(found)
+    return by_name(parts_by_name(groups, lambda entry: entry.value))
+
+
+def with_bodies(
+    draft: Draft, masses: Mapping[str, Expression], embedding: Mapping[str, Expression]
+) -> tuple[Mapping[str, Expression], Mapping[str, Expression]]:
+    """The masses and positions of particles together with those of bodies."""
+    groups = groups_of(draft.bodies)
+    weights = parts_by_name(groups, lambda body: body.mass)
+    places = parts_by_name(groups, lambda body: body.position)
+    return by_name({**groups_by_name(masses), **weights}), by_name({**groups_by_name(embedding), **places})
 
 
 def parameter(declared: Declared) -> Parameter | None:

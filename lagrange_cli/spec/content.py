@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import ItemsView, Iterable, Iterator, Mapping, Sequence, ValuesView
+from collections.abc import Callable, ItemsView, Iterable, Iterator, Mapping, Sequence, ValuesView
 from itertools import chain
 from typing import Any, TypeVar, overload
 
@@ -213,6 +213,18 @@ def groups_of(section: Sequence[T]) -> Sequence[T | WrittenFamily[T]]:
 def groups_by_name(section: Mapping[str, T]) -> Mapping[str, T | WrittenFamily[T]]:
     """What a section gives by name, in which families are whole."""
     return section.groups if isinstance(section, ByName) else section
+
+
+def parts_by_name(groups: Iterable[Any], of: Callable[[Any], Any]) -> dict[str, Any]:
+    """What each item has by its name, and each family whole; without those that have none."""
+    found: dict[str, Any] = {}
+    for one in groups:
+        if not isinstance(one, WrittenFamily):
+            made = of(one)
+            found |= {} if made is None else {one.name: made}
+        elif all(of(part.item) is not None for part in one.parts):
+            found[one.name] = one.mapped(of)
+    return found
 
 
 def in_order(groups: Sequence[Any]) -> Sequence[Any]:

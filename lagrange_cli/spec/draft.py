@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from lagrange_cli.expression.syntax import Key, Span
@@ -102,16 +103,16 @@ class WrittenBody(Written):
     inertia: Inertia | None = None
     orientation: Orientation | None = None
 
+    @property
+    def expressions(self) -> tuple[Expression, ...]:
+        alone = (one for one in (self.mass, self.position) if one is not None)
+        several = (one.entries for one in (self.inertia, self.orientation) if one is not None)
+        return (*alone, *chain.from_iterable(several))
+
     def member(self, name: str, indices: Mapping[str, int]) -> WrittenBody:
         """The body of one member."""
-
-        def within(given: Any) -> Any:
-            if given is None:
-                return None
-            return replace(given, entries=tuple(_with(one, indices) for one in given.entries))
-
         mass, position = _with(self.mass, indices), _with(self.position, indices)
-        inertia, orientation = within(self.inertia), within(self.orientation)
+        inertia, orientation = (one and one.member(indices) for one in (self.inertia, self.orientation))
         return replace(
             self, name=name, mass=mass, position=position, inertia=inertia, orientation=orientation
         )
@@ -169,9 +170,10 @@ class Draft:
         return tuple(self.sections.get("events", ()))
 
     @property
-    def bodies(self) -> tuple[WrittenBody, ...]:
+    def bodies(self) -> Sequence[WrittenBody]:
         """The ``bodies`` section."""
-        return tuple(self.sections.get("bodies", ()))
+        given: Sequence[WrittenBody] = self.sections.get("bodies", ())
+        return given
 
     @property
     def transformations(self) -> tuple[WrittenTransformation, ...]:

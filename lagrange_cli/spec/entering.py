@@ -51,7 +51,7 @@ class _Entering:
         self._free("parameters", groups_of(draft.declared("parameters")), Kind.PARAMETER)
         self._free("definitions", groups_of(draft.entries("definitions")), Kind.DEFINITION)
         self._free("embedding", particles, Kind.PARTICLE)
-        self._free("bodies", draft.bodies, Kind.BODY)
+        self._free("bodies", groups_of(draft.bodies), Kind.BODY)
         for section in ("constraints", "nonholonomic"):
             for name, place, family in self._named(section, groups_of(draft.entries(section))):
                 self.names.declare_multiplier(name, place, family)

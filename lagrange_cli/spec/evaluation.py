@@ -129,7 +129,7 @@ class Evaluation:
         only."""
         users = [one.tree for group in groups_by_name(self.spec.masses).values() for one in statements(group)]
         users += [one.tree for one in self.spec.solve.times.values()]
-        users += [x.tree for body in self.spec.bodies.values() for x in body.inertia.entries]
+        users += [x.tree for body in self.spec.written_bodies for x in body.inertia.entries]
         for group in groups_of(self.spec.coordinates):
             for one in statements(group):
                 users += [x.tree for x in (one.initial, one.velocity) if x is not None]

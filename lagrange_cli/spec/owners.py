@@ -50,9 +50,9 @@ class Owners:
 def owners(draft: Draft, row: Row) -> Owners:
     """Those of a section."""
     if row.of is Kind.PARTICLE:
-        return Owners((*groups_of(draft.entries("embedding")), *draft.bodies))
+        return Owners((*groups_of(draft.entries("embedding")), *groups_of(draft.bodies)))
     if row.of is Kind.BODY:
-        return Owners(draft.bodies)
+        return Owners(groups_of(draft.bodies))
     return Owners(groups_of(draft.declared("coordinates")) if row.of is Kind.COORDINATE else ())
 
 

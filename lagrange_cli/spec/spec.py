@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.expression.syntax import has_decimals
 from lagrange_cli.records import dataclass, field, replace
@@ -99,6 +99,10 @@ class Inertia:
     entries: tuple[Expression, ...]
     place: Place
 
+    def member(self, indices: Mapping[str, int]) -> Inertia:
+        """That of a member of a family."""
+        return replace(self, entries=tuple(replace(one, indices=indices) for one in self.entries))
+
 
 @dataclass(frozen=True)
 class Orientation:
@@ -109,6 +113,10 @@ class Orientation:
     sequence: str
     entries: tuple[Expression, ...]
     place: Place
+
+    def member(self, indices: Mapping[str, int]) -> Orientation:
+        """That of a member of a family."""
+        return replace(self, entries=tuple(replace(one, indices=indices) for one in self.entries))
 
 
 @dataclass(frozen=True)
@@ -124,6 +132,11 @@ class Body:
     def expressions(self) -> tuple[Expression, ...]:
         """All of them."""
         return (*self.inertia.entries, *self.orientation.entries)
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Body:
+        """A member of a family."""
+        inertia, orientation = (one.member(indices) for one in (self.inertia, self.orientation))
+        return replace(self, inertia=inertia, orientation=orientation)
 
 
 @dataclass(frozen=True)
@@ -214,6 +227,11 @@ class Spec:
     replaced: Mapping[str, Expression] = field(default_factory=dict)
 
     @property
+    def written_bodies(self) -> Iterator[Body]:
+        """The bodies; of members of a family that are written alike the first."""
+        return written(self.bodies)
+
+    @property
     def all_constraints(self) -> Mapping[str, Expression]:
         """Holonomic and nonholonomic ones."""
         return {**self.constraints, **self.nonholonomic} if self.nonholonomic else self.constraints
@@ -229,10 +247,10 @@ class Spec:
         """The same of all members."""
         return self._moving(lambda section: section.values())
 
-    def _moving(self, of: Callable[[Mapping[str, Expression]], Iterable[Expression]]) -> Iterator[Expression]:
+    def _moving(self, of: Callable[[Mapping[str, Any]], Iterable[Any]]) -> Iterator[Expression]:
         for section in (self.embedding, self.potential, *self.forces.values()):
             yield from of(section)
-        for body in self.bodies.values():
+        for body in of(self.bodies):
             yield from body.expressions
         if self.lagrangian is not None:
             yield self.lagrangian

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from lagrange_cli.expression.numbers import NumberAlgebra
@@ -12,8 +12,8 @@ from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import groups_by_name, groups_of, named_alike
 from lagrange_cli.spec.evaluation import Evaluation
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.spec import Coordinate, Expression, Inertia, Spec
-from lagrange_cli.spec.whole import WrittenFamily
+from lagrange_cli.spec.spec import Body, Coordinate, Expression, Inertia, Spec
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 
 @dataclass(frozen=True)
@@ -236,8 +236,30 @@ def check_masses(evaluation: Evaluation) -> None:
             if found is None or min(found) <= 0:
                 for name, mass in zip(group.names_of_part(part), group.of_part(part)):
                     _check_mass(evaluation, name, mass)
-    for name, body in evaluation.spec.bodies.items():
-        _check_inertia(evaluation, name, body.inertia)
+    for name, bodies in groups_by_name(evaluation.spec.bodies).items():
+        if not isinstance(bodies, WrittenFamily):
+            _check_inertia(evaluation, name, bodies.inertia)
+            continue
+        for alike in bodies.parts:
+            for member, body in different(evaluation, bodies, alike):
+                _check_inertia(evaluation, member, body.inertia)
+
+
+def different(
+    evaluation: Evaluation, group: WrittenFamily[Body], part: Part[Body]
+) -> Iterator[tuple[str, Body]]:
+    """The bodies of a part of a family, with their names: of those with the same moments of inertia one."""
+    members = zip(group.names_of_part(part), group.of_part(part))
+    entries = [evaluation.together(part, one) for one in part.item.inertia.entries]
+    values = [one for one in entries if one is not None]
+    if len(values) < len(entries):
+        yield from members
+        return
+    seen: set[tuple[float, ...]] = set()
+    for moments, member in zip(zip(*values), members):
+        if moments not in seen:
+            seen.add(moments)
+            yield member
 
 
 def _check_mass(evaluation: Evaluation, particle: str, mass: Expression) -> None:

@@ -40,7 +40,7 @@ from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.model.orientation import Turning
-from lagrange_cli.model.rigid_body import second_moments
+from lagrange_cli.model.rigid_body import moments_of
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.bodies.norms import norm_name
@@ -233,7 +233,7 @@ def inertia_of(
 ) -> Matrix:
     """About the origin, along the axes of the body."""
     graph = graph_of(model)
-    squares, products = second_moments(scope, body)
+    squares, products = moments_of(scope, body)
     masses = {one.name: one.mass for one in model.particles}
 
     def second(i: int, j: int) -> Node:
