@@ -24,10 +24,11 @@ from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Contact, Residual
+from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.multiple_zeros import with_simple_zeros
-from lagrange_cli.mechanics.variables import graph_of
-from lagrange_cli.model.model import Event, Model
+from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 
 
@@ -38,10 +39,11 @@ def derive_with_contacts(model: Model[Node]) -> Residual:
     if not contacts:
         return derive(model)
     graph = graph_of(model)
-    forces = [
-        graph.sum([(given, 1.0), *((_while_resting(graph, one, k), 1.0) for one in contacts)])
-        for k, given in enumerate(model.generalized_forces)
-    ]
+    terms = [[(given, 1.0)] for given in model.generalized_forces]
+    for one in contacts:
+        for k in one.force.places:
+            terms[k].append((_while_resting(graph, one, k), 1.0))
+    forces = map(graph.sum, terms)
     _, conserved = conservation(model)
     residual = derive(replace(model, generalized_forces=tuple(forces)))
     kept = tuple(one for one in conserved if all(_keeps(graph, model, one, contact) for contact in contacts))
@@ -58,52 +60,69 @@ def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
     if not any(event.changes for event in model.events):
         return ()
     graph, momenta = graph_of(model), Energetics(model).momenta
+    n, speeds = len(model.q), numbered(model.v)
+    inertia: dict[int, dict[int, Node]] = {}
+    """dp_j/dv_k, by k and j: what is not 0."""
+    for j, p in enumerate(momenta):
+        for k, slope in graph.gradient(p, speeds).items():
+            inertia.setdefault(k, {})[j] = slope
+    names = {velocity_name(name): k for k, name in enumerate(model.coordinates)}
+    places = numbered(model.q)
     found = []
     for number, event in enumerate(model.events):
-        direction = _direction(model, graph, event)
+        if not event.changes or not event.changes.keys() <= names.keys():
+            continue
+        after = {names[name]: event.changes[name] for name in sorted(event.changes, key=names.__getitem__)}
+        direction = _direction(model, event.argument, after, places, speeds)
         if direction is None:
             continue
-        pairs = [(k, one) for k, one in enumerate(direction) if not one.is_zero]
-        force = tuple(
-            graph.sum([(graph.diff(p, model.v[k]) * one, 1.0) for k, one in pairs]) for p in momenta
-        )
+        terms: dict[int, list[tuple[Node, float]]] = {}
+        for k in direction.places:
+            for j, slope in inertia.get(k, {}).items():
+                terms.setdefault(j, []).append((slope * direction[k], 1.0))
+        force = Row({j: graph.sum(each) for j, each in terms.items()}, n, graph.zero)
         multiplier, rest = (graph.symbol(f"{word} {number}") for word in ("contact", "rest"))
-        found.append(Contact(number, multiplier, rest, force, tuple(direction)))
+        found.append(Contact(number, multiplier, rest, force, direction))
     return tuple(found)
 
 
-def _direction(model: Model[Node], graph: Graph, event: Event[Node]) -> list[Node] | None:
-    """The direction of slow impacts; None if it is not an impact, or one that does not reduce the speed."""
-    velocities = {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
-    g = event.argument
-    if not event.changes or not event.changes.keys() <= velocities.keys():
+def _direction(
+    model: Model[Node],
+    g: Node,
+    after: Mapping[int, Node],
+    places: Mapping[Node, int],
+    speeds: Mapping[Node, int],
+) -> Row | None:
+    """The direction of slow impacts at g = 0, which change velocities of these numbers; None if it is not an
+    impact, or one that does not reduce the speed."""
+    graph = graph_of(model)
+    symbols = graph.symbols_of(g)
+    if any(one in speeds for one in symbols) or not any(one in places for one in symbols):
         return None
-    if any(g.symbols & v.symbols for v in model.v) or not any(g.symbols & q.symbols for q in model.q):
-        return None
-    after = {velocities[name]: node for name, node in event.changes.items()}
-    slopes = [graph.diff(g, q) for q in model.q]
-    approach = graph.sum([(slope * v, 1.0) for slope, v in zip(slopes, model.v)])
+    slopes = graph.gradient(g, places)
+    approach = graph.sum([(slope * model.v[k], 1.0) for k, slope in slopes.items()])
     drift = graph.diff(g, model.time)
-    (left,) = substituted(graph, [approach], after)
+    (left,) = substituted(graph, [approach], {model.v[k]: node for k, node in after.items()})
     if is_zero(left + approach + 2.0 * drift):
         return None
-    direction = []
-    for v in model.v:
-        change = after.get(v, v) - v
-        terms = [(graph.diff(change, other) * slope, -1.0) for other, slope in zip(model.v, slopes)]
-        direction.append(graph.sum(terms))
-    return None if all(map(is_zero, direction)) else direction
+    direction = {}
+    for k, node in after.items():
+        rates = graph.gradient(node - model.v[k], speeds)
+        direction[k] = graph.sum([(rate * slopes[j], -1.0) for j, rate in rates.items() if j in slopes])
+    if all(map(is_zero, direction.values())):
+        return None
+    return Row(direction, len(model.q), graph.zero)
 
 
 def _keeps(graph: Graph, model: Model[Node], one: Conserved, contact: Contact) -> bool:
     """Whether a quantity is conserved while the motion rests, too."""
-    forces: Mapping[str, Node] = {f"p_{name}": q for name, q in zip(model.coordinates, contact.force)}
-    if one.quantity in forces:
-        return is_zero(forces[one.quantity])
+    momenta: Mapping[str, int] = {f"p_{name}": k for k, name in enumerate(model.coordinates)}
+    if one.quantity in momenta:
+        return is_zero(contact.force[momenta[one.quantity]])
     g = model.events[contact.event].argument
-    slopes = [graph.diff(g, q) for q in model.q]
+    slopes = graph.gradient(g, numbered(model.q))
     steady = is_zero(graph.diff(g, model.time))
-    pairs = [*zip(contact.force, slopes)]
+    pairs = [(contact.force[k], slopes.get(k, graph.zero)) for k in sorted({*contact.force.places, *slopes})]
     parallel = (is_zero(a * t - b * s) for i, (a, s) in enumerate(pairs) for b, t in pairs[:i])
     return steady and all(parallel)
 

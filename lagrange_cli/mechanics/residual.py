@@ -15,7 +15,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.matrices import connected
-from lagrange_cli.mechanics.rows import Matrix
+from lagrange_cli.mechanics.rows import Matrix, Row
 from lagrange_cli.mechanics.variables import nonzero, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
@@ -64,8 +64,8 @@ class Contact:
     event: int
     multiplier: Node
     rest: Node
-    force: tuple[Node, ...]
-    direction: tuple[Node, ...]
+    force: Row
+    direction: Row
 
 
 @dataclass(frozen=True)

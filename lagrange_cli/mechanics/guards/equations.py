@@ -4,6 +4,8 @@ changes."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.guards.forces import by_forces, mixes
@@ -93,6 +95,7 @@ def assembled(
         cyclic_momenta=tuple(momenta), dependent=tuple(dependent),
     )  # fmt: skip
     linear = [*rows, *quadratures]
+    multipliers = reduce(or_, (m.symbols for m in modes.multipliers), 0)
     alone = [
         *(row[k] for j, row in enumerate(matrix) for k in nonzero(row, graph.zero, j)),
         *inertias,
@@ -100,11 +103,11 @@ def assembled(
         *followed(wider),
     ]
     alone += [*events, *(guard.argument for guard in modes.guards.values())]
-    slopes = [graph.diff(x, m) for m in modes.multipliers for x in linear if not has_rates(x, m)]
-    mixed = [*slopes, *alone, *(x for m in modes.multipliers for x in linear if has_rates(x, m))]
-    used = 0
-    for x in mixed:
-        used |= x.symbols
+    mixed = alone
+    for x in linear:
+        for m in graph.symbols_of(x, multipliers):
+            mixed.append(x if has_rates(x, m) else graph.diff(x, m))
+    used = reduce(or_, (x.symbols for x in mixed), 0)
     entangled = [
         guard
         for guard in modes.guards.values()

@@ -30,7 +30,8 @@ def by_forces(
         if guard.auxiliary is None or not bound:
             continue
         m = modes.multipliers[guard.auxiliary]
-        slopes = {i: graph.diff(x, m) for i, x in enumerate(nodes) if not has_rates(x, m)}
+        inside = ((i, x) for i, x in enumerate(nodes) if x.symbols & m.symbols)
+        slopes = {i: graph.diff(x, m) for i, x in inside if not has_rates(x, m)}
         held = {i: _where_held(graph, one, guard.mode) for i, one in slopes.items() if not one.is_zero}
         if not any(one.symbols & bound for one in held.values()):
             continue
@@ -48,7 +49,8 @@ def by_forces(
 def mixes(modes: Modes, nodes: Sequence[Node], m: Node) -> bool:
     """Whether a multiplier is multiplied with one of a constraint."""
     bound = reduce(or_, (one.symbols for one in modes.residual.multipliers), 0)
-    rates = (modes.graph.diff(x, m) for x in nodes if x.symbols & bound and not has_rates(x, m))
+    both = [x for x in nodes if x.symbols & bound and x.symbols & m.symbols] if bound else []
+    rates = (modes.graph.diff(x, m) for x in both if not has_rates(x, m))
     return any(rate.symbols & bound for rate in rates)
 
 
