@@ -15,6 +15,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.switching.jumps import terms_of
 from lagrange_cli.mechanics.switching.switches import has_rates
 from lagrange_cli.records import replace
 
@@ -75,9 +76,17 @@ def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Nod
     slopes = {i: graph.diff(each, one) for i, each in held.items()}
     alone = all(is_zero(each - slopes[i] * one) for i, each in held.items())
     limit = one if alone else first
-    factors = slopes if alone else {i: slope / graph.diff(first, one) for i, slope in slopes.items()}
+    factors = slopes if alone else _quotients(graph, slopes, graph.diff(first, one))
     bound = reduce(or_, (other.symbols for other in multipliers), 0)
     shared = all(
         not factors[i].symbols & bound and is_zero(each - factors[i] * limit) for i, each in held.items()
     )
     return (limit, factors) if shared else None
+
+
+def _quotients(graph: Graph, nodes: Mapping[int, Node], divisor: Node) -> dict[int, Node]:
+    """``nodes`` divided term by term, so that what all terms have in common with the divisor cancels."""
+    return {
+        i: graph.sum((term / divisor, factor) for term, factor in terms_of(graph, node))
+        for i, node in nodes.items()
+    }
