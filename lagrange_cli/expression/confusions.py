@@ -24,7 +24,7 @@ CHARACTERS: dict[str, tuple[str, str, str]] = {
     "≤": ("<=", "unknown operator '≤'", "write <="),
     "≥": (">=", "unknown operator '≥'", "write >="),
     "≠": ("!=", "unknown operator '≠'", "write !="),
-    ";": (",", "';' instead of ','", "write a comma"),
+    ";": (",", "';' instead of ','", "write a comma; at the end of an expression, leave it out"),
 }
 """Characters with only one possible meaning: they are reported, and read with this meaning."""
 

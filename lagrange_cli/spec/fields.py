@@ -13,7 +13,7 @@ from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import read
 from lagrange_cli.expression.syntax import ExpressionError, Key, Number, Span, Tree, Vector, names
-from lagrange_cli.expression.vocabulary import POINT
+from lagrange_cli.expression.vocabulary import POINT, velocity_name
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
@@ -54,7 +54,12 @@ def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None
     if isinstance(node, nodes.Mapping):
         axes = all(key.text in ("x", "y", "z") for key, _ in node.entries)
         hint = "write its components as a list: [x, y, z]" if axes else "write it on one line"
-        if not axes and len(node.entries) == 1 and isinstance(node.entries[0][1], Scalar):
+        drags = [
+            (key.text, value.text.strip() or "c") for key, value in node.entries if isinstance(value, Scalar)
+        ]
+        if where == "dissipation" and drags:  # a coefficient for each coordinate
+            hint = f"write {' + '.join(f'{drag}*{velocity_name(name)}**2/2' for name, drag in drags)}"
+        elif not axes and len(node.entries) == 1 and isinstance(node.entries[0][1], Scalar):
             hint = f"write {node.entries[0][1].text.strip() or 'one expression'}"
         problems.add(node.place, f"{where} must be an expression, not a mapping", hint)
         return None

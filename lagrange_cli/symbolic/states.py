@@ -57,10 +57,13 @@ def sides(
     model: Model[Node], states: Sequence[State], admissible: Admissible = lambda state: state
 ) -> list[State]:
     """States on both sides of every border that is found near ``states``: where a function of ``model`` has
-    a branch, a kink, a jump or a pole. They are ``admissible``."""
+    a branch, a kink, a jump or a pole. They are ``admissible``. Borders that contain multipliers, which are
+    not known before the equations are solved, are left out."""
     found = []
     names = [TIME, *model.coordinates, *map(velocity_name, model.coordinates)]
-    for border in borders(model)[:MOST_BORDERS]:
+    unknown = {one.multiplier for one in model.constraints}
+    located = [border for border in borders(model) if unknown.isdisjoint(symbols(border))]
+    for border in located[:MOST_BORDERS]:
         moving = [symbol.data for symbol in symbols(border) if symbol.data in names]
         found += next(
             (pair for state in states if (pair := across(border, moving, state, names, admissible))), []

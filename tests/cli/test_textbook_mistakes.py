@@ -48,6 +48,13 @@ SAID = [
     ("  m: 1", "  m: 2 \u00b5m", "number with a unit", "write {value: 2, unit: \u00b5m}"),
     ("bob: m", "bob: m\n  pulley: 0", "the value 0 is not positive", "leave out a particle without mass"),
     ("bob: m", "bob: m\n  pulley = m", "missing ': '", "write 'pulley: m', with a space after the colon"),
+    (POTENTIAL, "m*g*bob.y;", "';' instead of ','", "at the end of an expression, leave it out"),
+    (
+        "potential:",
+        "dissipation: {theta: 0.1}\npotential:",
+        "dissipation must be an expression, not a mapping",
+        "write 0.1*theta_dot**2/2",
+    ),
     (
         "potential:",
         "forces: {bob: m*v x l}\npotential:",

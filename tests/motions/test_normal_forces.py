@@ -59,6 +59,18 @@ WIRE = """
       friction: mu*abs(wire.multiplier)*sign(x_dot)
     forces: {bead: [-friction, -2*friction*a*x]}
     """
+RING = """
+    parameters: {m: 1, R: 0.5, w: 6, mu: 0.2, g: 9.81}
+    coordinates: {s: {initial: 0.1}, z: {initial: -sqrt(R**2 - 0.01)}}
+    masses: {bead: m}
+    positions: {bead: [s*cos(w*t), s*sin(w*t), z]}
+    potential: m*g*z
+    constraints: {ring: sqrt(s**2 + z**2) - R}
+    definitions:
+      N: sqrt(ring.multiplier**2 + (2*m*w*s_dot)**2)
+      friction: mu*N*sign((s_dot*z - z_dot*s)/R)/R
+    generalized_forces: {s: -friction*z, z: friction*s}
+    """
 
 
 def test_friction_by_the_normal_force_slows_a_block_down_and_holds_it() -> None:
@@ -101,6 +113,18 @@ def test_a_normal_force_of_either_sign() -> None:
     np.testing.assert_allclose(motion["q/x"], plain["q/x"], rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize(("place", "rests"), [(0.1, True), (0.2, False)])
+def test_friction_that_is_not_linear_in_the_normal_force_holds_a_bead_in_all_coordinates(place, rests):
+    """On a ring that turns, m sin (w^2 R cos - g) is along it, and m (w^2 R sin^2 + g cos) across it."""
+    sine = place / 0.5
+    along = sine * (18 * np.sqrt(1 - sine**2) - G)
+    assert (along < 0.2 * (18 * sine**2 + G * np.sqrt(1 - sine**2))) == rests
+    motion = follow(RING.replace("0.1", f"{place}").replace("0.01", f"{place**2}"), 3.0, 4, outputs=OUTPUTS)
+    assert (abs(motion["q/s"][-1] - place) < 1e-15) == rests
+    for path in ("h", "p/s", "p/z"):
+        assert np.abs(motion[f"diagnostics/ledger/{path}"]).max() <= 1e-12
+
+
 def test_a_bead_leaves_a_sphere_where_the_force_of_constraint_is_none() -> None:
     """y = 2 R/3 + v0^2/(3 g), as from the law of energy (Goldstein, 3rd ed., exercise 2.13)."""
     text = """
@@ -132,7 +156,7 @@ def test_forces_that_are_not_linear_in_the_force_of_constraint() -> None:
 
 
 @pytest.mark.exhaustive(keep=0.5)
-@pytest.mark.parametrize("text", [BLOCK, WIRE, TENSION], ids=["linear", "absolute", "smooth"])
+@pytest.mark.parametrize("text", [RING, BLOCK, WIRE, TENSION], ids=["ring", "line", "abs", "smooth"])
 def test_printed_compiled_and_direct_equations_agree(text: str) -> None:
     derived = derive(read_spec(dedent(text), "system.yaml"), lambda _: nullcontext(), {})
     verification = verify_system(derived, {})

@@ -11,7 +11,7 @@ from functools import reduce
 from operator import or_
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
@@ -77,9 +77,17 @@ def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Nod
     slopes = {i: graph.diff(each, one) for i, each in held.items()}
     alone = all(is_zero(each - slopes[i] * one) for i, each in held.items())
     limit = one if alone else first
-    factors = slopes if alone else {i: slope / graph.diff(first, one) for i, slope in slopes.items()}
+    factors = slopes if alone else _quotients(graph, slopes, graph.diff(first, one))
     bound = reduce(or_, (other.symbols for other in multipliers), 0)
     shared = all(
         not factors[i].symbols & bound and is_zero(each - factors[i] * limit) for i, each in held.items()
     )
     return (limit, factors) if shared else None
+
+
+def _quotients(graph: Graph, nodes: Mapping[int, Node], divisor: Node) -> dict[int, Node]:
+    """``nodes`` divided term by term, so that what all terms have in common with the divisor cancels."""
+    return {
+        i: graph.sum((term / divisor, factor) for term, factor in terms_of(node))
+        for i, node in nodes.items()
+    }
