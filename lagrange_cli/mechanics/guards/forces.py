@@ -88,6 +88,5 @@ def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Nod
 def _quotients(graph: Graph, nodes: Mapping[int, Node], divisor: Node) -> dict[int, Node]:
     """``nodes`` divided term by term, so that what all terms have in common with the divisor cancels."""
     return {
-        i: graph.sum((term / divisor, factor) for term, factor in terms_of(node))
-        for i, node in nodes.items()
+        i: graph.sum((term / divisor, factor) for term, factor in terms_of(node)) for i, node in nodes.items()
     }

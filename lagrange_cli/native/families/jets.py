@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.arrays import Array, Chain, Total
@@ -36,6 +37,16 @@ class Jet:
     text: str
     work: int
     operations: int
+
+
+@contextmanager
+def together(windows: Windows | None, k: Integer) -> Iterator[Windows | None]:
+    """What is computed of the orders from ``k`` on of which dot products are begun together."""
+    if windows is None:
+        yield None
+    else:
+        with windows.together(k, AHEAD) as piece:
+            yield piece
 
 
 class SeriesJet(SeriesPlaces, ABC):
@@ -93,9 +104,9 @@ class SeriesJet(SeriesPlaces, ABC):
             with f.loop(first, begun, tested=False) as counter:
                 operations += (begun - first) * self.counted(counter, None, windows)
         if rounds:
-            with f.loop(begun, end, AHEAD, tested=False) as counter:
+            with f.loop(begun, end, AHEAD, tested=False) as counter, together(windows, counter) as piece:
                 for phase in range(AHEAD):
-                    operations += rounds * self.counted(counter + phase, phase, windows)
+                    operations += rounds * self.counted(counter + phase, phase, piece)
         return operations
 
     def counted(self, k: int | Integer, phase: int | None, windows: Windows | None) -> int:

@@ -99,12 +99,12 @@ class LoopSeries:
         ]
         return {index: LANES * AHEAD * place for place, index in enumerate(found)}
 
-    def known(self, index: int) -> tuple[int, int]:
-        """Of a dot product begun before stage k, for the stages from there on: the first term that all of
-        them have in common, and the last one, but for k."""
+    def rest(self, index: int, phase: int) -> tuple[int, int]:
+        """Of a dot product begun before stage k, in the stage so many later: how many terms are not known
+        before, the first ones and the last ones."""
         a, b = (self.program.series[part].level for part in self.program.series[index].arguments)
-        ahead = self.program.series[index].level
-        return max(0, AHEAD - 1 + ahead - b) + 1, min(a, ahead) - 1
+        at = phase + self.program.series[index].level
+        return max(0, at - b), max(0, at - a)
 
     @property
     def size(self) -> int:
@@ -156,10 +156,9 @@ def begin_sums(
     with f.loop(first, last) as i:
         block = f.place("%work", series.place(f, i) + at, "double")
         for index, place in series.begun.items():
-            first, last = series.known(index)
             a, b = (
                 Coefficients(f.place(block, LANES * series.stored[part], "double"), series.step)
                 for part in series.program.series[index].arguments
             )
             ahead, out = series.program.series[index].level, f.place(block, series.sums + place, "double")
-            begin_dots(f, a, b, first, k + last, k + ahead, out)
+            begin_dots(f, a, b, k + ahead, [series.rest(index, phase) for phase in range(AHEAD)], out)

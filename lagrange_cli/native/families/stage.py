@@ -116,11 +116,11 @@ class MemberStage(VectorStage):
     ) -> tuple[Operands, Factors[Any]]:
         if self.phase is None or index not in self.series.begun:
             return super().dot(index, a, b, ahead, weighted)
-        first, last = self.series.known(index)
+        first, last = self.series.rest(index, self.phase)
         at = self.series.sums + self.series.begun[index] + LANES * self.phase
         total = self.vectors.operand(self.vectors.load_row(self.block, at, LANES))
-        terms: Factors[Any] = [(self.vector(a, m), self.at(b, ahead - m)) for m in range(1, first)]
-        terms += [(self.at(a, ahead - m), self.vector(b, m)) for m in range(1, self.phase + ahead - last)]
+        terms: Factors[Any] = [(self.vector(a, m), self.at(b, ahead - m)) for m in range(1, first + 1)]
+        terms += [(self.at(a, ahead - m), self.vector(b, m)) for m in range(1, last + 1)]
         return total, terms
 
     def dots(

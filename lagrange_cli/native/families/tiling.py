@@ -32,10 +32,12 @@ MANY = 2**14
 """Doubles that fit a processor's nearest cache, or nearly so: systems with fewer have no blocks."""
 BLOCK = 2**13
 """Doubles of a block; as many again and more are in use, in several orders."""
-STRIDES = 8
-"""A block is as many strides at least: so many orders find the same members in the cache."""
+STRIDES = 2
+"""A block is as many strides at least. In a lattice a stride is a row, and few of them fill a cache."""
 MARGIN = 6
 """Strides that the seam of a ring takes beside those of the orders."""
+PIECE = 2**12
+"""Doubles of a piece of a block, which stay in the nearest cache while orders are computed together."""
 SHARED = 2**19
 """Doubles of series from which on threads share them."""
 FLIGHT = 4
@@ -65,7 +67,8 @@ class Tiling:
 
     Order k is ``k * stride`` units behind order 0; in each order, loops are ``lags`` behind its beginning. In
     a ``ring`` the last round is the seam, and ``full`` counts whole units. So many rounds may be in
-    ``flight`` together, in several threads.
+    ``flight`` together, in several threads. Orders that are computed together go through a block by pieces of
+    ``piece`` units.
     """
 
     unit: int
@@ -78,6 +81,12 @@ class Tiling:
     orders: int
     ring: bool
     flight: int = 1
+    piece: int = 1
+
+    @property
+    def pieces(self) -> int:
+        """How many pieces a block has."""
+        return -(-self.block // self.piece)
 
     @property
     def rounds(self) -> int:
@@ -116,7 +125,8 @@ def tiling_of(
     fitting = round((LONG if shared else BLOCK) / (best.unit * doubles / count))
     if shared:
         fitting, best = min(fitting, best.count // FEWEST_ROUNDS), replace(best, flight=FLIGHT)
-    return replace(best, block=max(1, STRIDES * best.stride, fitting))
+    block, piece = max(1, STRIDES * best.stride, fitting), round(PIECE / (best.unit * doubles / count))
+    return replace(best, block=block, piece=piece or block)
 
 
 def extents(series: LoopSeries, moving: Collection[Array]) -> tuple[Numbers, Numbers]:

@@ -12,7 +12,7 @@ from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.tiling import Numbers, Tiling
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +25,8 @@ class Windows:
     turn: Integer
     among: Turn | None = None
     """The same, if threads share the rounds."""
+    piece: Integer | None = None
+    """Which piece of the round, if not all of it."""
 
     @property
     def seam(self) -> Bit:
@@ -34,11 +36,26 @@ class Windows:
     @contextmanager
     def order(self, k: Integer | int) -> Iterator[None]:
         """What is computed of order k."""
+        with self._orders(k, k):
+            yield
+
+    @contextmanager
+    def together(self, k: Integer, count: int) -> Iterator[Windows]:
+        """What is computed of ``count`` orders from k on, piece by piece: of each order the same piece."""
+        with self._orders(k, k + (count - 1)):
+            pieces = self.f.count(self.tiling.pieces)
+            if self.tiling.ring:
+                pieces = self.f.select(self.seam, self.f.count(1), pieces)
+            with self.f.loop(0, pieces, tested=False) as piece:
+                yield replace(self, among=None, piece=piece)
+
+    @contextmanager
+    def _orders(self, first: Integer | int, last: Integer | int) -> Iterator[None]:
         if self.among is not None:
-            self.among.before(k)
+            self.among.before(last)
         yield
         if self.among is not None:
-            self.among.after(k)
+            self.among.after(last)
 
     @contextmanager
     def parts(self) -> Iterator[Integer]:
@@ -96,6 +113,9 @@ class Windows:
         f, tiling = self.f, self.tiling
         before = self.turn * tiling.block
         ends = before, before + tiling.block
+        if self.piece is not None:
+            at = before + self.piece * tiling.piece
+            ends = at, smaller(f, at + tiling.piece, ends[1])
         if tiling.ring:
             end, least = f.count(tiling.full - tiling.stride), shift + tiling.stride
             first, last = (larger(f, least, behind(f, smaller(f, one, end), shift)) for one in ends)

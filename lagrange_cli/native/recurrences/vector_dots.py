@@ -80,10 +80,13 @@ def power_dots(f: Function, a: Coefficients, b: Coefficients, n: Integer | int) 
 
 
 def begin_dots(
-    f: Function, a: Coefficients, b: Coefficients, first: int, last: Integer, n: Integer, out: Pointer
+    f: Function, a: Coefficients, b: Coefficients, n: Integer, rest: Sequence[tuple[int, int]], out: Pointer
 ) -> None:
-    """out[r] = sum_{m=first}^{last} a[m] b[n+r-m], ``AHEAD`` of them: coefficients are loaded once for
-    several orders."""
+    """out[r] = sum_m a[m] b[n+r-m], ``AHEAD`` of them, but for the ``rest`` of m = 1 .. n+r-1: so many of the
+    first terms and of the last ones. Coefficients are loaded once for several orders."""
+    first = max(before for before, _ in rest) + 1
+    ends = [r - 1 - behind for r, (_, behind) in enumerate(rest)]
+    last = n + min(ends)
     m, sums = f.variable(f.count(first)), [f.variable(f.zero(LANES)) for _ in range(AHEAD)]
     window = [f.variable(coefficient(f, b, n - first + r)) for r in range(1, AHEAD)]
 
@@ -108,8 +111,13 @@ def begin_dots(
         with f.when(m.get() > last):
             rounds.leave()
         add(1)
-    for r, total in enumerate(sums):
-        f.store_row(total.get(), out, r * LANES, aligned=True)
+    for r, (total, (before, _), end) in enumerate(zip(sums, rest, ends)):
+        value = total.get()
+        for i in range(before + 1, first):
+            value = f.fused(coefficient(f, a, i), coefficient(f, b, n + (r - i)), value)
+        for i in range(min(ends) + 1, end + 1):
+            value = f.fused(coefficient(f, a, n + i), coefficient(f, b, r - i), value)
+        f.store_row(value, out, r * LANES, aligned=True)
 
 
 def chained(
