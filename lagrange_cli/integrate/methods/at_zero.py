@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.integrate.methods.crossing import FELT, Crossing
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.trial_states import TOLD
-from lagrange_cli.native.guards import AT_REST
+from lagrange_cli.native.guards import AT_REST, Role
 from lagrange_cli.native.state import BEGINNING, Clock
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 LARGER = 2.0**4
 """How much larger it must be before it is told from 0."""
+SMALL = 2.0**-36
+"""An argument that is a larger part of what it may be computed from is not 0 up to rounding."""
 FEW = 2.0**12
 """An argument up to so many rounding errors is known to few digits."""
 ROUNDED_OFF = 2.0**-52, 2.0**-104
@@ -42,8 +44,7 @@ class AtZero(Crossing):
         is of use beside forces that have no series there: these act as soon as they are felt."""
         self._series()
         coefficients = self._coefficients_of(self._rows.first, self._rows.first + self.count)
-        usual = ROUNDING * self.scale()[1 : coefficients.shape[1]]
-        still = [j for j in guards if self.modes[j] and np.all(np.abs(coefficients[j, 1:]) <= usual)]
+        still = [j for j in guards if self.modes[j] and np.all(self._stay(coefficients[[j], 1:]))]
         exact = [j for j in still if not np.any(coefficients[j])]
         self.modes[exact] = -self.modes[exact]
         smooth = not exact or not self._infinite()
@@ -51,7 +52,7 @@ class AtZero(Crossing):
         still = [j for j in still if j not in exact or not smooth]
         if not still:
             return
-        noise = self._rounding()
+        noise = self._noise()
         still = [j for j in still if abs(coefficients[j, 0]) <= noise[j]]
         modes = self.modes[still].copy()
         self.modes[still] = 0.0
@@ -59,6 +60,33 @@ class AtZero(Crossing):
             self.modes[still] = modes
         else:
             self.marks[still] = -LARGER * noise[still]
+
+    def begin_at_rest(self, values: Array) -> None:
+        """Let arguments rest that have other ``values`` than 0 by rounding alone where the motion begins, and
+        stay as they are."""
+        q, own = self.memory[self._layout.part(0)][self._layout.q], self.modes[: self.count]
+        largest = np.max(np.abs(np.append(values, q)))
+        small = (values != 0.0) & (np.abs(values) <= SMALL * largest)
+        if not any(small):
+            return
+        noise = self._noise()
+        free = np.array([guard.role is Role.SWITCH for guard in self._rows.guards[: self.count]])
+        zero = np.flatnonzero(free & (np.abs(values) <= noise))
+        modes = own[zero].copy()
+        own[zero] = 0.0
+        self._series()
+        rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[zero, 1:]
+        still = small[zero] & self._stay(rates)
+        own[zero[~still]] = modes[~still]
+        self.marks[zero[still]] = -LARGER * noise[zero[still]]
+
+    def _stay(self, rates: Array) -> Array:
+        """Which arguments do not change but for rounding: their coefficients (guards, orders) from the first
+        rate on are small beside those of coordinates."""
+        speed = np.max(np.abs(self.memory[self._layout.part(0)][self._layout.v]))
+        usual = np.append(speed, self.scale()[1 : rates.shape[1]])
+        found: Array = np.all(np.abs(rates) <= ROUNDING * usual, axis=1)
+        return found
 
     def has_left(self, j: int) -> bool:
         """Whether the argument of a guard, which rested at 0, has become as large as its series tells.
@@ -70,7 +98,7 @@ class AtZero(Crossing):
         size = abs(float(self._arguments()[j]))
         if abs(size - least) <= TOLD * least or self._feels(j):
             return True
-        if max(self._rounding()[j], self._roughness()[j]) <= TOLD * size > 0.0:
+        if self._noise()[j] <= TOLD * size > 0.0:
             return True
         self.marks[j] = -LARGER * max(least, size)
         return False
@@ -113,7 +141,7 @@ class AtZero(Crossing):
     def leave_out(self) -> bool:
         """Let arguments rest that are not told from 0 by much, where no step leads on otherwise, and the
         forces beyond have not been felt since they were 0; whether there are any."""
-        noise, own = np.fmax(self._rounding(), self._roughness()), self.modes[: self.count]
+        noise, own = self._noise(), self.modes[: self.count]
         self._series()
         first = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, :2]
         values, rates = np.abs(first.T)
@@ -135,6 +163,10 @@ class AtZero(Crossing):
         self.prepare()
         self._crossed = ()
         return bool(found)
+
+    def _noise(self) -> Array:
+        """How much of arguments may be rounding."""
+        return np.fmax(self._rounding(), self._roughness())
 
     def _rounding(self) -> Array:
         """How much arguments change where all coordinates change by a rounding error of the largest one."""

@@ -63,6 +63,7 @@ class Settling(AtZero):
             if np.array_equal(signs, own):
                 break
             own[:] = signs
+        self.begin_at_rest(values)
         at_zero = [j for j in range(self.count) if values[j] == 0.0]
         if at_zero:
             self._choose(at_zero, dict.fromkeys(at_zero, 1.0))

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Row
-from lagrange_cli.native.stepping.rate_places import ROUNDED, wide_of
+from lagrange_cli.native.stepping.rate_places import LONGEST, ROUNDED, wide_of
 from lagrange_cli.native.stepping.rounding_errors import share
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
@@ -65,15 +65,17 @@ class RateNoise:
             with f.loop(0, width, lanes, tested=False) as i:
                 f.store_row(f.load_row(origin, i, lanes), to, i)
 
+        longest = lengths.wide(f, f.load("%state", steps.state.carried_at + LONGEST))
         copy(node, kept)
         with f.loop(0, WAYS, tested=False) as way:
             for size in (0.5 * SIZE, SIZE):
                 with f.loop(0, width, lanes, tested=False) as i:
                     row = Row(lengths, f, i)
+                    moved = f.magnitude(row.at("%state", degrees)) * longest
+                    own = row.at("%state")
+                    most = f.select(row.among(0, degrees), f.larger(f.magnitude(own), moved), own)
                     change = f.select(
-                        row.among(0, 2 * degrees),
-                        row.at("%state") * share(f, row, way) * size,
-                        f.zero(lanes),
+                        row.among(0, 2 * degrees), most * share(f, row, way) * size, f.zero(lanes)
                     )
                     steps.put_state(f, i, change, row.at("%state", width))
                 rates, _ = steps.node(f, f.fused(now, size * LATER, now))
