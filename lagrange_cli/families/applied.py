@@ -8,6 +8,7 @@ import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.arrays import Array, Domain, Term, Total
+from lagrange_cli.families.articulation import constant_total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
 from lagrange_cli.families.slopes import slopes
@@ -96,5 +97,5 @@ def on_particles(builder: FamilyBuilder, spec: Spec, nodes: Sequence[Total]) -> 
                     if slot.array is builder.q or slot.array in nodes:
                         force = component * builder.graph.diff(x, symbol)
                         yield slot.array, Term(domain, force, slot.table)
-                    elif isinstance(slot.array, Total):
+                    elif isinstance(slot.array, Total) and not constant_total(builder, slot.array):
                         raise Unsuited

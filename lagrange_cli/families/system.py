@@ -40,6 +40,8 @@ FEWEST = 100
 """Terms of all sums below which members are written out. With more, loops compile and run faster."""
 FEWEST_JOINTED = 12
 """Coordinates of chains and trees below which they are, too: about where both take as long a step."""
+FEWEST_TURNING = 50
+"""Coordinates of rigid bodies that hang on none below which they are, too."""
 FEWEST_SWITCHED = 50
 """The same where there are switches, which cost more one by one."""
 FEWEST_BOUND = 75
@@ -58,7 +60,9 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     found = any_family_system(spec, algebra)
     if found is None or (found.joints and found.joints.count):
         return found
-    if found.bonds is not None:
+    if found.bodies:
+        few = found.q.count < FEWEST_TURNING
+    elif found.bonds is not None:
         few = found.bonds.terms < FEWEST_BOUND
     else:
         few = found.terms < (FEWEST if found.smooth is None else FEWEST_SWITCHED)

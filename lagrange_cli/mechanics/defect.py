@@ -80,7 +80,7 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
 def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> bool:
     """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``, some
     of which are ``speeds``. In a ``large`` system no sum hides that something softens."""
-    degrees = growth(nodes)
+    degrees = growth(nodes, variables)
     for node in nodes:
         if not node.symbols & variables:
             continue
@@ -173,15 +173,18 @@ def is_square(node: Node, variables: int) -> bool:
     ) and bool(node.symbols & variables)
 
 
-def growth(nodes: list[Node]) -> dict[Node, float]:
-    """For each node, the power of large coordinates with which it grows at most; arguments come first."""
+def growth(nodes: list[Node], variables: int) -> dict[Node, float]:
+    """For each node, the power of large coordinates with which it grows at most; these are among the
+    ``variables``. Arguments come first."""
     found: dict[Node, float] = {}
     for node in nodes:
         each = [found[argument] for argument in node.arguments]
-        if node.kind is Kind.SUM:
-            found[node] = max(each, default=0.0)
+        if not node.symbols & variables:
+            found[node] = 0.0
+        elif node.kind is Kind.SUM:
+            found[node] = max(each)
         elif node.kind is Kind.PRODUCT:
             found[node] = sum(abs(exponent) * degree for exponent, degree in zip(node.data, each))
         else:
-            found[node] = 0.0 if node.kind is Kind.NUMBER else 1.0
+            found[node] = 1.0
     return found

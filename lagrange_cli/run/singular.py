@@ -60,11 +60,12 @@ def angles_at(
 
     count, found = len(spec.coordinates), dict[str, str]()
     algebra = Equations(spec, parameters).algebra(t, state[:count], state[count : 2 * count])
+    scope = Scope(spec, algebra)
     for name, body in spec.bodies.items():
         how = body.orientation
         if how.form != "euler":
             continue
-        angles = [Scope(spec, algebra).scalar(entry) for entry in how.entries]
+        angles = [*map(scope.scalar, how.entries)]
         proper, middle = how.sequence[0] == how.sequence[2], float(angles[1].value)
         small = abs(math.sin(middle) if proper else math.cos(middle)) < CLOSE
         if small and all(any(slot and x for slot, x in angle.slopes.items()) for angle in angles):

@@ -153,10 +153,12 @@ def fewest(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     monkeypatch.setattr(systems, "FEWEST_JOINTED", count)
 
 
-def followed(text: str, method: str) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
+def followed(
+    text: str, method: str, outputs: frozenset[str] = OUTPUTS
+) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
     """A short motion of a system, and what it was followed by."""
     spec = read_spec(text, "system.yaml")
-    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, OUTPUTS))
+    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, outputs))
     return ready, run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
 
 

@@ -229,6 +229,6 @@ def lengths(values: Array) -> Array:
 
 def crowd_of(spec: Spec, values: Values, start: float) -> Crowd:
     """The crowd of a system file. Raises ``Unsuited``."""
-    if not spec.families.get("coordinates") or spec.bodies or not spec.embedding:
+    if not spec.families.get("coordinates") or not spec.embedding:
         raise Unsuited
     return Crowd(spec, values, start)
