@@ -47,7 +47,8 @@ def unsuited(spec: Spec) -> WrittenOut:
     energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
     forces = [one for given in spec.forces.values() for one in given.values()]
     if known:
-        return WrittenOut(*known, kinked([*forces, *energies]))
+        what, way = known
+        return WrittenOut(what, way, kinked([*forces, *energies]))
     if spec.events and family_system(replace(spec, events={})) is not None:
         what = "events that reduce the speed, that jump, or that act on chains or where constraints hold"
         events = [*spec.events.values()]

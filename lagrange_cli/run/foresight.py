@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError
@@ -52,7 +53,7 @@ def foresee_sizes(spec: Spec, derive: Callable[[Spec, int], Work]) -> None:
             counts.append(len(smaller.coordinates))
             steps.append(work.spent - work.tried)
             nodes.append(work.nodes - work.tried_nodes)
-    if len(counts) < len(SMALLER) or not all(a < b for a, b in zip(counts, counts[1:])):
+    if len(counts) < len(SMALLER) or not all(a < b for a, b in pairwise(counts)):
         return
     even = "%" not in spec.text and "//" not in spec.text
     allow_nodes(least(nodes, spec.sizes[name], even) / MARGIN)
@@ -70,13 +71,11 @@ def alike(text: str) -> bool:
 def least(values: Sequence[int], size: int, even: bool) -> float:
     """What is reached at a size at least, from the ``values`` at ``SMALLER``; 0 where growth slackens. Where
     it is ``even``, so are its differences."""
-    growth = [b - a for a, b in zip(values, values[1:])]
-    bends = [b - a for a, b in zip(growth, growth[1:])]
+    growth = [b - a for a, b in pairwise(values)]
+    bends = [b - a for a, b in pairwise(growth)]
     if min(growth) <= 0 or MARGIN * growth[-1] < max(growth):
         return 0.0
     further = (size - SMALLER[-1]) / STEP
     if even and min(bends) > 0:
         return values[-1] + further * growth[-1] + further * (further + 1) / 2 * min(bends)
     return values[-1] + further * min(growth)
-
-

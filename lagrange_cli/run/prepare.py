@@ -51,12 +51,8 @@ def named(spec: Spec, compilation: Compilation) -> Iterator[None]:
             raise
         found = unsuited(spec) if found is OTHER else found
         first, *others = error.problems
-        first = replace(
-            first,
-            message=f"{first.message}; the {len(spec.coordinates)} coordinates are written out one by one for "
-            + found.what,
-            hint=f"{found.way}, or {first.hint}",
-        )
+        message = f"{first.message}; members are written out for {found.what}"
+        first = replace(first, message=message, hint=f"{found.way}, or {first.hint}")
         if found.place is not None:
             first = Source(spec.filename, spec.text).problem(found.place, first.message, first.hint)
         raise TooLargeSystem(error.filename, [first, *others]) from error
