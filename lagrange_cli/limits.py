@@ -60,10 +60,13 @@ class Work:
     and memory are bounded by the limit ``work``, or by ``most`` where that is less.
     """
 
-    __slots__ = ("most", "spent")
+    __slots__ = ("most", "nodes", "spent", "tried", "tried_nodes")
 
     def __init__(self, most: float = math.inf) -> None:
-        self.spent = 0
+        self.spent = self.tried = 0
+        """Steps; those of attempts, which larger systems may do without."""
+        self.nodes = self.tried_nodes = 0
+        """Terms and factors that were made, likewise."""
         self.most = min(limit("work"), most)
 
     def charge(self, steps: int, what: str = "deriving the equations") -> None:
@@ -83,7 +86,7 @@ class Work:
 
     def attempt(self, steps: int, function: Callable[[], T]) -> T | None:
         """The result of ``function``, or None if it would take more than so many steps."""
-        before = self.most
+        before, tried, tried_nodes = self.most, self.tried - self.spent, self.tried_nodes - self.nodes
         self.most = min(before, self.spent + steps)
         try:
             return function()
@@ -91,6 +94,14 @@ class Work:
             return None
         finally:
             self.most = before
+            self.tried, self.tried_nodes = tried + self.spent, tried_nodes + self.nodes
+
+
+def allow_nodes(count: float) -> None:
+    """Raise ``TooLarge`` where equations have so many terms and factors that this is too many."""
+    if count > whole("nodes"):
+        message = f"the equations have more than {whole('nodes')} terms and factors that differ"
+        raise TooLarge(message, "write a smaller system, " + way_out("nodes"))
 
 
 def way_out(name: str) -> str:

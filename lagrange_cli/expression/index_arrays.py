@@ -37,6 +37,10 @@ MOST = whole("pairs")
 """Terms of all sums that are not written out."""
 
 
+class TooMany(Unsuited):
+    """Raised where sums have more terms than may be computed together."""
+
+
 class Differ(Exception):
     """Members differ in kind: those with equal ``labels`` (members,) may be alike."""
 
@@ -128,7 +132,7 @@ def visited(loop: Sum, indices: Indices, count: int) -> Places:
 def limited(terms: int) -> int:
     """So many terms, if they are not too many."""
     if terms > MOST:
-        raise Unsuited
+        raise TooMany
     return terms
 
 

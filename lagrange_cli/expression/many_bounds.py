@@ -16,9 +16,10 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.bounds import MAX_EXPONENT, Bounds, BoundsAlgebra
-from lagrange_cli.expression.index_arrays import Differ, Indices, Places, Whole
+from lagrange_cli.expression.index_arrays import MOST, Differ, Indices, Places, TooMany, Whole
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
+from lagrange_cli.limits import way_out, whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -134,6 +135,11 @@ class BoundsBuilder(ArrayBuilder):
             return None
         try:
             return self.summed(tree, Members(None, 1, {**self._sizes, **indices}))
+        except TooMany as error:
+            if whole("terms") > MOST:  # they may be written out
+                return None
+            message = f"more than {MOST} terms in all sums together"
+            raise ExpressionError(tree.span, message, f"make the sizes smaller, {way_out('pairs')}") from error
         except (Unsuited, Differ, ExpressionError, ArithmeticError):
             return None
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, cast
 
 from lagrange_cli import limits
-from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.node import Kind, Node, Table, bits
 from lagrange_cli.expression.reals import real_function, real_power, tidy
 
@@ -66,16 +66,15 @@ class NodeTable:
                 symbols = 0
                 for argument in arguments:
                     symbols |= argument.symbols
+            work = self.work
+            work.nodes += 1
             if len(self.nodes) >= MAX_NODES:
-                raise TooLarge(
-                    f"the equations have more than {MAX_NODES} terms and factors that differ",
-                    "write a smaller system, " + limits.way_out("nodes"),
-                )
+                limits.allow_nodes(math.inf)
             steps = 1 + len(arguments)
             if wide := symbols.bit_length() >> BITS_A_STEP:
                 symbols, new = self._shared(symbols)
                 steps += wide * new
-            self.work.charge(steps)
+            work.charge(steps)
             node = Node(cast(Table, self), kind, data, arguments, symbols)
             self.nodes.append(node)
             self._table[key] = node

@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.expression.syntax import calls
 from lagrange_cli.families.system import family_system, reason
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
-    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.spec import Expression, Place, Spec
 
 
 @dataclass(frozen=True)
 class WrittenOut:
-    """Members are written out because of ``what``; the ``way`` out is to do without."""
+    """Members are written out because of ``what``, at its ``place`` in the file if it stands there; the
+    ``way`` out is to do without."""
 
     what: str
     way: str
+    place: Place | None = None
 
 
 OTHER = WrittenOut("a system of another kind", "change it")
 """A system that is not one of families; ``unsuited`` looks closer."""
+
+
+KINKED = "sign", "where", "abs", "min", "max", "atan2"
 
 
 def without_outputs(names: Sequence[str]) -> WrittenOut:
@@ -33,22 +40,36 @@ def without_outputs(names: Sequence[str]) -> WrittenOut:
 def unsuited(spec: Spec) -> WrittenOut:
     """What a system contains that is not one of families."""
     for part in ("nonholonomic", "bodies", "replaced"):
-        if getattr(spec, part):
+        for one in getattr(spec, part).values():
             key = "coordinates that replace others" if part == "replaced" else f"'{part}'"
-            return WrittenOut(key, "write a system without them")
+            return WrittenOut(key, "write a system without them", one.place)
     known = reason(spec)
+    energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
+    forces = [one for given in spec.forces.values() for one in given.values()]
     if known:
-        return WrittenOut(*known)
+        what, way = known
+        return WrittenOut(what, way, kinked([*forces, *energies]))
     if spec.events and family_system(replace(spec, events={})) is not None:
         what = "events that reduce the speed, that jump, or that act on chains or where constraints hold"
-        return WrittenOut(what, "let them record or stop only")
+        events = [*spec.events.values()]
+        acting = [one.when for one in events if one.changes] or [one.when for one in events]
+        return WrittenOut(what, "let them record or stop only", kinked(acting))
     for part in ("constraints", "observables"):
-        if getattr(spec, part) and family_system(replace(spec, **{part: {}})) is not None:
-            return WrittenOut(f"what '{part}' contains", "write it in terms of neighbours, without kinks")
+        given = getattr(spec, part)
+        if given and family_system(replace(spec, **{part: {}})) is not None:
+            way = "write it in terms of neighbours, without kinks"
+            return WrittenOut(f"what '{part}' contains", way, kinked(given.values()))
     for part in spec.forces:
         others = {key: given for key, given in spec.forces.items() if key != part}
         if family_system(replace(spec, forces=others)) is not None:
-            return WrittenOut(f"what '{part}' contains", "write it in terms of neighbours, without jumps")
+            way = "write it in terms of neighbours, without jumps"
+            return WrittenOut(f"what '{part}' contains", way, kinked(spec.forces[part].values()))
     what = "these energies (loops over members need a constant diagonal mass matrix, or chains and trees of "
     what += "angles, and forces that do not jump with positions or velocities)"
-    return WrittenOut(what, "write energies of this form")
+    return WrittenOut(what, "write energies of this form", kinked(energies))
+
+
+def kinked(expressions: Iterable[Expression]) -> Place | None:
+    """Where the first of these stands that jumps or has a kink; else the first of all."""
+    every = [*distinct(expressions)]
+    return next((one.place for one in every if calls(one.tree, KINKED)), every[0].place if every else None)

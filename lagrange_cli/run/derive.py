@@ -27,7 +27,9 @@ from lagrange_cli.run.settings.settings import check_defaults
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.expression.node import Node
+    from lagrange_cli.limits import Work
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.model.model import Model
     from lagrange_cli.spec.problems import Problems
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
 
 FEW = 30
 """The number of coordinates up to which fractions take no noticeable time."""
+MANY = 50
+"""Coordinates from which on it is told what members are written out for."""
 Numbers = TypeVar("Numbers")
 Examine: TypeAlias = "Callable[[bytes, str, Mapping[str, str] | None], tuple[Spec, Problems]]"
 """Reads a file, as ``spec.read.examine`` does."""
@@ -95,31 +99,58 @@ def derive_system(
 
     Raises ``SpecError`` if there are none, as where the kinetic energy does not depend on a velocity.
     """
-    from lagrange_cli.expression.graph_algebra import GraphAlgebra
-    from lagrange_cli.mechanics.derive import derive
-    from lagrange_cli.model.build import build_model
+    from lagrange_cli.run.foresight import foresee_sizes
 
-    algebra = GraphAlgebra()
+    algebra = algebra_of(spec, exact=exact, portable=portable)
+
+    def work_of(smaller: Spec, most: int) -> Work:
+        numbers = algebra()
+        work = numbers.graph.work
+        work.most = min(work.most, most)
+        _derived(smaller, numbers, resting)
+        return work
+
+    with located(spec):
+        foresee_sizes(spec, work_of)
+        return _derived(spec, algebra(), resting, foresee)
+
+
+def algebra_of(spec: Spec, *, exact: bool, portable: bool) -> type[GraphAlgebra]:
+    """What the numbers of the equations are."""
     if portable and not exact:
         from lagrange_cli.expression.exact import PortableGraphAlgebra
 
-        algebra = PortableGraphAlgebra()
-    elif exact or keeps_decimals(spec):
+        return PortableGraphAlgebra
+    if exact or keeps_decimals(spec):
         from lagrange_cli.expression.exact import ExactGraphAlgebra
 
-        algebra = ExactGraphAlgebra()
-    with located(spec):
-        count, bound = len(spec.coordinates), len(spec.all_constraints)
-        what = f"a mass matrix of {count} coordinates" + (f" and {bound} constraints" if bound else "")
-        algebra.graph.work.charge((count + bound) ** 2 if bound else count, what)
-        model = build_model(spec, algebra)
-        if foresee is not None:
-            foresee(model)
-        if resting and model.events:
-            from lagrange_cli.mechanics.contacts import derive_with_contacts
+        return ExactGraphAlgebra
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
 
-            return derive_with_contacts(model)
-        return derive(model)
+    return GraphAlgebra
+
+
+def _derived(
+    spec: Spec,
+    algebra: GraphAlgebra,
+    resting: bool,
+    foresee: Callable[[Model[Node]], object] | None = None,
+) -> Residual:
+    """The equations with the numbers of an ``algebra``."""
+    from lagrange_cli.mechanics.derive import derive
+    from lagrange_cli.model.build import build_model
+
+    count, bound = len(spec.coordinates), len(spec.all_constraints)
+    what = f"a mass matrix of {count} coordinates" + (f" and {bound} constraints" if bound else "")
+    algebra.graph.work.charge((count + bound) ** 2 if bound else count, what)
+    model = build_model(spec, algebra)
+    if foresee is not None:
+        foresee(model)
+    if resting and model.events:
+        from lagrange_cli.mechanics.contacts import derive_with_contacts
+
+        return derive_with_contacts(model)
+    return derive(model)
 
 
 def keeps_decimals(spec: Spec) -> bool:
@@ -193,16 +224,27 @@ def located(spec: Spec) -> Iterator[None]:
     except NotReal as error:
         raise SpecError(spec.filename, [Problem(0, 0, error.message, hint=error.hint)]) from error
     except TooLarge as error:
-        from lagrange_cli.model.largest import largest_expression
-        from lagrange_cli.spec.source import Source
+        raise too_large(spec, error) from error
 
-        message, hint = error.message, error.hint
-        found = None if isinstance(error, TooManyNumbers) else largest_expression(spec)
-        if found is None:
-            raise TooLargeSystem(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
-        message += f"; this expression has {found.size} terms and factors with its definitions expanded"
-        problem = Source(spec.filename, spec.text).problem(found.place, message, hint)
-        raise TooLargeSystem(spec.filename, [problem]) from error
+
+def too_large(spec: Spec, error: TooLarge) -> TooLargeSystem:
+    """The error with the place of the largest expression of a file in which everything is written singly."""
+    from lagrange_cli.model.largest import largest_expression
+    from lagrange_cli.spec.source import Source
+
+    message, hint = error.message, error.hint
+    singly = not (isinstance(error, TooManyNumbers) or many_members(spec))
+    found = largest_expression(spec) if singly else None
+    if found is None:
+        return TooLargeSystem(spec.filename, [Problem(0, 0, message, hint=hint)])
+    message += f"; this expression has {found.size} terms and factors with its definitions expanded"
+    problem = Source(spec.filename, spec.text).problem(found.place, message, hint)
+    return TooLargeSystem(spec.filename, [problem])
+
+
+def many_members(spec: Spec) -> bool:
+    """Whether coordinates are families of many members: these make a system large, and no expression."""
+    return bool(spec.families.get("coordinates")) and len(spec.coordinates) >= MANY
 
 
 def jumping(spec: Spec, key: str, name: str) -> Place:

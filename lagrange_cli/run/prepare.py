@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import TooLargeSystem
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import replace
-from lagrange_cli.run.derive import derive_system, located
+from lagrange_cli.run.derive import derive_system, located, many_members
 from lagrange_cli.run.jumps import with_actions_judged
 from lagrange_cli.run.monitor import Stage, untimed
 
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
     from lagrange_cli.model.model import Model
     from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
-
-
-MANY = 50
-"""Coordinates from which on it is told what members are written out for."""
 
 
 def nothing() -> None:
@@ -44,10 +40,11 @@ def named(spec: Spec, compilation: Compilation) -> Iterator[None]:
     try:
         yield
     except TooLargeSystem as error:
-        if not spec.families.get("coordinates") or len(spec.coordinates) < MANY:
+        if not many_members(spec):
             raise
         from lagrange_cli.integrate.families import family_run_or_why
         from lagrange_cli.integrate.written_out import OTHER, WrittenOut, unsuited
+        from lagrange_cli.spec.source import Source
 
         found = family_run_or_why(spec, compilation)
         if not isinstance(found, WrittenOut):
@@ -55,8 +52,10 @@ def named(spec: Spec, compilation: Compilation) -> Iterator[None]:
         found = unsuited(spec) if found is OTHER else found
         first, *others = error.problems
         message = f"{first.message}; members are written out for {found.what}"
-        hint = f"{found.way}, or {first.hint}"
-        raise TooLargeSystem(error.filename, [replace(first, message=message, hint=hint), *others]) from error
+        first = replace(first, message=message, hint=f"{found.way}, or {first.hint}")
+        if found.place is not None:
+            first = Source(spec.filename, spec.text).problem(found.place, first.message, first.hint)
+        raise TooLargeSystem(error.filename, [first, *others]) from error
 
 
 def prepare_run(

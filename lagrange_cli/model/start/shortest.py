@@ -12,8 +12,61 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lagrange_cli.model.start.equations import Matter, Row, Solver
-from lagrange_cli.model.start.linear import of_products, solved
+from lagrange_cli.model.start.linear import Array, of_products, solved
 from lagrange_cli.records import dataclass
+
+LARGEST_BLOCK = 64
+"""Coordinates that may move each other's masses for these to be divided by block by block."""
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """A large mass matrix that consists of small blocks: ``members`` are the coordinates of each one, by any
+    of them, ``matrices`` its masses where it has several; of one alone they are in ``diagonal``."""
+
+    members: Mapping[int, Sequence[int]]
+    matrices: Mapping[int, Array]
+    diagonal: Mapping[int, float]
+
+    @classmethod
+    def of(cls, matter: Mapping[int, Mapping[int, float]]) -> Blocks | None:
+        """The blocks; None where one is too large (or all of the matrix is small), or masses are not
+        positive."""
+        members: dict[int, list[int]] = {}
+        matrices, diagonal = {}, {j: row.get(j, 0.0) for j, row in matter.items()}
+        alone = all(len(row) == 1 for row in matter.values())
+        if not all(m > 0 for m in diagonal.values()) or (len(matter) <= LARGEST_BLOCK and not alone):
+            return None
+        for first in matter:
+            if first in members:
+                continue
+            block, seen = [first], {first}
+            for j in block:
+                block += (new := [k for k in matter[j] if k not in seen])
+                seen.update(new)
+                if len(block) > LARGEST_BLOCK:
+                    return None
+            members |= dict.fromkeys(block, block)
+            if len(block) > 1:
+                whole = np.array([[matter[j].get(k, 0.0) for k in block] for j in block])
+                try:
+                    np.linalg.cholesky(whole)
+                except np.linalg.LinAlgError:
+                    return None
+                matrices[first] = whole
+        return cls(members, matrices, diagonal)
+
+    def divided(self, row: Mapping[int, float]) -> dict[int, float]:
+        """The inverse of the masses times a vector; both by coordinate."""
+        found: dict[int, float] = {}
+        for k, x in row.items():
+            block = self.members[k]
+            if len(block) == 1:
+                found[k] = x / self.diagonal[k]
+            elif k not in found:
+                right = np.array([row.get(j, 0.0) for j in block])
+                found.update(zip(block, np.linalg.solve(self.matrices[block[0]], right).tolist()))
+        return found
 
 
 @dataclass(frozen=True)
@@ -46,10 +99,10 @@ class Shortest:
             j: {k: float(m) for k, m in self.masses.rows.get(j, {}).items() if k in inner}
             for j in self.unknown
         }
-        diagonal = {j: row.get(j, 0.0) for j, row in matter.items()}
-        if all(len(row) == 1 for row in matter.values()) and all(m > 0 for m in diagonal.values()):
-            weighted = [{k: a / diagonal[k] for k, a in row.items()} for row in rows]
-            alone = {j: g.get(j, 0.0) / m for j, m in diagonal.items()}
+        blocks = Blocks.of(matter)
+        if blocks is not None:
+            weighted = [blocks.divided(row) for row in rows]
+            alone = blocks.divided(dict.fromkeys(matter, 0.0) | {k: x for k, x in g.items() if k in inner})
             rest = [x - sum(a * alone[k] for k, a in row.items()) for row, x in zip(rows, r)]
             mu = of_products(rows, weighted, rest)
             for row, x in zip(weighted, mu):

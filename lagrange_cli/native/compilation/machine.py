@@ -79,13 +79,17 @@ def compile_program(program: Program, optimize: int = FULL) -> Machine:
 
 
 def compile_object(program: Program, optimize: int = FULL) -> bytes:
-    """The object code of ``program`` for this processor."""
+    """The object code of ``program`` for this processor; raises ``MemoryError`` where memory is limited, and
+    too little."""
+    from lagrange_cli.native.compilation.apart import compile_apart, limited
     from lagrange_cli.native.compilation.blocks import with_short_blocks
     from lagrange_cli.native.compilation.llvm import compile_text
 
     text = with_short_blocks(program.text) if optimize == QUICK else program.text
     if len(text) <= LARGE:
         return compile_text(text, optimize)
+    if limited():
+        return compile_apart(text, optimize, COMPILER_STACK)
     return with_stack(compile_text, COMPILER_STACK)(text, optimize)
 
 
