@@ -74,8 +74,9 @@ def elementary(found: Found) -> Iterable[Change]:
     small = len(model.q) <= MOST_LINEAR
     yield from (Change({k: one}) for k in range(len(model.q)))
     yield from along_constraints(found)
-    if small:
-        yield from (Change(gain=one) for one in gains(found))
+    yield from (
+        Change(gain=one) for one in (*(gains_of_places(found) if small else ()), *gains_of_time(found))
+    )
     yield from (one.change for one in found.trials)
     yield from turns_of_spheres(found) if small else ()
     if "h" not in found.names:
@@ -85,13 +86,21 @@ def elementary(found: Found) -> Iterable[Change]:
         yield from (Change(time=factor) for factor in (model.time, *model.q))
 
 
-def gains(found: Found) -> Iterable[Node]:
-    """Functions of q and t by whose rates changes may add to L: for uniform forces, also those that change
-    with t, and magnetic fields."""
-    model, graph = found.model, found.graph
+def gains_of_places(found: Found) -> Iterable[Node]:
+    """Functions of q by whose rates changes may add to L, in magnetic fields."""
+    model = found.model
     places = sum(q.symbols for q in model.q)
     given = [*model.q, *(x for each in model.particles for x in each.position)]
     yield from (x for x in dict.fromkeys(given) if x.symbols & places)
+    if not all(force.is_zero for force in found.noether.energetics.applied):  # of turning about an axis
+        for each in model.particles:
+            squares = [x * x for x in each.position]
+            yield from (a + b for i, a in enumerate(squares) for b in squares[i + 1 :])
+
+
+def gains_of_time(found: Found) -> Iterable[Node]:
+    """Functions of t by whose rates changes add to L: for uniform forces, also those that change with t."""
+    model, graph = found.model, found.graph
     yield model.time
     time, energetics = model.time.symbols, found.noether.energetics
     for one in reachable([energetics.lagrangian, *energetics.applied]):
@@ -102,10 +111,6 @@ def gains(found: Found) -> Iterable[Node]:
     rate = energetics.lagrangian_rate(model.time)
     if rate.symbols & time or not rate.is_zero:
         yield from (model.time * model.time, model.time * model.time * model.time)
-    if not all(force.is_zero for force in energetics.applied):  # of turning about an axis
-        for each in model.particles:
-            squares = [x * x for x in each.position]
-            yield from (a + b for i, a in enumerate(squares) for b in squares[i + 1 :])
 
 
 def along_constraints(found: Found) -> Iterable[Change]:

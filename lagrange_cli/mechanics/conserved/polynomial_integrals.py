@@ -54,11 +54,13 @@ ON_A_SURFACE = (2, 2)
 
 @dataclass(frozen=True)
 class Integral:
-    """A conserved function of the state, its formula, and its ``degree`` in the velocities."""
+    """A conserved function of the state, its formula, and its ``degree`` in the velocities. A ``note`` says
+    what names in the formula mean."""
 
     node: Node
     text: str
     degree: int
+    note: str = ""
 
 
 class PolynomialIntegrals:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -30,8 +31,13 @@ from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
 
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.conserved.polynomial_integrals import Integral
+
 MOST_IN_POLYNOMIALS, MOST_WITH_BODIES = 5, 7
 """The largest numbers of coordinates for which polynomials are tried, without and with a rigid body."""
+MOST_TURNED = 3
+"""The largest number of coordinates for which they are tried in other axes."""
 MOST_OSCILLATORS = 4
 """The largest number of coordinates of a linear system whose further energies are looked for."""
 LONGEST_INTEGRAL = 600
@@ -63,6 +69,7 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
         combinations,
         damped,
         parts,
+        in_other_axes,
         hidden,
         tops,
         polynomials,
@@ -71,7 +78,8 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     )
     for stage in stages:
         found.note = note if stage in (displaced, about_the_centre, hidden, polynomials) else ""
-        work.attempt(WORTH_OF_POLYNOMIALS if stage in (idle, polynomials) else WORTH, partial(stage, found))
+        worth = WORTH_OF_POLYNOMIALS if stage in (idle, in_other_axes, polynomials) else WORTH
+        work.attempt(worth, partial(stage, found))
     return tuple(found.symmetries)
 
 
@@ -168,13 +176,28 @@ def polynomials(found: Found) -> None:
 
     known = [*found.kept, *(one.node for one in found.symmetries)]
     for one in PolynomialIntegrals(found.model, found.noether, known).found():
-        number = sum(name.startswith("I_") for name in found.names) + 1
-        text = one.text if len(one.text) <= LONGEST_INTEGRAL else "a long sum"
-        because = f"a hidden symmetry, of degree {one.degree} in the velocities: "
-        because = because if one.degree > 1 else "linear in the velocities: "
-        where = "where the constraints hold, " if found.model.constraints else ""
-        because += f"{where}it is constant by the equations of motion"
-        found.store(Conserved(found.free_name(f"I_{number}"), text, because), one.node)
+        hidden_symmetry(found, one)
+
+
+def in_other_axes(found: Found) -> None:
+    """Polynomials along the axes in which the potential is written."""
+    if "h" not in found.names or found.model.constraints or not 2 <= len(found.model.q) <= MOST_TURNED:
+        return
+    from lagrange_cli.mechanics.conserved.turned import integrals  # of potentials with parameters in sums
+
+    for one in integrals(found.model, found.noether, [*found.kept, *(one.node for one in found.symmetries)]):
+        hidden_symmetry(found, one)
+
+
+def hidden_symmetry(found: Found, one: Integral) -> None:
+    """Add a conserved polynomial."""
+    number = sum(name.startswith("I_") for name in found.names) + 1
+    text = one.text if len(one.text) <= LONGEST_INTEGRAL else "a long sum"
+    because = f"a hidden symmetry, of degree {one.degree} in the velocities: "
+    because = because if one.degree > 1 else "linear in the velocities: "
+    where = "where the constraints hold, " if found.model.constraints else ""
+    because += f"{where}it is constant by the equations of motion{one.note}"
+    found.store(Conserved(found.free_name(f"I_{number}"), text, because), one.node)
 
 
 def without_gauge(found: Found) -> None:

@@ -393,7 +393,7 @@ CASES = {
     "geared rotors": (GEARS, {"C_1", "C_2"}),
     "Jellett's integral of a tippe top": (TIPPE_TOP, {"C_1"}),
     "a dumbbell that is thrown": (TUMBLING, {"P_x", "P_y", "K_x", "K_y", "L_z", "S_x", "S_y", "C_1"}),
-    "a box that is thrown": (BOX, {"L_z", "S_x", "S_y", "S_z", "h_Z", "h_w"}),
+    "a box that is thrown": (BOX, {"L_z", "S_x", "S_y", "S_z", "C_1", "h_Z", "h_w"}),
     "a ball that rolls": (BALL, {"S_z", "p_X", "p_Y"}),
     "a ball on a sphere": (ROLLING_ON_A_SPHERE, {"S_n", "C_1"}),
     "another one on a sphere": (ROLLING_ON_A_SPHERE.replace("I, I, I", "I, I, J"), {"C_1"}),
@@ -530,6 +530,14 @@ CASES |= {
     "a free particle": (
         "coordinates: {x: {velocity: 1}, y: {velocity: 2}}\nmasses: {p: 2}\npositions: {p: [x, y]}\n",
         {"L_z"},
+    ),
+    "three stars that fall": (
+        "sizes: {N: 3}\nparameters: {m: 1, g: 2}\ncoordinates: {x[i in range(N)]: {initial: 0.7*i}, "
+        "y[i in range(N)]: {initial: i*i}, z[i in range(N)]: {initial: 0.1*i}}\n"
+        "masses: {p[i in range(N)]: m}\npositions: {p[i in range(N)]: [x[i], y[i], z[i]]}\n"
+        "potential: sum(m*g*p[i].z for i in range(N)) - "
+        "sum(1/norm(p[i] - p[j]) for i in range(N) for j in range(i))\n",
+        {"P_x", "P_y", "L_z", "K_x", "K_y", "S_x", "S_y", "C_1"},
     ),
     "a free particle of relativity": (
         "parameters: {c: 3}\ncoordinates: {x: {velocity: 1}, y: {velocity: 0.5}}\n"
