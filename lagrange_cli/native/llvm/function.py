@@ -97,6 +97,11 @@ class Function(Flow):
         text = f"load {kind('double', lanes)}, ptr {place.name}, align {8 * lanes if aligned else 8}"
         return Real(self, self.define(text), lanes)
 
+    def prefetch(self, base: Pointer | str, index: Integer | int) -> None:
+        """Have the line of the double ``base[index]`` brought near, if it is memory."""
+        place = self.place(base, index, "double")
+        self.line(f"  call void @llvm.prefetch.p0(ptr {place.name}, i32 0, i32 3, i32 1)")
+
     def store_row(
         self,
         value: Real,
