@@ -65,9 +65,9 @@ def evaluate(
             value[node] = values[node.data]
             size[node] = abs(value[node])
         elif node.kind is Kind.SUM:
-            constant, coefficients = of.number(node.data[0]), [of.number(c) for c in node.data[1]]
-            value[node] = constant + sum(c * value[x] for c, x in zip(coefficients, a))
-            size[node] = abs(constant) + sum(abs(c) * size[x] for c, x in zip(coefficients, a))
+            constant, coefficients = of.number(node.data[0]), [*map(of.number, node.data[1])]
+            value[node] = constant + sum([c * value[x] for c, x in zip(coefficients, a)])
+            size[node] = abs(constant) + sum([abs(c) * size[x] for c, x in zip(coefficients, a)])
         elif node.kind is Kind.PRODUCT:
             value[node], size[node] = product([(value[x], size[x], e) for x, e in zip(a, node.data)], of)
         elif node.kind is Kind.POWER:
@@ -101,6 +101,11 @@ def product(factors: Sequence[tuple[Any, Any, float]], of: Arithmetic) -> tuple[
     alone: Any = 1
     grown: Any = 0
     for base, size, exponent in factors:
+        if exponent == 1 and base != 0:  # most of them
+            result *= base
+            grown += size / abs(base)
+            alone *= abs(base)
+            continue
         factor = of.power(base, exponent if isinstance(exponent, int) else of.number(exponent))
         result *= factor
         if base != 0:

@@ -6,6 +6,9 @@ from hashlib import sha256
 
 from lagrange_cli.native.compilation import llvm, machine
 
+LASTING = 0.5
+"""Seconds that a run takes before better code is compiled for it: few runs of tests do."""
+
 
 def begin_quickly() -> None:
     """Small programs begin with quickly compiled code, as large ones do: it takes a third of the time.
@@ -15,6 +18,9 @@ def begin_quickly() -> None:
     To be called before what uses ``first_level`` is imported.
     """
     machine.first_level = lambda program: machine.QUICK
+    from lagrange_cli.integrate.methods import recompilation  # not before: what it imports uses first_level
+
+    recompilation.PATIENCE = LASTING
 
 
 def compile_once() -> None:
