@@ -167,6 +167,11 @@ def test_a_motion_ends_where_a_force_beside_a_switch_grows_beyond_all_bounds(for
     assert motion.outcome.t < 5.0
 
 
+def test_a_force_that_begins_beyond_all_bounds_ends_the_motion_without_a_warning_of_numpy():
+    motion = follow(FORCED.format(initial=0, velocity=1, force="where(t > 0.5, 1/(t - 0.5), 0)"), 5.0, 2)
+    assert motion.outcome.ending is Ending.STEP_UNDERFLOW and motion.outcome.t == 0.5
+
+
 def test_a_force_that_grows_like_a_logarithm_is_followed_to_rounding():
     c = random.Random().uniform(0.2, 0.9)
     print("c =", c)

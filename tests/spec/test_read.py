@@ -22,7 +22,6 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settings import SOLVE, TIME
 from lagrange_cli.spec.values import resolve_values
-from tests.support.draws import examples
 from tests.support.files import PENDULUM, changed
 
 SYSTEMS = sorted(Path(__file__).parents[2].glob("systems/*.yaml"))
@@ -228,7 +227,7 @@ PIECES += ["**", "\t", "#", "!", "? ", "<<: ", "---\n", "θ", "9", "lagrangian: 
 FRAGMENTS = st.sampled_from([*PENDULUM.splitlines(keepends=True), *PIECES])
 
 
-@examples(40)
+@settings(max_examples=100, deadline=None)
 @given(
     st.one_of(st.binary(max_size=200), st.text(max_size=200), st.lists(FRAGMENTS, max_size=30).map("".join))
 )

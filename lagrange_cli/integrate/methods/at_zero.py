@@ -113,9 +113,10 @@ class AtZero(Crossing):
             self.modes[j] = mode
             accelerations.append(self._series()[:own])
         self.modes[j] = before
-        changes = np.abs(np.array(accelerations) - accelerations[-1])
         speed = np.max(np.abs(self.memory[layout.part(0)][layout.v]))
-        felt = np.nan_to_num(changes) * length
+        with np.errstate(over="ignore", invalid="ignore"):  # forces that grow beyond all bounds
+            changes = np.abs(np.array(accelerations) - accelerations[-1])
+            felt = np.nan_to_num(changes) * length
         return bool(np.any(felt > FELT[self.machine.program.parts - 1] * speed))
 
     def rests_on(self) -> bool:
