@@ -88,6 +88,7 @@ class Modes:
             resting = self._resting(original, above, below)
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
+            self.guards[original] = replace(guard, rooted=True)
             return three_ways(graph, guard.mode, above, below, resting[0])
         able = self._moves(original) and original not in self.free and not self.closed
         if guard.auxiliary is None and able:
