@@ -169,6 +169,15 @@ def test_any_number_of_balls_may_be_lifted(lifted: int, form: str, p: str, k: st
     assert out[lifted - 1] > 4 * abs(out[lifted])
 
 
+def test_exponents_may_be_parameters() -> None:
+    """The motion is the same, and the energy is finite before the contact."""
+    text = cradle("places", 3, 2, "5/2", "4e8")
+    named = text.replace("(5/2)", "p").replace("d: 0.03", "d: 0.03, p: 2.5")
+    motion, other = (follow(one, 0.5, 6) for one in (text, named))
+    np.testing.assert_allclose(other["q/x"], motion["q/x"], atol=1e-12)
+    assert other.outcome.h_drift < 1e-15
+
+
 def test_balls_that_are_all_lifted_swing_as_one_pendulum() -> None:
     """In as few steps."""
     alone = follow(cradle("angles", 1, 1, "2", "1"), 2.0, 9)

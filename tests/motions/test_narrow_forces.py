@@ -11,6 +11,7 @@ import pytest
 import lagrange_cli
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.mechanics.defect import may_hide
+from lagrange_cli.native.followed import followed
 from tests.support.motion import NAMES, SYSTEMS, follow, prepared, residual_of
 
 LINE = """
@@ -225,6 +226,28 @@ def test_a_motion_ends_at_a_pole(potential):
 def test_the_systems_shipped_hide_no_forces(name):
     """It costs a row of the state."""
     assert not may_hide(residual_of((SYSTEMS / f"{name}.yaml").read_text()))
+
+
+@pytest.mark.parametrize(
+    ("depth", "hides"),
+    [
+        ("x - 1", False),
+        ("3 - sqrt(x**2 + (y - 1)**2)", False),
+        ("x + cos(y)", False),
+        ("x**2 - y**2 + 1e-12", True),
+        ("x + sqrt(x**2 + y**2)", True),
+        ("2 - x_dot", True),
+    ],
+)
+def test_a_depth_hides_no_force_unless_it_is_softened(depth, hides):
+    """It is a coordinate of another frame; |v| may be 0 all along, and x + |r| is 0 on a line."""
+    text = f"""
+        coordinates: {{x: {{initial: 2}}, y: {{initial: 0}}}}
+        lagrangian: (x_dot**2 + y_dot**2)/2
+        generalized_forces: {{x: "-max(0, {depth})**1.5"}}
+    """
+    given = {"stepping": True, "store_momenta": False, "proven": False, "unproven": False}
+    assert followed(residual_of(text), {}, **given).hiding == hides
 
 
 @pytest.mark.parametrize(
