@@ -19,6 +19,7 @@ class Ending(Enum):
         "the step size fell below the resolution of time "
         "(a collision, a singularity, or a discontinuity of the force at which the motion sticks)"
     )
+    TOUCHING = "a force has the root of something, such as a depth, that is known to too few digits to go on,"
     CRAWLING = "the motion changes faster and faster: its steps become shorter without end"
     STUCK = (
         "thousands of steps together hardly lead on, and no coordinate moves by more than the tolerance "
@@ -56,6 +57,7 @@ DONE = ("complete", "stopped")
 WAYS_OUT = {
     Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates",
     Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",
+    Ending.TOUCHING: "try another --method, such as DOP853, or {before}",
     Ending.STUCK: "{before}, smooth the discontinuity, or try another --method",
     Ending.CRAWLING: "{before}, or smooth the singularity",
     Ending.NOT_A_NUMBER: "{before}; look for an overflow, a division by zero, or a "

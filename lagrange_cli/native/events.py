@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.guards import BREAK, CUT, SIMPLE, Role
+from lagrange_cli.native.guards import BREAK, CUT, ROOTED, SIMPLE, Role
 
 FEW_EVENTS = 64
 """Events of the largest system whose actions compiled code does."""
@@ -25,7 +25,9 @@ def number_of(guard: Guard) -> int:
         return guard.auxiliary
     if guard.broken is not None:
         return BREAK
-    return CUT if guard.cut else SIMPLE
+    if guard.cut:
+        return CUT
+    return ROOTED if guard.rooted else SIMPLE
 
 
 def events_of(

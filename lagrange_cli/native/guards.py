@@ -22,9 +22,9 @@ rounding, still is."""
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT, BREAK, EXPLICIT = -1, -2, -3, -4
+SIMPLE, CUT, BREAK, EXPLICIT, ROOTED = -1, -2, -3, -4, -5
 """Guards without an auxiliary coordinate. ``EXPLICIT``: with limits alone, which do not depend on other
-guards that hold the motion."""
+guards that hold the motion; ``ROOTED``: forces contain a root of the argument."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS
@@ -52,6 +52,10 @@ class Role(IntEnum):
     BREAK = 7
 
 
+ROLES = {SIMPLE: Role.SWITCH, ROOTED: Role.SWITCH, CUT: Role.CUT, BREAK: Role.BREAK}
+"""Those of guards without an auxiliary coordinate."""
+
+
 @dataclass(frozen=True)
 class GuardRow:
     """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0 (of
@@ -66,6 +70,8 @@ class GuardRow:
     direction: int = 0
     limit: int = 0
     beside: int = 0
+    rooted: bool = False
+    """Whether forces contain a root of the argument: they have no series where it is 0."""
 
     @property
     def explicit(self) -> bool:

@@ -11,10 +11,10 @@ from typing import Any
 from lagrange_cli.native.guards import (
     BESIDE,
     BREAK,
-    CUT,
     EXPLICIT,
     RECORDS,
-    SIMPLE,
+    ROLES,
+    ROOTED,
     GuardRow,
     GuardRows,
     Role,
@@ -72,8 +72,9 @@ class Interface:
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or ``SIMPLE``, ``CUT``, ``BREAK`` or ``EXPLICIT``; ``limits`` are those whose multipliers are forces up to
-    a limit; ``events`` for each event its direction, its role, and that number for resting contact, or -1.
+    or ``SIMPLE``, ``ROOTED``, ``CUT``, ``BREAK`` or ``EXPLICIT``; ``limits`` are those whose multipliers are
+    forces up to a limit; ``events`` for each event its direction, its role, and that number for resting
+    contact, or -1.
     The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
     event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple action,
     and what it changes the argument of. ``@act`` computes new values, two sizes of each event's argument, and
@@ -144,8 +145,8 @@ class Interface:
 
         first, made = 2 * degrees, list[GuardRow]()
         for one in self.guards:
-            role = {SIMPLE: Role.SWITCH, CUT: Role.CUT, BREAK: Role.BREAK}.get(one, Role.HOLD)
-            made.append(GuardRow(role, first + len(made), multiplier(one)))
+            role = ROLES.get(one, Role.HOLD)
+            made.append(GuardRow(role, first + len(made), multiplier(one), rooted=one == ROOTED))
         for direction, kind, _ in self.events:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
         for i, limited in enumerate(self.limits):

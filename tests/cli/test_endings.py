@@ -58,8 +58,9 @@ EVENTS = {
     Ending.INCONSISTENT,
     Ending.CRAWLING,
     Ending.STUCK,
+    Ending.TOUCHING,
 }
-"""Those of systems with events, of sections, and of members, which have tests of their own."""
+"""Those of systems with events and contacts, of sections, and of members, which have tests of their own."""
 STATUS = {"complete": 0, "failed": 4, "interrupted": 130}
 
 

@@ -17,8 +17,7 @@ from lagrange_cli.integrate.methods.modes import Modes
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.native.guards import EXPLICIT
-from lagrange_cli.native.interface import SIMPLE
+from lagrange_cli.native.guards import EXPLICIT, SIMPLE
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values

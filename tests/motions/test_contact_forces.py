@@ -94,39 +94,132 @@ def test_a_bounce_far_from_the_origin_takes_as_long() -> None:
     assert motion["v/y"][-1] == pytest.approx(1.0, abs=1e-11)
 
 
-@pytest.mark.parametrize("diameter", ["0.03", "1/3"])
-def test_a_chain_of_beads_with_absolute_positions(diameter: str) -> None:
+@pytest.mark.parametrize(("method", "diameter"), [("taylor", "0.03"), ("ias15", "1/3"), ("DOP853", "0.03")])
+def test_a_chain_of_beads_with_absolute_positions(method: str, diameter: str) -> None:
     """Rounding of i*d decides which of them touch; none of that is felt."""
     text = f"""
-        sizes: {{N: 6}}
+        sizes: {{N: 20}}
         parameters: {{d: {diameter}}}
         coordinates: {{"x[i in range(N)]": {{initial: i*d, velocity: "where(i == 0, 1, 0)"}}}}
         masses: {{"b[i in range(N)]": 0.1}}
         embedding: {{"b[i in range(N)]": "x[i]"}}
-        potential: sum(4e6*max(0, d - (x[i] - x[i - 1]))**(5/2) for i in range(1, N))
+        potential: sum(4e6*max(0, d - (x[i] - x[i - 1]))**2.2 for i in range(1, N))
     """
-    motion = follow(text, 0.01, 3)
+    motion = follow(text, 0.01, 3, method=method, tolerance=1e-12 if method == "DOP853" else 2.0**-52)
     assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.steps < 3000
     v = motion["v/x"]
-    np.testing.assert_allclose(v.sum(axis=1), 1.0, rtol=1e-14)
-    np.testing.assert_allclose((v[-1] ** 2).sum(), 1.0, rtol=1e-13)
-    assert v[-1, -1] > 0.9
+    np.testing.assert_allclose(v.sum(axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_allclose((v[-1] ** 2).sum(), 1.0, rtol=1e-10)
+    assert v[-1, -1] > 0.8
+
+
+CRADLE = """
+    sizes: {{N: {count}}}
+    parameters: {{m: 0.1, g: 9.81, l: 0.2, d: 0.03, k: {k}}}
+    coordinates: {{"x[i in range(N)]": {{initial: "{place}where({lifted}, {sign}0.3*{unit}, 0)"}}}}
+    masses: {{"ball[i in range(N)]": m}}
+    embedding: {{"ball[i in range(N)]": {embedding}}}
+    potential:
+      weight: sum({weight} for i in range(N))
+      contacts: sum(k*max(0, {depth})**({p}) for i in range(1, N))
+"""
+FORMS = {
+    "angles": {
+        "place": "", "unit": "1", "embedding": "[d*i + l*sin(x[i]), -l*cos(x[i])]",
+        "weight": "m*g*ball[i].y", "depth": "d - norm(ball[i] - ball[i - 1])",
+    },
+    "places": {
+        "place": "d*i + ", "unit": "l", "embedding": "x[i]",
+        "weight": "m*g/(2*l)*(x[i] - d*i)**2", "depth": "d - (x[i] - x[i - 1])",
+    },
+    "displacements": {
+        "place": "", "unit": "l", "embedding": "x[i]",
+        "weight": "m*g/(2*l)*x[i]**2", "depth": "x[i - 1] - x[i]",
+    },
+}  # fmt: skip
+
+
+STIFFNESSES = {"3/2": "1e4", "2": "1e6", "2.2": "1e7", "5/2": "4e8", "7/2": "1e11"}
+"""By powers, so that contacts are brief."""
+
+
+def cradle(form: str, count: int, lifted: int, p: str, k: str, sign: str = "-") -> str:
+    """Newton's cradle: so many balls, of which some are lifted together, on the left or on the right."""
+    which = f"i < {lifted}" if sign == "-" else f"i >= {count - lifted}"
+    return CRADLE.format(count=count, lifted=which, p=p, k=k, sign=sign, **FORMS[form])
+
+
+@pytest.mark.exhaustive(keep=3)
+@pytest.mark.parametrize(("p", "k"), [*STIFFNESSES.items()])
+@pytest.mark.parametrize("form", [*FORMS])
+@pytest.mark.parametrize("lifted", [1, 2, 3])
+def test_any_number_of_balls_may_be_lifted(lifted: int, form: str, p: str, k: str) -> None:
+    """As many leave on the other side. All the time two that touch have no depth but for rounding, and the
+    steps remain few. From the other side the motion is the mirror image."""
+    if (form, p) == ("angles", "3/2"):
+        pytest.skip("see below")
+    motion, image = (follow(cradle(form, 4, lifted, p, k, sign), 0.5, 11) for sign in "-+")
+    for one in (motion, image):
+        assert one.outcome.ending is Ending.COMPLETE
+        assert one.outcome.steps < 1500
+        assert one.outcome.h_drift < 1e-14 * one.outcome.h_size + 1e-16
+    apart = np.arange(4) * (0.03 if form == "places" else 0.0)
+    np.testing.assert_allclose(image["q/x"][:, ::-1] - apart[::-1], apart - motion["q/x"], atol=1e-9)
+    out = np.sort(motion["v/x"][5])[::-1]
+    assert out[lifted - 1] > 4 * abs(out[lifted])
+
+
+def test_exponents_may_be_parameters() -> None:
+    """The motion is the same, and the energy is finite before the contact."""
+    text = cradle("places", 3, 2, "5/2", "4e8")
+    named = text.replace("(5/2)", "p").replace("d: 0.03", "d: 0.03, p: 2.5")
+    motion, other = (follow(one, 0.5, 6) for one in (text, named))
+    np.testing.assert_allclose(other["q/x"], motion["q/x"], atol=1e-12)
+    assert other.outcome.h_drift < 1e-15
+
+
+def test_balls_that_are_all_lifted_swing_as_one_pendulum() -> None:
+    """In as few steps."""
+    alone = follow(cradle("angles", 1, 1, "2", "1"), 2.0, 9)
+    for p in ("2", "2.2", "5/2"):
+        motion = follow(cradle("angles", 3, 3, p, "1e7"), 2.0, 9)
+        np.testing.assert_allclose(motion["q/x"], np.repeat(alone["q/x"], 3, axis=1), atol=1e-14)
+        assert motion.outcome.steps < alone.outcome.steps + 10
+
+
+def test_what_ends_for_lack_of_digits_goes_on_with_dop853() -> None:
+    """As the message says: under the root of a depth that is a difference of much larger numbers."""
+    text = cradle("angles", 4, 1, "3/2", "1e5")
+    motion = follow(text, 0.3, 3)
+    assert motion.outcome.ending is Ending.TOUCHING
+    assert "--method, such as DOP853" in motion.outcome.message
+    other = follow(text, 0.3, 3, method="DOP853", tolerance=1e-10)
+    assert other.outcome.ending is Ending.COMPLETE
+    assert other.outcome.h_drift < 1e-9
+
+
+def test_energy_of_a_ball_that_bounces_often() -> None:
+    """No step goes beyond the circle of convergence, where the force is too weak to show it."""
+    text = BALL.format(k=250000.0, p=2.5, y=0.9, v=0.0, power="max(0, -y)**p").replace("k/p", "9.81*y + k/p")
+    motion = follow(text, 40.0)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.h_drift < 5e-14 * 9.81
+    assert motion.outcome.steps < 6500
 
 
 @pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("apart", [0.0, 1e-4])
 def test_newtons_cradle(apart: float) -> None:
-    """Beside the same motion in steps of another kind, and its mirror image."""
+    """Beside the same motion in steps of another kind."""
     initial = f"where(i == 0, -0.3, {apart}*i)"
     text = (SYSTEMS / "newtons_cradle.yaml").read_text().replace("where(i == 0, -0.3, 0)", initial)
     text = text.replace("N: 5", "N: 3")
-    mirrored = text.replace(initial, f"where(i == N - 1, 0.3, -{apart}*(N - 1 - i))")
-    motion, image = (follow(one, 0.5, 11) for one in (text, mirrored))
+    motion = follow(text, 0.5, 11)
     assert motion.outcome.ending is Ending.COMPLETE
     assert motion.outcome.h_drift < 1e-14
     other = follow(text, 0.5, 11, method="DOP853", tolerance=1e-12)
     for path in ("q/theta", "v/theta"):
-        np.testing.assert_allclose(image[path], -motion[path][:, ::-1], atol=1e-11)
         np.testing.assert_allclose(other[path], motion[path], atol=1e-9)
     assert motion["v/theta"][5, -1] > 1.8
 

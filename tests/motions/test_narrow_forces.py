@@ -11,6 +11,7 @@ import pytest
 import lagrange_cli
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.mechanics.defect import may_hide
+from lagrange_cli.native.followed import followed
 from tests.support.motion import NAMES, SYSTEMS, follow, prepared, residual_of
 
 LINE = """
@@ -228,6 +229,28 @@ def test_the_systems_shipped_hide_no_forces(name):
 
 
 @pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(
+    ("depth", "hides"),
+    [
+        ("x - 1", False),
+        ("3 - sqrt(x**2 + (y - 1)**2)", False),
+        ("x + cos(y)", False),
+        ("x**2 - y**2 + 1e-12", True),
+        ("x + sqrt(x**2 + y**2)", True),
+        ("2 - x_dot", True),
+    ],
+)
+def test_a_depth_hides_no_force_unless_it_is_softened(depth, hides):
+    """It is a coordinate of another frame; |v| may be 0 all along, and x + |r| is 0 on a line."""
+    text = f"""
+        coordinates: {{x: {{initial: 2}}, y: {{initial: 0}}}}
+        lagrangian: (x_dot**2 + y_dot**2)/2
+        generalized_forces: {{x: "-max(0, {depth})**1.5"}}
+    """
+    given = {"stepping": True, "store_momenta": False, "proven": False, "unproven": False}
+    assert followed(residual_of(text), {}, **given).hiding == hides
+
+
 @pytest.mark.parametrize(
     "form", ["(x - 0.3247)/1.382e-6", "x/1.382e-6 - 0.3247/1.382e-6", "(0.3247 - x)*723589"]
 )

@@ -139,6 +139,11 @@ class AtZero(Crossing):
         self.prepare()
         return False
 
+    def touches(self) -> bool:
+        """Whether a force contains a root of an argument that rounding hardly tells from 0."""
+        rooted = [j for j in range(self.count) if self._rows.guards[j].rooted and self.modes[j] != 0.0]
+        return bool(rooted and np.any((np.abs(self._arguments()) <= FEW * self._noise())[rooted]))
+
     def leave_out(self) -> bool:
         """Let arguments rest that are not told from 0 by much, where no step leads on otherwise, and the
         forces beyond have not been felt since they were 0; whether there are any."""

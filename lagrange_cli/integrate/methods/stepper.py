@@ -150,6 +150,10 @@ class Stepper:
         """Whether the accelerations are finite at the state reached."""
         return bool(np.all(np.isfinite(self.space.rates()[self.space.layout.q])))
 
+    def touching(self) -> bool:
+        """Whether a contact has just begun, or is just ending."""
+        return self._settling is not None and self._settling.touches()
+
     def accelerations(self) -> Array:
         """The accelerations of the coordinates at the state reached."""
         return self.space.rates()[: self.space.machine.program.degrees]

@@ -123,7 +123,10 @@ class TaylorMethod:
                     Stop.UNDERFLOW
                 )  # the equations are, but a singularity is so near that the series is not
             if stop in ENDINGS:
-                ended = end(ENDINGS[stop], stepper.space.t, stepper.space.state)
+                ending = ENDINGS[stop]
+                if ending is Ending.STEP_UNDERFLOW and stepper.touching():
+                    ending = Ending.TOUCHING
+                ended = end(ending, stepper.space.t, stepper.space.state)
                 return ended if stop is Stop.END else stopped(ended, stepper.accelerations())
             if stop is Stop.PAUSE or pause(stepper.space.t):
                 snapshot = stepper.snapshot(first)

@@ -30,6 +30,8 @@ class Guard:
     mode: Node
     auxiliary: int | None = None
     cut: bool = False
+    rooted: bool = False
+    """Whether forces contain a root of the argument, and have no series where it is 0."""
     limit: Node | None = None
     broken: Cut | None = None
     """The quantity that jumps where the argument is 0, so that the motion ends there."""

@@ -86,6 +86,8 @@ class Modes:
             return graph.switch(guard.mode, above, below, -1)
         if not self._jumps(node):
             resting = self._resting(original, above, below)
+            if self._rooted(original, above, below):
+                self.guards[original] = replace(guard, rooted=True)
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
             return three_ways(graph, guard.mode, above, below, resting[0])
@@ -104,16 +106,19 @@ class Modes:
     def _resting(self, argument: Node, above: Node, below: Node) -> tuple[Node, Node] | None:
         """The common value of both branches where the argument is 0, if they contain a root of it: it has no
         series there. Velocities become 0 in a finite time, and bodies touch without force at first."""
-        rooted = any(
-            node.kind is Kind.PRODUCT
-            and any(
-                base.symbols & argument.symbols and e != int(e) for base, e in zip(node.arguments, node.data)
-            )
-            for node in reachable([above, below])
-        )
-        if not rooted:
+        if not self._rooted(argument, above, below):
             return None
         return where_zero(self.graph, above, argument), where_zero(self.graph, below, argument)
+
+    def _rooted(self, argument: Node, above: Node, below: Node) -> bool:
+        """Whether branches contain a root of what the argument contains, or a power that may be one."""
+        for node in reachable([above, below]):
+            powers = zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else ()
+            if any(base.symbols & argument.symbols and e != int(e) for base, e in powers):
+                return True
+            if node.kind is Kind.POWER and node.arguments[0].symbols & argument.symbols:
+                return True
+        return False
 
     def _held_inside(self, node: Node) -> bool:
         """Whether a multiplier stands in it: the equations must stay linear in all of them."""

@@ -33,6 +33,7 @@ def has_rates(node: Node, multiplier: Node | None = None) -> bool:
 def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
     """Whether ``node`` is 0 wherever ``argument`` is, by its normal form: one term of the argument is put in
     terms of the others."""
+    node = without_powers(graph, node, argument)
     if node.is_zero:
         return True
     _, argument = graph.split_coefficient(argument)
@@ -50,7 +51,7 @@ def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
 
 def where_zero(graph: Graph, node: Node, argument: Node) -> Node:
     """``node`` where ``argument`` is 0: powers of it and of its multiples in one product count together."""
-    gone = {}
+    node, gone = without_powers(graph, node, argument), {}
     for one in reachable([node]):
         if one.kind is Kind.PRODUCT:
             multiples = [
@@ -59,6 +60,25 @@ def where_zero(graph: Graph, node: Node, argument: Node) -> Node:
             if len(multiples) > 1 and sum(multiples) > 0:
                 gone[one] = graph.zero
     return substituted(graph, [node], {**gone, argument: graph.zero})[0]
+
+
+def without_powers(graph: Graph, node: Node, argument: Node) -> Node:
+    """``node`` without powers of what vanishes with ``argument`` whose exponents do not change, and are not
+    known yet: those of contact forces are positive."""
+    gone = {}
+    for one in reachable([node], lambda one: bool(one.symbols)):
+        if one.kind is Kind.POWER and not one.arguments[1].symbols & argument.symbols:
+            base = one.arguments[0]
+            if base.symbols & argument.symbols and vanishes_with(graph, base, argument):
+                gone[one] = graph.zero
+        elif one.kind is Kind.SWITCH and one.arguments[1].is_zero and is_undefined(one.arguments[2]):
+            gone[one] = graph.zero
+    return substituted(graph, [node], gone)[0] if gone else node
+
+
+def is_undefined(node: Node) -> bool:
+    """Whether it is no number, as a power of 0 with a negative exponent."""
+    return node.kind is Kind.NUMBER and math.isnan(node.data)
 
 
 def largest(node: Node) -> float:

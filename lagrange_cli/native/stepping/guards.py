@@ -35,6 +35,9 @@ polynomials."""
 BEYOND = 2.0**-44
 """The part of a step by which it goes beyond the cut of a function: whether it is there, rounding must not
 decide."""
+RADIUS = 0.5
+"""Away from the zero of a root, which has a series no farther than to there, a step is this part of the way
+back, at most: beyond it the series diverges, however weak the force is."""
 WIDER = 2.0**16
 """After a zero, a step is longer than the one before by no more than this factor."""
 JUMP = 2.0**-20
@@ -70,6 +73,7 @@ class GuardCode:
                 else []
             ),
             table("guard_directions", [one.direction for one in guards]),
+            *([table("guard_roots", [int(one.rooted) for one in guards])] if self._rooted else []),
         ]
         return [*tables, roots.text(), *actions, *(f.text() for f in own)]
 
@@ -77,6 +81,11 @@ class GuardCode:
     def actions(self) -> ActionCode:
         """The code for simple actions."""
         return ActionCode(self.rows, self.layout, self.records)
+
+    @property
+    def _rooted(self) -> bool:
+        """Whether forces contain roots of guards' arguments, whose series do not converge beyond 0."""
+        return not self.interpolated and any(one.rooted for one in self.rows.guards)
 
     @property
     def _breaks(self) -> tuple[Role, ...]:
@@ -136,6 +145,11 @@ class GuardCode:
             with f.when(~mode.equals(0.0)):
                 row = f.load_integer("@guard_rows", j)
                 look(self.lengths.place(f, row), f.constant(0.0), mode, fresh, j)
+                if self._rooted:
+                    u, rate = (f.load(self.lengths.place(f, row), m * self.lengths.term) for m in (1, 2))
+                    leaving = (u * mode > 0.0) & (rate * mode > 0.0)
+                    with f.when(leaving & f.load_integer("@guard_roots", j).equals(1)):
+                        reach.set(f.smaller(reach.get(), u / (rate + rate) * RADIUS))
             with f.otherwise(), f.when(f.load_integer("@guard_roles", j).equals(Role.HOLD)):
                 self._look_at_multiplier(f, j, look)
             with f.when(mode.equals(0.0) & f.load_integer("@guard_roles", j).equals(Role.SWITCH)):

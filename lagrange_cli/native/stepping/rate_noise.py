@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from lagrange_cli.native.stepping.watching import Trials
 
 SIZE = 2.0**-50
-"""By what part coordinates and velocities are changed at most."""
+"""By what part coordinates and velocities are changed at most; coordinates near 0 by that part of how far
+they go in the longest step: what is computed from them may be rounded by far more than they are."""
 LATER = 0.5
 """And the time, by this part of that: by whole units of its rounding."""
 WAYS = 3
