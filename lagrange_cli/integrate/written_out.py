@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.families.system import family_system, reason
+from lagrange_cli.families.system import UNKNOWN, family_system, reason
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def without_outputs(names: Sequence[str]) -> WrittenOut:
 
 def unsuited(spec: Spec) -> WrittenOut:
     """What a system contains that is not one of families."""
-    for part in ("nonholonomic", "bodies", "replaced"):
+    for part in UNKNOWN:
         if getattr(spec, part):
             key = "coordinates that replace others" if part == "replaced" else f"'{part}'"
             return WrittenOut(key, "write a system without them")
@@ -50,5 +50,6 @@ def unsuited(spec: Spec) -> WrittenOut:
         if family_system(replace(spec, forces=others)) is not None:
             return WrittenOut(f"what '{part}' contains", "write it in terms of neighbours, without jumps")
     what = "these energies (loops over members need a constant diagonal mass matrix, or chains and trees of "
-    what += "angles, and forces that do not jump with positions or velocities)"
+    what += "angles, rigid bodies with three coordinates each, and forces that do not jump with positions or "
+    what += "velocities)"
     return WrittenOut(what, "write energies of this form")
