@@ -17,8 +17,8 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values
 
 MANY = 60
-"""Particles from which on those of families are drawn all at once, without the curves that they are on; bodies
-as their centres of mass."""
+"""Particles from which on those of families are drawn all at once, without the curves that they are on, and
+bodies as their centres of mass."""
 
 
 def draw(spec: Spec, values: Values, start: float = 0.0) -> Drawing:

@@ -27,12 +27,7 @@ from lagrange_cli.spec.spec import Spec, grouped
 
 def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
     """The joints of all particles. Raises ``Unsuited`` where there are others."""
-    weights = [(domain, x, mass) for domain, _, x, mass in masses_of(builder, spec)]
-    for one in turned(builder):
-        for mass, place, _ in one.carriers(builder.algebra):
-            if not constant(builder, mass):
-                raise Unsuited
-            weights += [(one.domain, x, mass) for x in place]
+    weights = [*weights_of(builder, spec)]
     chains = chains_of(builder, weights)
     parts: list[Part] = []
     for component, nodes in enumerate(chains):
@@ -53,6 +48,18 @@ def articulation(builder: FamilyBuilder, spec: Spec) -> Articulation:
     rates = tuple(builder.rates_of(one) for one in chains)
     made = Assembly(builder, chains, parts)
     return Articulation(tuple(chains), rates, inertia, tuple(made.joints()))
+
+
+def weights_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, Node, Node]]:
+    """The components of the places of all particles and of the masses that stand for the rotation of bodies,
+    and the masses."""
+    for domain, _, x, mass in masses_of(builder, spec):
+        yield domain, x, mass
+    for one in turned(builder):
+        for mass, place, _ in one.carriers(builder.algebra):
+            if not constant(builder, mass):
+                raise Unsuited
+            yield from ((one.domain, x, mass) for x in place)
 
 
 def turned(builder: FamilyBuilder) -> Iterator[Turned]:

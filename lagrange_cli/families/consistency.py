@@ -19,7 +19,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
-from lagrange_cli.families.articulation import articulation, masses_of
+from lagrange_cli.families.articulation import articulation, weights_of
 from lagrange_cli.families.bonds import Bonds, bonds
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.constraint_values import JointedState, State, Whole
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 FEWEST = 50
 """Coordinates of chains and trees below which few constraints are looked at member by member."""
-UNKNOWN = "nonholonomic", "bodies", "replaced", "left_out"
+UNKNOWN = "nonholonomic", "replaced", "left_out"
 """Parts of a system with which constraints are looked at member by member."""
 
 
@@ -94,7 +94,7 @@ def algebra_of(*, exact: bool) -> GraphAlgebra:
 def separate(spec: Spec, builder: ChainBuilder) -> Whole:
     """The constraints where M is diagonal and constant. Raises ``Unsuited`` where it is not, or there are
     few."""
-    found = bonds(builder, spec)
+    found = None if spec.bodies else bonds(builder, spec)
     if found is None or len(spec.constraints) <= DENSE:
         raise Unsuited
     moving = particles(builder, spec)
@@ -110,7 +110,7 @@ def jointed(spec: Spec, builder: ChainBuilder) -> Whole:
     found = bonds(builder, spec, joints.nodes)
     if found is None:
         raise Unsuited
-    placed = [(domain, x, mass) for domain, _, x, mass in masses_of(builder, spec)]
+    placed = weights_of(builder, spec)
     none = Total(Source.TOTAL, builder.q.count)
     return Whole([*spec.constraints], builder, found, none, extent_of(placed), joints)
 

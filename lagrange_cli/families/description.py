@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,10 +15,12 @@ from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Tot
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints import Articulation
-from lagrange_cli.families.turning import Bodies
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Spec
+
+if TYPE_CHECKING:
+    from lagrange_cli.families.turning import Bodies
 
 
 @dataclass(frozen=True, eq=False)

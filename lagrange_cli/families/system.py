@@ -31,7 +31,6 @@ from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import particles, separated
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switches import with_modes
-from lagrange_cli.families.turning import bodies_of
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
@@ -201,6 +200,8 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         builder, spec, parts["masses"], free="joints" not in parts and parts["bonds"] is None
     )
     if builder.bodies:
+        from lagrange_cli.families.turning import bodies_of
+
         parts["bodies"] = bodies_of(builder)
     if "joints" in parts:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ, Places, split
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.groups import Group, group_of, parts_of, placed_parts
@@ -18,8 +19,17 @@ from lagrange_cli.model.rigid_body import equimomental, second_moments
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.spec import Expression, Spec, grouped
 
-if TYPE_CHECKING:
-    from lagrange_cli.families.builder import FamilyBuilder
+
+class Builds(Protocol):
+    """The interface of what builds expressions over arrays (``families.builder``)."""
+
+    algebra: GraphAlgebra
+    bodies: dict[str, BodyGroup]
+
+    @property
+    def sizes(self) -> Any: ...
+    def value(self, tree: Any, members: Any) -> Any: ...
+    def rate(self, node: Node, domain: Domain) -> Node: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +61,7 @@ class BodyGroup:
     known: dict[tuple[Domain, bytes], Turned] = field(default_factory=dict)
     listed: list[Turned] = field(default_factory=list)
 
-    def turned(self, builder: FamilyBuilder, which: Places, domain: Domain) -> Turned:
+    def turned(self, builder: Builds, which: Places, domain: Domain) -> Turned:
         """How some members turn. Raises ``Differ`` where they are written differently."""
         key = domain, which.tobytes()
         if key not in self.known:
@@ -64,6 +74,8 @@ class BodyGroup:
                 return builder.value(*self.masses.members(which, builder.sizes, domain))
 
             how = body.orientation
+            if how.form == "quaternion":
+                raise Unsuited("bodies turned by quaternions", "turn them by angles")
             given = [*map(value, how.entries)]
             rate = partial(builder.rate, domain=domain)
             turns = turning(builder.algebra, how.form, how.sequence, given, rate)
@@ -71,7 +83,7 @@ class BodyGroup:
             self.known[key] = Turned(which, domain, how.form, turns, *moments)
         return self.known[key]
 
-    def pieces(self, builder: FamilyBuilder) -> Sequence[Turned]:
+    def pieces(self, builder: Builds) -> Sequence[Turned]:
         """All members, those of each kind together."""
         pending = [] if self.listed else [np.arange(self.group.count)]
         while pending:
@@ -147,7 +159,7 @@ class Bodies:
         return self.total(energy)
 
 
-def bodies_of(builder: FamilyBuilder) -> dict[str, Bodies]:
+def bodies_of(builder: Builds) -> dict[str, Bodies]:
     """All rigid bodies by family."""
     return {
         name: Bodies(builder.algebra, one.group.count, [*one.pieces(builder)])

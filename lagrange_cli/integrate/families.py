@@ -63,7 +63,9 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the outputs can be computed with families."""
-    found = OUTPUTS | OF_BODIES if spec.bodies else OUTPUTS
+    found = OUTPUTS | OF_BODIES
+    if not spec.all_constraints:
+        found |= {"constraints", "multipliers"}  # there are none
     return (found | OF_CONSTRAINTS if spec.constraints and not spec.left_out else found).issuperset(outputs)
 
 

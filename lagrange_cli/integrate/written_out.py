@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.syntax import calls
-from lagrange_cli.families.system import family_system, reason
+from lagrange_cli.families.system import UNKNOWN, family_system, reason
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import distinct
 
@@ -39,7 +39,7 @@ def without_outputs(names: Sequence[str]) -> WrittenOut:
 
 def unsuited(spec: Spec) -> WrittenOut:
     """What a system contains that is not one of families."""
-    for part in ("nonholonomic", "bodies", "replaced"):
+    for part in UNKNOWN:
         for one in getattr(spec, part).values():
             key = "coordinates that replace others" if part == "replaced" else f"'{part}'"
             return WrittenOut(key, "write a system without them", one.place)
@@ -65,7 +65,8 @@ def unsuited(spec: Spec) -> WrittenOut:
             way = "write it in terms of neighbours, without jumps"
             return WrittenOut(f"what '{part}' contains", way, kinked(spec.forces[part].values()))
     what = "these energies (loops over members need a constant diagonal mass matrix, or chains and trees of "
-    what += "angles, and forces that do not jump with positions or velocities)"
+    what += "angles, rigid bodies with three coordinates each, and forces that do not jump with positions or "
+    what += "velocities)"
     return WrittenOut(what, "write energies of this form", kinked(energies))
 
 
