@@ -138,8 +138,8 @@ class BoundsBuilder(ArrayBuilder):
         except TooMany as error:
             if whole("terms") > MOST:  # they may be written out
                 return None
-            message = f"more than {MOST} terms in all sums together"
-            raise ExpressionError(tree.span, message, f"make the sizes smaller, {way_out('pairs')}") from error
+            message, hint = f"more than {MOST} terms in all sums together", "make the sizes smaller, "
+            raise ExpressionError(tree.span, message, hint + way_out("pairs")) from error
         except (Unsuited, Differ, ExpressionError, ArithmeticError):
             return None
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from enum import Enum
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -88,6 +89,12 @@ class Tree:
 
     parents: Places
     order: Places
+
+    @cached_property
+    def is_chain(self) -> bool:
+        """Whether each member is the parent of the next one."""
+        numbers = np.arange(len(self.order))
+        return np.array_equal(self.order, numbers) and np.array_equal(self.parents[1:], numbers[:-1])
 
 
 @dataclass(frozen=True, eq=False)

@@ -267,6 +267,10 @@ def along(tree: Tree | None, values: Numbers, *, back: bool = False) -> None:
     """Add numbers (nodes, ...) up along a tree from the roots on, or from the tips on, in place."""
     if tree is None:
         return
+    if tree.is_chain:
+        way = values[::-1] if back else values
+        np.add.accumulate(way, out=way)
+        return
     order, parents = tree.order.tolist(), tree.parents.tolist()
     for node in reversed(order) if back else order:
         if parents[node] != NONE:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.syntax import calls
-from lagrange_cli.families.system import UNKNOWN, family_system, reason
+from lagrange_cli.families.system import UNKNOWN, any_family_system, reason
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import distinct
 
@@ -49,19 +49,19 @@ def unsuited(spec: Spec) -> WrittenOut:
     if known:
         what, way = known
         return WrittenOut(what, way, kinked([*forces, *energies]))
-    if spec.events and family_system(replace(spec, events={})) is not None:
+    if spec.events and any_family_system(replace(spec, events={})) is not None:
         what = "events that reduce the speed, that jump, or that act on chains or where constraints hold"
         events = [*spec.events.values()]
         acting = [one.when for one in events if one.changes] or [one.when for one in events]
         return WrittenOut(what, "let them record or stop only", kinked(acting))
     for part in ("constraints", "observables"):
         given = getattr(spec, part)
-        if given and family_system(replace(spec, **{part: {}})) is not None:
+        if given and any_family_system(replace(spec, **{part: {}})) is not None:
             way = "write it in terms of neighbours, without kinks"
             return WrittenOut(f"what '{part}' contains", way, kinked(given.values()))
     for part in spec.forces:
         others = {key: given for key, given in spec.forces.items() if key != part}
-        if family_system(replace(spec, forces=others)) is not None:
+        if any_family_system(replace(spec, forces=others)) is not None:
             way = "write it in terms of neighbours, without jumps"
             return WrittenOut(f"what '{part}' contains", way, kinked(spec.forces[part].values()))
     what = "these energies (loops over members need a constant diagonal mass matrix, or chains and trees of "

@@ -83,9 +83,13 @@ def broken(
     terms = [(quantity, 1.0)]
     if quantity.kind is Kind.SUM:
         terms = [*zip(quantity.arguments, quantity.data[1])]
+    places: dict[Node, list[int]] = {}
+    every = union(symbol for values in changes.values() for symbol in values)
+    for place, (term, _) in enumerate(terms):
+        for symbol in graph.symbols_of(term, every):
+            places.setdefault(symbol, []).append(place)
     for event, values in changes.items():
-        changed = union(values)
-        here = [(term, coefficient) for term, coefficient in terms if term.symbols & changed]
+        here = [terms[k] for k in sorted({k for symbol in values for k in places.get(symbol, ())})]
         if here:
             after = substituted(graph, [term for term, _ in here], values)
             jump = graph.sum([(new - old, c) for new, (old, c) in zip(after, here)])

@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.matrices import matrix_of
 from lagrange_cli.mechanics.residual import Contact, Residual
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.substitution import substituted
@@ -53,6 +54,15 @@ def derive_with_contacts(model: Model[Node]) -> Residual:
 def _while_resting(graph: Graph, contact: Contact, k: int) -> Node:
     """The generalized force, and 0 where the motion does not rest: it may be infinite there."""
     return graph.switch(contact.rest**2, contact.multiplier * contact.force[k], graph.zero, -1)
+
+
+def foresee_contacts(model: Model[Node]) -> None:
+    """Raise ``TooLarge`` where the forces of resting contact are too many: each is an unknown of steps."""
+    work, own = graph_of(model).work, len(model.q)
+    if (own + len(model.events)) ** 2 > work.most:
+        count = len(contacts_of(with_simple_zeros(model)))
+        if count:
+            work.foresee((own + count) ** 2, matrix_of(own, count))
 
 
 def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:

@@ -52,3 +52,8 @@ def determinant(graph: Graph, matrix: Matrix) -> Node:
             graph.work.charge(len(matrix))
             terms.append((row[0] * determinant(graph, rest), 1.0 if i % 2 == 0 else -1.0))
     return graph.sum(terms)
+
+
+def matrix_of(coordinates: int, multipliers: int) -> str:
+    """What takes work, for messages."""
+    return f"a matrix of {coordinates} coordinates and {multipliers} multipliers"

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import TooLargeSystem
+from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import replace
 from lagrange_cli.run.derive import derive_system, located, many_members
@@ -32,6 +33,10 @@ def foresee(settings: Settings, model: Model[Node]) -> None:
     from lagrange_cli.integrate.convolutions import foresee_convolutions
 
     foresee_convolutions(model, settings.method, settings.precision)
+    if model.events and METHODS[settings.method].needs is Needs.SERIES:
+        from lagrange_cli.mechanics.contacts import foresee_contacts
+
+        foresee_contacts(model)
 
 
 @contextmanager

@@ -56,7 +56,7 @@ HOSTILE = {
     "a deep nest": ("potential: " + "sin(" * 200 + "x" + ")" * 200 + "\n", "nested more than 100 deep"),
     "a large exponent": ("potential: x**1e9\n", "limit 'exponent'"),
     "a large family": ("sizes: {N: 1000000}\ndefinitions:\n  w[i in range(N)]: i\n", "=members=..."),
-    "a long sum": ("potential: sum(x*i for i in range(1000000000))\n", "=terms=..."),
+    "a long sum": ("potential: sum(x*i for i in range(1000000000))\n", "=pairs=..."),
     "many values": ("observables:\n" + "".join(f"  o{i}: x\n" for i in range(50_000)), "=values=..."),
     "a large file": ("# " + "x" * 1_000_000 + "\n", "=bytes=..."),
     "many samples": ("solve: {stop: 1, samples: 1000000000000}\n", "=samples=..."),

@@ -10,7 +10,7 @@ from operator import or_
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.guards.forces import by_forces, mixes
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
-from lagrange_cli.mechanics.guards.held import held_by_multipliers, with_auxiliary
+from lagrange_cli.mechanics.guards.held import foresee_multipliers, held_by_multipliers, with_auxiliary
 from lagrange_cli.mechanics.guards.modes import Modes
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
@@ -68,6 +68,7 @@ def assembled(
     multipliers, the arguments of guards that must be without."""
     residual, graph = modes.residual, modes.graph
     rows = modes.frozen(residual.residual)
+    foresee_multipliers(modes)
     quadratures = modes.frozen([*integrands.values()])
     events = modes.frozen([event.argument for event in residual.model.events])
     places = modes.frozen([one.y for one in broken])

@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
+from lagrange_cli.mechanics.matrices import matrix_of
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import rate
@@ -31,6 +32,13 @@ HEAVY = 2.0**40
 to the last bit."""
 
 
+def foresee_multipliers(modes: Modes) -> None:
+    """Raise ``TooLarge`` where there are too many multipliers."""
+    own, count = len(modes.residual.model.q), len(modes.multipliers)
+    if count:
+        modes.graph.work.foresee((own + count) ** 2, matrix_of(own, count))
+
+
 def held_by_multipliers(
     modes: Modes, residual: Residual, integrands: Sequence[Node], events: Sequence[Node]
 ) -> tuple[Residual, tuple[Node, ...]]:
@@ -38,7 +46,7 @@ def held_by_multipliers(
     constraints are the last ones."""
     graph, model, own = modes.graph, residual.model, len(modes.residual.model.q)
     symbols = model.v[own:]
-    graph.work.charge(len(model.q) ** 2, f"a matrix of {own} coordinates and {len(symbols)} multipliers")
+    graph.work.charge(len(model.q) ** 2, matrix_of(own, len(symbols)))
     accelerations = dict(zip(modes.multipliers, map(graph.ddt, symbols)))
     columns = [[graph.diff(row, m) for m in modes.multipliers] for row in residual.residual]
     rows = substituted(graph, residual.residual, accelerations)

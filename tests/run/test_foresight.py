@@ -1,0 +1,154 @@
+"""Large systems that are refused before they are derived: what is foreseen is always done."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lagrange_cli.errors import SpecError, TooLargeSystem
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.precision import FULL_PRECISION
+from lagrange_cli.limits import Work
+from lagrange_cli.model.start.shortest import Blocks
+from lagrange_cli.run import derive
+from lagrange_cli.run.foresight import MARGIN, SMALLER, STEP, alike, foresee_sizes, least
+from lagrange_cli.run.prepare import named
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.spec import Spec
+from tests.support.motion import SYSTEMS
+
+BEADS = """
+sizes: {N: 60}
+parameters: {mu: 0.3}
+coordinates: {"x[i in range(N)]": {initial: 0.1*i}}
+masses: {"b[i in range(N)]": 1}
+embedding: {"b[i in range(N)]": "x[i]"}
+potential: "sum((x[i] - x[i - 1])**2/2 for i in range(1, N))"
+"""
+FRICTION = BEADS + "generalized_forces:\n  x[i in range(N - 1)]: -mu*sign(x_dot[i] - x_dot[i + 1])\n"
+IMPACTS = BEADS + (
+    "events:\n  floor[i in range(N)]: "
+    '{when: "x[i] + 9", direction: falling, action: {set: {"x_dot[i]": "-x_dot[i]/2"}}}\n'
+)
+SOME = BEADS + "  + sum(sin(x[i])**3 for i in range(N) if i % 5 == 0 or i % 7 == 1)\n"
+SOME = SOME.replace('N))"\n  + ', "N)) + ").replace("== 1)\n", '== 1)"\n')
+SLEDGES = """
+sizes: {N: 60}
+coordinates:
+  {"x[i in range(N)]": {initial: i}, "y[i in range(N)]": {initial: 0}, "a[i in range(N)]": {initial: 0.1}}
+masses: {"s[i in range(N)]": 1, "r[i in range(N)]": 1}
+embedding:
+  s[i in range(N)]: ["x[i]", "y[i]"]
+  r[i in range(N)]: ["x[i] + cos(a[i])", "y[i] + sin(a[i])"]
+nonholonomic: {"blade[i in range(N)]": "x_dot[i]*sin(a[i]) - y_dot[i]*cos(a[i])"}
+"""
+TEXTS = {
+    "friction": FRICTION, "impacts": IMPACTS, "some": SOME, "sledges": SLEDGES,
+    "pendulums": (SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8"),
+}  # fmt: skip
+
+
+def taken(spec: Spec) -> Work:
+    """The work of a derivation."""
+    numbers = derive.algebra_of(spec, exact=False, portable=False)()
+    derive._derived(spec, numbers, resting=True)
+    return numbers.graph.work
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("name", sorted(TEXTS))
+def test_what_is_foreseen_is_done(name: str) -> None:
+    """For twice the largest of the smaller sizes."""
+    text, size = TEXTS[name], 2 * SMALLER[-1]
+    assert alike(text)
+    found = [taken(read_spec(text, "system.yaml", {"N": f"{n}"})) for n in (*SMALLER, size)]
+    for values in ([one.spent - one.tried for one in found], [one.nodes - one.tried_nodes for one in found]):
+        *few, last = values
+        foreseen = least(few, size, even="%" not in text) / MARGIN
+        assert 0.2 * last < foreseen < last
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_growth_is_foreseen_from_below(power: int) -> None:
+    found = least([n**power for n in SMALLER], 5000, even=True)
+    assert 0.01 * 5000**power < found < 5000**power * (1 + 1e-12)
+    assert least([int(n**0.5 * 100) for n in SMALLER], 5000, even=True) == 0.0
+
+
+@pytest.mark.parametrize("period", range(2, STEP))
+@pytest.mark.parametrize("first", range(3))
+def test_members_here_and_there_are_not_overestimated(period: int, first: int) -> None:
+    counts = [len(range(first, n, period)) for n in SMALLER]
+    assert least(counts, 5000, even=False) / MARGIN <= len(range(first, 5000, period))
+
+
+def test_files_with_large_numbers_beside_indices_are_derived() -> None:
+    for text in (
+        "sum(x[i] for i in range(100))",
+        "where(i < 40, 1, 0)",
+        "x[17]",
+        "sum(i for i in a if i > 30)",
+    ):
+        assert not alike(text)
+    assert alike("sum(9810*x[i - 1] for i in range(1, N) if i % 2 == 0)  # [100]")
+
+
+def test_a_large_system_is_refused_from_small_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LAGRANGE_LIMITS", "work=50000")
+    derived: list[int] = []
+    plain = derive._derived
+
+    def seen(spec: Spec, *given: object) -> object:
+        derived.append(len(spec.coordinates))
+        return plain(spec, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(derive, "_derived", seen)
+    spec = read_spec(BEADS, "beads.yaml", {"N": "5000"})
+    with pytest.raises(TooLargeSystem, match="takes more than 50000 steps of work"):
+        derive.derive_system(spec)
+    assert derived == [*SMALLER]
+
+
+def test_other_sizes_are_kept_and_what_is_wrong_with_small_ones_is_not_told() -> None:
+    spec = read_spec(BEADS.replace("mu: 0.3", f"k: {[1] * 300}"), "beads.yaml", {"N": "300"})
+    foresee_sizes(spec, lambda smaller, most: Work())
+    fixed = read_spec(BEADS.replace("N: 60", "N: 300, M: 400"), "beads.yaml")
+    foresee_sizes(fixed, lambda smaller, most: pytest.fail("two sizes are large"))
+
+
+@pytest.mark.parametrize(("text", "line"), [(FRICTION, 9), (IMPACTS, 9), (SLEDGES, 9)])
+def test_the_message_points_at_what_members_are_written_out_for(
+    text: str, line: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LAGRANGE_LIMITS", "work=2000")
+    spec = read_spec(text, "system.yaml")
+    compilation = Compilation("taylor", FULL_PRECISION, frozenset({"q"}))
+    with pytest.raises(SpecError, match="members are written out for") as caught, named(spec, compilation):
+        derive.derive_system(spec)
+    assert [one.line for one in caught.value.problems] == [line]
+
+
+def test_masses_in_blocks_are_divided_by_as_a_whole() -> None:
+    rng = np.random.default_rng(1)
+    matter: dict[int, dict[int, float]] = {99: {99: 2.0}}
+    for first in range(0, 90, 3):
+        part = rng.standard_normal((3, 3))
+        part = part @ part.T + np.eye(3)
+        matter |= {first + j: {first + k: part[j, k] for k in range(3)} for j in range(3)}
+    blocks = Blocks.of(matter)
+    assert blocks is not None
+    row = {1: 1.0, 40: -2.0, 41: 0.5, 99: 3.0}
+    found = blocks.divided(row)
+    back = {j: sum(m * found.get(k, 0.0) for k, m in matter[j].items()) for j in matter}
+    assert [back[j] for j in matter] == pytest.approx([row.get(j, 0.0) for j in matter], abs=1e-12)
+    assert Blocks.of({j: dict.fromkeys(range(100), 1.0) for j in range(100)}) is None
+
+
+def test_code_is_the_same_when_it_is_compiled_apart() -> None:
+    from lagrange_cli.native.compilation.apart import compile_apart
+    from lagrange_cli.native.compilation.llvm import compile_text
+
+    text = "define i64 @f(i64 %x) {\n  %y = add i64 %x, 1\n  ret i64 %y\n}\n"
+    assert compile_apart(text, 0, 2**20) == compile_text(text, 0)
+    with pytest.raises(MemoryError):
+        compile_apart("no code", 0, 2**20)
