@@ -310,6 +310,27 @@ def test_blocks_have_the_structural_rank(seed, rows, unknown):
     assert known == {*range(unknown)}.difference(free)
 
 
+def test_closures_that_leave_nothing_open_are_listed_alone():
+    """Peaucellier's rhombus: where its two arms lie on each other, the last joint turns freely."""
+    text = """
+coordinates: {px: {}, py: {}, ax: {}, ay: {}, cx: {}, cy: {}}
+masses: {a: 1, c: 1, p: 1}
+positions: {a: [ax, ay], c: [cx, cy], p: [px, py]}
+constraints:
+  oa: norm(a) - 2
+  oc: norm(c) - 2
+  ab: norm(a - (1.7, 0.4)) - 1
+  cb: norm(c - (1.7, 0.4)) - 1
+  ap: norm(a - p) - 1
+  cp: norm(c - p) - 1
+"""
+    (problem,) = refused(text)
+    assert "the constraints allow 4 possible initial states" in problem.message
+    places = [float(one) for one in re.findall(r"px = (-?[\d.]+)", problem.message)]
+    inverse = 1.7 * 3 / (1.7**2 + 0.4**2)  # |OB| |OP| = 2^2 - 1^2
+    assert sorted(places) == pytest.approx([inverse, inverse, 1.7, 1.7], abs=1e-12)
+
+
 def test_a_coordinate_that_nothing_determines_needs_a_value():
     (problem,) = refused(PENDULUM.replace("{initial: 0.5}", "{}").replace("{initial: -1.2}", "{}"))
     assert problem.line == 4

@@ -21,8 +21,8 @@ from lagrange_cli.mechanics.conserved.reasons import (
 from lagrange_cli.mechanics.relations import rational
 from lagrange_cli.mechanics.variables import variables
 
-MOST_LINEAR, MOST_COMBINED = 6, 40
-"""The largest numbers of coordinates for which linear changes, and combinations, are tried."""
+MOST_QUADRATIC, MOST_LINEAR, MOST_COMBINED = 3, 6, 40
+"""The largest numbers of coordinates for which quadratic changes, linear ones, and combinations are tried."""
 
 
 def combinations(found: Found) -> None:
@@ -84,6 +84,8 @@ def elementary(found: Found) -> Iterable[Change]:
     if small:
         yield from (Change({k: factor}) for factor in (model.time, *model.q) for k in range(len(model.q)))
         yield from (Change(time=factor) for factor in (model.time, *model.q))
+    if given_by_lagrangian(found):
+        yield from (Change({k: one}) for one in squares_of(model.q) for k in range(len(model.q)))
 
 
 def gains_of_places(found: Found) -> Iterable[Node]:
@@ -92,10 +94,23 @@ def gains_of_places(found: Found) -> Iterable[Node]:
     places = sum(q.symbols for q in model.q)
     given = [*model.q, *(x for each in model.particles for x in each.position)]
     yield from (x for x in dict.fromkeys(given) if x.symbols & places)
+    if given_by_lagrangian(found):
+        yield from squares_of(model.q)
     if not all(force.is_zero for force in found.noether.energetics.applied):  # of turning about an axis
         for each in model.particles:
             squares = [x * x for x in each.position]
             yield from (a + b for i, a in enumerate(squares) for b in squares[i + 1 :])
+
+
+def given_by_lagrangian(found: Found) -> bool:
+    """Whether a few coordinates may be those of any space, such as a sphere's by stereographic projection,
+    and the gauge of a magnetic field any."""
+    return found.model.lagrangian is not None and len(found.model.q) <= MOST_QUADRATIC
+
+
+def squares_of(places: Sequence[Node]) -> list[Node]:
+    """Products of two of them."""
+    return [a * b for i, a in enumerate(places) for b in places[i:]]
 
 
 def gains_of_time(found: Found) -> Iterable[Node]:

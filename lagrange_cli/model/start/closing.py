@@ -99,22 +99,33 @@ class Closing:
         return {i: [*row] for i, row in found.items()} if seen else None
 
     def ways(self, chain: Sequence[Block], contained: Pattern) -> Iterator[Way]:
-        """The closures of a chain of blocks."""
-        x = list(self.x)
-        stack = [iter(self.within(chain[0], contained, x).states)]
+        """The closures of a chain of blocks. Raises ``FreeCoordinates`` where all that are found leave some
+        open."""
+        x, loose, closed = list(self.x), list[FreeCoordinates](), False
+
+        def states(block: Block) -> Iterator[list[float]]:
+            try:
+                yield from self.within(block, contained, x).states
+            except FreeCoordinates as error:
+                loose.append(error)
+
+        stack = [states(chain[0])]
         for _ in range(TRIED * (TRIED + len(chain))):
             values = next(stack[-1], None)
             if values is None:
                 stack.pop()
                 if not stack:
-                    return
+                    break
                 continue
             for k, one in zip(chain[len(stack) - 1].unknown, values):
                 x[k] = one
             if len(stack) == len(chain):
+                closed = True
                 yield {k: x[k] for block in chain for k in block.unknown}
             else:
-                stack.append(iter(self.within(chain[len(stack)], contained, x).states))
+                stack.append(states(chain[len(stack)]))
+        if loose and not closed:
+            raise loose[0]
 
     def best(self, chain: Sequence[Block], contained: Pattern) -> Way | None:
         """Values with which the constraints of a chain of blocks are almost satisfied."""

@@ -30,12 +30,14 @@ STEPS = 50
 CLEARLY = 1e-5
 """Slopes along each direction, relative to their size, with which all coordinates are determined."""
 FEW = 8
-"""Places from which a near miss is looked for."""
+"""Places from which a near miss is looked for, and states that leave coordinates open before others are not
+looked for: a linkage may fold so that some of it turns freely."""
 
 
 @dataclass(frozen=True)
 class Closures:
-    """What was found: ``states`` as a whole, or coordinates that are ``left`` open, by number.
+    """What was found: ``states`` as a whole, or coordinates that are ``left`` open, by number, if no state
+    determines them.
 
     Where there is no closure, ``best`` is where the constraints are satisfied best.
     """
@@ -50,6 +52,7 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
     system, among which the lengths of its parts may be."""
     found: list[list[float]] = []
     best, least = None, math.inf
+    loose: list[list[int]] = []
     unknown = list(surface.unknown)
     for begin in beginnings(surface, x, sizes, found):
         state, off = solve(surface, begin)
@@ -61,7 +64,10 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
             continue
         left = undetermined(surface, state)
         if left:
-            return Closures([], left)
+            loose.append(left)
+            if len(loose) < FEW or found:
+                continue
+            return Closures([], loose[0])
         if any(alike(surface, state, other) for other in found):
             continue
         state = tidied(surface, state)
@@ -69,6 +75,8 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
             found.append(tidied(surface, where_two_meet(surface, state, ROUNDINGS * ROUND) or state))
         if len(found) >= MOST_CLOSURES:
             break
+    if loose and not found:
+        return Closures([], loose[0])
     if not found and best is None:
         begins = islice(starts(x, unknown, sizes, len(surface.kept), []), FEW)
         best = next((state for begin in begins if (state := near_miss(surface, begin))), None)

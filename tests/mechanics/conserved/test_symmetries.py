@@ -531,6 +531,15 @@ CASES |= {
         "coordinates: {x: {velocity: 1}, y: {velocity: 2}}\nmasses: {p: 2}\npositions: {p: [x, y]}\n",
         {"L_z"},
     ),
+    "geodesics of a sphere by stereographic projection": (
+        "coordinates: {x: {initial: 0.1, velocity: 0.3}, y: {initial: 0.2, velocity: 0.1}}\n"
+        "lagrangian: 2*(x_dot**2 + y_dot**2)/(1 + x**2 + y**2)**2\n",
+        {"C_1", "C_2"},
+    ),
+    "a charge of relativity in parallel fields": (
+        RELATIVISTIC.replace("c: 2", "c: 2, B: 1, E: 0.2") + "  + B*x*y_dot + E*z\n",
+        {"C_1", "C_2", "C_3"},
+    ),
     "three stars that fall": (
         "sizes: {N: 3}\nparameters: {m: 1, g: 2}\ncoordinates: {x[i in range(N)]: {initial: 0.7*i}, "
         "y[i in range(N)]: {initial: i*i}, z[i in range(N)]: {initial: 0.1*i}}\n"
