@@ -17,6 +17,7 @@ from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling
 from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.recurrences.vector_dots import AHEAD
 from lagrange_cli.records import dataclass
@@ -25,6 +26,11 @@ MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
 WITHOUT_SERIES = "choose --method ias15, which has no series, "
 """A way out for motions in doubles without a certificate: all others need series."""
+SHORT = (
+    "define internal void @short{}(ptr noalias %constants, {}, ptr noalias %state, ptr noalias %work, "
+    "i64 %k, i64 %first, i64 %last) #0"
+)
+"""An order of a short loop: some of its blocks."""
 BEGUN = 7
 """From this stage on, dot products are begun for several orders together, where coefficients are many. (The
 code is twice as long.)"""
@@ -84,7 +90,7 @@ class SeriesJet(SeriesPlaces, ABC):
             constants, state, work = (f.pointer(f"%{one}") for one in ("constants", "state", "work"))
             f.call(Bit, BESIDE, constants, *self.vectors.moment(), state, work)
         f.give(self.regular())
-        return Jet(f.text(), self.work, operations)
+        return Jet("".join([f.text(), *self.short.values()]), self.work, operations)
 
     def rounds(self, tiling: Tiling) -> int:
         """All rounds of a tiling; their operations."""
@@ -164,6 +170,9 @@ class SeriesJet(SeriesPlaces, ABC):
             size = LANES * len(series.loop.terms)
             with windows.parts() as part:
                 blocks = windows.blocks(i, k, part)
+                if series.short and isinstance(k, Integer):
+                    self.write_short(i, k, blocks)
+                    continue
                 if phase == 0 and isinstance(k, Integer):
                     begin_sums(self.f, series, k, place, *windows.blocks(i, k, part, AHEAD - 1))
                 registers = self.vectors.place("%work", k * size + waiting)
@@ -171,6 +180,21 @@ class SeriesJet(SeriesPlaces, ABC):
         with windows.parts() as part:
             span = windows.units(k, windows.tiling.stride, part)
             self.accelerate(evaluation, k, phase, windows.positions(span, self.degrees))
+
+    def write_short(self, loop: int, k: Integer, blocks: Span) -> None:
+        """What a round has of order k of a short loop: a call of a function, which is written once."""
+        outer, (series, place), waiting = self.f, self.series[loop], self.waiting[loop]
+        if loop not in self.short:
+            f = Function(SHORT.format(loop, self.vectors.times))
+            order, first, last = (Integer(f, name, 1) for name in ("%k", "%first", "%last"))
+            with self.within(f):
+                registers = self.vectors.place("%work", order * (LANES * len(series.loop.terms)) + waiting)
+                piece = Piece((first, last), registers)
+                SeriesWriter(self.evaluation(order), series, place, order, None).write(piece)
+            f.give()
+            self.short[loop] = f.text()
+        constants, state, work = outer.pointers("constants", "state", "work")
+        outer.call(None, f"short{loop}", constants, *self.vectors.moment(), state, work, k, *blocks)
 
     def start(self) -> None:
         """What is done before order 0: coefficients 0."""

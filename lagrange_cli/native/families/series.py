@@ -89,7 +89,10 @@ class LoopSeries:
 
     @cached_property
     def begun(self) -> Mapping[int, int]:
-        """The series whose dot products can be begun for several orders together, with their places."""
+        """The series whose dot products can be begun for several orders together, with their places: none in
+        short loops."""
+        if self.short:
+            return {}
         found = [
             index
             for index, one in enumerate(self.program.series)
@@ -105,6 +108,11 @@ class LoopSeries:
         a, b = (self.program.series[part].level for part in self.program.series[index].arguments)
         at = phase + self.program.series[index].level
         return max(0, at - b), max(0, at - a)
+
+    @property
+    def short(self) -> bool:
+        """Whether there are no more than eight members. Then what matters is that the code is short."""
+        return int(self.blocks[-1]) == 1
 
     @property
     def size(self) -> int:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.description import FamilySystem
@@ -67,6 +68,8 @@ class SeriesPlaces:
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         self.loops: list[tuple[LoopSeries, int] | Chain] = []
         self.tiling: Tiling | None = None
+        self.short: dict[int, str] = {}
+        """The texts of short loops."""
         self.waiting: list[int] = []
         """Where the registers of each loop wait between blocks, for each order."""
 
@@ -77,6 +80,14 @@ class SeriesPlaces:
         base = self.vectors.place("%constants", f.load_integer("@scratch"))
         self.places = {array: self.vectors.place(base, at) for array, at in self.lasts.items()}
         self.time = self.vectors.operand(self.vectors.splat(self.vectors.now(), LANES))
+
+    @contextmanager
+    def within(self, f: Function) -> Iterator[None]:
+        """Write into this function, and then go on in the one before."""
+        before = self.f, self.vectors, self.emitter, self.places, self.time
+        self.enter(f)
+        yield
+        self.f, self.vectors, self.emitter, self.places, self.time = before
 
     def take(self, doubles: int) -> int:
         """So many further ones of ``%work``."""
