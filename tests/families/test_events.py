@@ -185,3 +185,17 @@ def test_an_elastic_wall_keeps_the_energy_and_no_momentum(monkeypatch: pytest.Mo
     text = CHAIN.format(count=3, events=CASES["walls"][1])
     assert ready(text).recording.conserved == ("h",)
     assert ready(text.replace('-x_dot[i]"', '-x_dot[i] + 1"')).recording.conserved == ()
+
+
+@pytest.mark.parametrize(("method", "tolerance", "off"), [("ias15", 2.0**-52, 1e-15), ("DOP853", 1e-5, 1e-4)])
+def test_steps_on_rates_return_to_the_constraints(
+    method: str, tolerance: float, off: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beads on circles; samples are off by what polynomials within steps are."""
+    keep_families(monkeypatch, whole=True)
+    spec = read_spec(RING.format(count=3, events="{}"), "system.yaml")
+    asked = Compilation(method, tolerance, frozenset(["q"]))
+    assert family_run(spec, asked) is not None
+    motion = run(prepare_system(spec, derive_system, None, asked), resolve_values(spec, {}), 0.0, 60.0, 5)
+    assert motion.outcome.projections > 100
+    assert np.allclose(motion["q/x"] ** 2 + motion["q/y"] ** 2, 1.0, rtol=0.0, atol=off)

@@ -53,7 +53,7 @@ def blocks(count: int, force: str, start: str = MOVING[0], speed: str = MOVING[1
     return BLOCKS.format(count=count, force=force, start=start, speed=speed)
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_friction_is_that_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -66,7 +66,7 @@ def test_blocks_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) ->
     compare(blocks(9, CASES[case], speed="0"), monkeypatch, stop=3.0)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @BY_RATES
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)

@@ -165,14 +165,14 @@ def compare(
     assert one.conserved == other.conserved
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_switches_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, count), monkeypatch)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @BY_RATES
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
