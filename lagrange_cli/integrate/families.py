@@ -98,8 +98,6 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if not plain and compilation.backward:
         kind = "--certify" if compilation.precision == DOUBLE else f"--precision {compilation.precision}"
         return WrittenOut(f"motion backward in time with {kind}", "let it go forward, or leave that out")
-    if spec.events and needs is not Needs.SERIES:
-        return WrittenOut(f"events with --method {method}", "use --method taylor")
     system = family_system(spec, algebra_for(compilation))
     if system is None or (compilation.ensemble and suits_lanes(system)):
         return OTHER
@@ -120,8 +118,6 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if system.bonds is not None and system.joints is not None and not closable(compilation):
         what = f"--method {method}" if needs is not Needs.SERIES else "motion backward in time"
         return WrittenOut(f"{what} on chains with constraints", "use --method taylor, forward in time")
-    if system.smooth is not None and needs is not Needs.SERIES:
-        return WrittenOut(f"kinks or jumps with --method {method}", "use --method taylor")
     if system.smooth is not None and doubtful(system):
         way = "write them without roots and exponentials"
         return WrittenOut("arguments of switches whose zeros may hide", way)

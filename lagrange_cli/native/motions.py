@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lagrange_cli.native.stepping.proof import Proving
 
 BRIEF = "rates"
-"""The function that computes rates, where there is one beside that for series."""
+"""The function that computes rates for steps on these, where there is one beside that for series."""
 RATES = 2
 """The order of q's series that gives the accelerations alone."""
 
@@ -64,11 +64,16 @@ class Specification:
 
     @property
     def highest(self) -> int:
-        """The order to which series are computed. With guards, the callers of steps look at more than
-        rates."""
-        if self.scheme:
-            return STEPPING + 1 if self.guards else RATES
-        return self.order
+        """The order to which series are computed."""
+        return highest(self.order, self.scheme, guarded=self.guards is not None)
+
+
+def highest(order: int, scheme: str, *, guarded: bool) -> int:
+    """The order to which series are computed: the ``order`` of steps by series. With a ``scheme``, steps take
+    rates alone, but where they are ``guarded``, their callers look at more."""
+    if scheme:
+        return STEPPING + 1 if guarded else RATES
+    return order
 
 
 @dataclass(frozen=True)

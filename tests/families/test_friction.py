@@ -19,7 +19,7 @@ from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values
 from tests.families.test_events import keep_families
-from tests.families.test_switches import LEDGERS, OUTPUTS, compare, followed, ready
+from tests.families.test_switches import BY_RATES, LEDGERS, OUTPUTS, compare, followed, ready
 from tests.support.motion import run
 
 BLOCKS = """
@@ -67,6 +67,33 @@ def test_blocks_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.exhaustive(keep=1)
+@BY_RATES
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("case", CASES)
+def test_friction_in_steps_on_rates(
+    case: str, count: int, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compare(blocks(count, CASES[case]), monkeypatch, stop=3.9, method=method)
+
+
+@BY_RATES
+def test_what_is_let_go_from_rest_does_not_stop_again(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Springs that are drawn let one block after the other go, whose velocity rises from 0 as t^2."""
+    keep_families(monkeypatch, whole=True)
+    own, calls = Modes.coefficients_of, [0]
+
+    def counting(modes: Modes, *rows: int) -> list[NDArray[np.float64]]:
+        calls[0] += 1
+        return own(modes, *rows)
+
+    monkeypatch.setattr(Modes, "coefficients_of", counting)
+    text = blocks(50, "-F*sign(x_dot[i])", "0.1*sin(7*i)", "0").replace("V: 0.7", "V: 0.1")
+    motion = followed(ready(text, method=method), text, 8.0)
+    assert np.all(motion["v/x"][-1] > 0.0)
+    assert 50 <= calls[0] <= 60
+
+
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
 def test_friction_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=-1.0, backward=True)
@@ -78,12 +105,13 @@ def test_ledgers_have_the_forces_that_hold_blocks(case: str, monkeypatch: pytest
     compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=3.0)
 
 
-def test_a_block_that_a_spring_pulls_sticks_and_slips(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_a_block_that_a_spring_pulls_sticks_and_slips(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """x'' = V t - x - F from t = F/V on: x = V (s - sin s), with s = t - F/V, until s = 2 pi, where the
     velocity is 0 and the spring as long as at s = 0: so this is repeated."""
     keep_families(monkeypatch, whole=True)
     text = blocks(3, "-F*sign(x_dot[i])", "0", "0").replace("1 + i/7", "1").replace("k: 2", "k: 0")
-    motion = followed(ready(text), text, 6.0)
+    motion = followed(ready(text, method=method), text, 6.0)
     since = np.maximum(0.0, np.linspace(0.0, 6.0, 7) - 0.6 / 0.7)
     expected = 0.7 * (since - np.sin(since))
     assert np.allclose(motion["q/x"], expected[:, None], rtol=0.0, atol=1e-14)

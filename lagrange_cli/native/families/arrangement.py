@@ -22,7 +22,7 @@ from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Pointer
-from lagrange_cli.native.motions import RATES
+from lagrange_cli.native.motions import RATES, highest
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import replace
@@ -51,12 +51,15 @@ class Arrangement:
     ) -> None:
         self.kind, self.factor = kind, factor
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
-        self.observed, self.tolerance, self.order, self.scheme = observed, tolerance, order, scheme
+        self.observed, self.tolerance, self.scheme = observed, tolerance, scheme
         self.proven = proven
+        guarded = system.modes is not None or system.events is not None
+        self.order = highest(order, scheme, guarded=guarded)
+        stepping = bool(scheme) or order > RATES
         self.tables = Tables(Constants())
         self.lasting = Lasting(system)
         self.degrees = system.q.count
-        self.events = system.events if order > RATES and not scheme else None
+        self.events = system.events if stepping else None
         if self.events is not None and kind.parts > 1:  # simple actions set doubles
             self.events = replace(self.events, simple=frozenset(), affected=())
         self.modes = system.modes
@@ -81,9 +84,9 @@ class Arrangement:
         elif system.bonds is not None:
             self.motion = AlongMotion(system, self.lasting)
         self.residuals = None
-        if self.closure is not None and order > RATES:
+        if self.closure is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
-        self.moves = None if self.motion is None or order <= RATES else Moves(system, self.lasting)
+        self.moves = Moves(system, self.lasting) if self.motion is not None and stepping else None
         if system.bonds is not None:
             self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
         self.forces = self.lasting.arranged(system.forces, kept=False)

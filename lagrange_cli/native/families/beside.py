@@ -10,7 +10,6 @@ from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.jets import Jet, SeriesJet
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.series_places import BESIDE
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.llvm.vector import Bit, Integer
 
@@ -20,9 +19,9 @@ class BesideJet(SeriesJet):
 
     tiled = False
 
-    def __init__(self, integrands: Total, motion: SeriesJet, *given: Any) -> None:
+    def __init__(self, integrands: Total, motion: SeriesJet, name: str, *given: Any) -> None:
         self.integrands, self.motion, self.local = integrands, motion, motion.local
-        super().__init__(*(*given, type(motion.vectors), BESIDE))
+        super().__init__(*(*given, type(motion.vectors), name))
 
     def of_state(self) -> dict[Array, tuple[int, int]]:
         self.work = self.motion.work

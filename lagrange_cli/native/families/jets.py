@@ -11,7 +11,7 @@ from lagrange_cli.families.arrays import Array, Chain, Total
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.native.families.evaluation import Evaluation, Piece, added, room
 from lagrange_cli.native.families.series import LoopSeries, begin_sums
-from lagrange_cli.native.families.series_places import BESIDE, SeriesPlaces
+from lagrange_cli.native.families.series_places import SeriesPlaces
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling
@@ -58,8 +58,8 @@ def together(windows: Windows | None, k: Integer) -> Iterator[Windows | None]:
 class SeriesJet(SeriesPlaces, ABC):
     """The jet with series of the velocities."""
 
-    beside = False
-    """Whether there are series beside the motion's (``BesideJet``), which follow from these."""
+    beside = ""
+    """The name of those beside the motion's (``BesideJet``), which follow from these, if there are any."""
     many = 2**16
     """Coefficients from which on the second copy of the code pays."""
 
@@ -88,7 +88,7 @@ class SeriesJet(SeriesPlaces, ABC):
             self.vectors.store(self.vectors.zero(1), last, i)
         if self.beside:
             constants, state, work = (f.pointer(f"%{one}") for one in ("constants", "state", "work"))
-            f.call(Bit, BESIDE, constants, *self.vectors.moment(), state, work)
+            f.call(Bit, self.beside, constants, *self.vectors.moment(), state, work)
         f.give(self.regular())
         return Jet("".join([f.text(), *self.short.values()]), self.work, operations)
 

@@ -9,31 +9,23 @@ from __future__ import annotations
 
 from functools import partial
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from lagrange_cli.families.arrays import Array
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.arrangement import Observed
-from lagrange_cli.native.families.articulated import ArticulatedJet
-from lagrange_cli.native.families.beside import BesideJet
-from lagrange_cli.native.families.closed import ClosedJet
-from lagrange_cli.native.families.constrained import ConstrainedJet
 from lagrange_cli.native.families.coupling import of_families
-from lagrange_cli.native.families.diagonal import DiagonalJet, regular
-from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, write_floors
-from lagrange_cli.native.families.jets import Jet, SeriesJet
-from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.jets import Jet
+from lagrange_cli.native.families.motion_jets import MotionJets
 from lagrange_cli.native.families.observation import Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
-from lagrange_cli.native.families.series_places import BRIEF, HEAD, JET, velocity_planes
-from lagrange_cli.native.families.shared_jets import SharedJet
+from lagrange_cli.native.families.series_places import BRIEF, velocity_planes
 from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
-from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
@@ -42,8 +34,7 @@ from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
-from lagrange_cli.native.llvm.vector import Real
-from lagrange_cli.native.motions import RATES
+from lagrange_cli.native.motions import RATES, RatesFunction
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.vector_stage import rests
@@ -83,7 +74,7 @@ def write_family_program(
     return _Writer(system, observed, tolerance, order, scheme, kind, factor, proven, integrands).program()
 
 
-class _Writer(Returning, Observation):
+class _Writer(Returning, Observation, MotionJets):
     """The functions of a program."""
 
     def program(self) -> Program:
@@ -148,25 +139,38 @@ class _Writer(Returning, Observation):
     def steps(self, interface: Interface, jet: Jet) -> Steps:
         """What follows a motion in doubles."""
         parts, work, floor = list[str](), jet.work, 0
-        floors = self.floors() if self.diagonal and (self.scheme or self.order > RATES) else ""
-        if floors and not self.scheme:
+        by_series = self.order > RATES and not self.scheme
+        floors = self.floors() if self.diagonal and (self.scheme or by_series) else ""
+        if floors and by_series:
             floor, work = work, work + room(self.layout.width)
         lengths = side_by_side(self.degrees, self.layout.rows, self.order, floor)
         if self.order > RATES and self.balance is None and self.motion is None:
             first, term = velocity_planes(self.layout.rows - self.degrees)
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
             work += weights_size(self.order)
-        given = self.given(interface, work, floors)
         if self.scheme:
-            from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
-
-            work, steps = on_rates(scheme_of(self.scheme), lengths, given, partial(of_families, self.system))
-            parts.append(steps)
-        elif self.order > RATES:
-            parts.append(advance(self.by_series(lengths, given)))
+            work, steps = self.on_rates(interface, RatesFunction(lengths, work), floors)
+            parts += steps
+        elif by_series:
+            parts.append(advance(self.by_series(lengths, self.given(interface, work, floors))))
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
+
+    def on_rates(self, interface: Interface, jet: RatesFunction, floors: str) -> tuple[int, list[str]]:
+        """Steps on rates, which ``@jet`` gives or, if it gives series, a function beside it; and the doubles
+        that both work on."""
+        from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
+
+        rates, texts = jet, list[str]()
+        if self.order > RATES:
+            made = self.rates_alone(BRIEF)
+            rates = RatesFunction(side_by_side(self.degrees, self.layout.rows, RATES), made.work, BRIEF)
+            texts.append(made.text)
+        given = replace(self.given(interface, rates.work, floors), rates=rates.name)
+        coupling = partial(of_families, self.system)
+        work, steps = on_rates(scheme_of(self.scheme), rates.lengths, given, coupling, jet.work)
+        return work, [*texts, steps]
 
     def by_series(self, lengths: Lengths, given: Given) -> FamilySteps:
         """Steps by series, whose rows threads share if they share the series."""
@@ -194,31 +198,6 @@ class _Writer(Returning, Observation):
             project=self.projection(), timed=not self.system.steady, floors=floors,
         )  # fmt: skip
 
-    def jet(self) -> Jet:
-        """``@jet``."""
-        given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
-        if self.closure is not None:
-            return self.with_beside(ClosedJet(self.closure, self.tabled, *given, self.kind), *given)
-        if self.balance is not None:
-            return self.with_beside(ArticulatedJet(self.balance, *given, self.kind), *given)
-        if self.motion is not None:
-            return self.with_beside(ConstrainedJet(self.motion, self.tabled, *given, self.kind), *given)
-        if self.order == RATES:
-            return self.accelerations()
-        made = DiagonalJet(*given, self.kind) if self.parts is None else SharedJet(self.parts, *given)
-        jet = self.with_beside(made, *given)
-        brief = DiagonalJet(*given[:-1], RATES, self.kind, BRIEF).write()
-        return replace(jet, text=jet.text + brief.text)
-
-    def with_beside(self, motion: SeriesJet, *given: Any) -> Jet:
-        """The jet of a motion, and of what is followed beside it."""
-        motion.beside = self.integrands is not None
-        jet = motion.write()
-        if self.integrands is None:
-            return jet
-        beside = BesideJet(self.integrands, motion, *given).write()
-        return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations)
-
     def numbered(self) -> tuple[tuple[int, int, int], ...]:
         """The events as ``Interface`` has them."""
         if self.events is None:
@@ -228,33 +207,6 @@ class _Writer(Returning, Observation):
             acts = Role.CHANGE if e in self.events.simple else Role.ACTION
             found.append((one.direction, int(acts if one.stops or one.changes else Role.RECORD), -1))
         return tuple(found)
-
-    def accelerations(self) -> Jet:
-        """``@jet`` without series."""
-        f, width = Function(HEAD.format(JET, DoubleVectors.times)), self.layout.width
-        work = room(width * (RATES + 1) + self.degrees)
-        totals = needed([self.rates], self.slots, self.lasting.fixed)
-        at: dict[Array, tuple[str, int]] = {
-            self.system.q: ("%state", 0),
-            self.system.v: ("%state", self.degrees),
-            self.rates: ("%work", width + self.degrees),
-        }
-        for total in totals:
-            if total is not self.rates:
-                at[total] = "%work", work
-                work += room(total.count)
-
-        def within(f: Function) -> Evaluation:
-            arrays = {array: f.place(base, place, "double") for array, (base, place) in at.items()}
-            return self.evaluation(DoubleVectors(f), arrays, Real(f, "%t", 1))
-
-        evaluation = within(f)
-        if self.parts is not None:
-            evaluation = replace(evaluation, share=Sharing(within, self.parts).take)
-        evaluation.write(totals)
-        positive = self.system.spec.lagrangian is None
-        f.give(regular(f, evaluation.where(self.lasting.masses), self.degrees, positive=positive))
-        return Jet(f.text(), work, evaluation.emitter.operations)
 
     def shared(self) -> str:
         """The functions by which threads share work, if they do; their board is the next array."""

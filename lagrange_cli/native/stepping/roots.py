@@ -36,6 +36,11 @@ NONE, BACK = float("inf"), -1.0
 """The values in place of a root: there is none; the motion would go back to where it came from."""
 
 
+def points_of(degree: int) -> list[float]:
+    """The points of a step, as parts of it, where values of arguments are known: Chebyshev's, from 0 to 1."""
+    return [0.5 - 0.5 * math.cos(math.pi * n / degree) for n in range(degree)] + [1.0]
+
+
 @dataclass(frozen=True)
 class Roots:
     """``@first_root(row, h, start, side, fresh, scratch)``: the time in a step of ``h`` when ``start`` +
@@ -151,6 +156,8 @@ class Roots:
         first = f.variable(f.count(0))
         with f.when(fresh):
             self._counting(f, d, total, first, none)
+            if self.interpolated:
+                self._begin_at_first_point(f, d, first, none)
         begins = f.load(d, first.get())
         with f.when(begins < 0.0):
             f.give(f.select(fresh, f.constant(BACK), f.constant(0.0)))
@@ -187,6 +194,17 @@ class Roots:
             nothing = NOISE if self.interpolated else NOTHING
             with f.when(f.magnitude(f.load(d, first.get())) > total * nothing):
                 rounds.leave()
+
+    def _begin_at_first_point(self, f: Function, d: Pointer, first: Variable[Integer], none: Real) -> None:
+        """Go on to the first coefficient that is not negative, if the first value behind 0 is positive: what
+        begins to rise with rounding errors in its rate, as where a force is let go, does not lead back."""
+        point = f.constant(points_of(self.degree)[1])
+        with f.when(f.call(Real, "value_at", d, point) > 0.0), f.forever() as rounds:
+            with f.when(~(f.load(d, first.get()) < 0.0)):
+                rounds.leave()
+            first.set(first.get() + 1)
+            with f.when(first.get() > self.degree):
+                f.give(none)
 
     def side(self) -> Function:
         """``@side_of(row, h, fresh, scratch)``: the sign of u from here on, which is 0 now if it is

@@ -7,7 +7,6 @@ within steps are not.
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 from typing import Protocol
 
@@ -19,7 +18,7 @@ from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import polynomial
-from lagrange_cli.native.stepping.roots import NONE
+from lagrange_cli.native.stepping.roots import NONE, points_of
 from lagrange_cli.native.stepping.sums import CHAINS
 
 CLOSE, NEAR, TIMES = 2.0**-51, 2.0**-20, 12
@@ -32,6 +31,8 @@ NEARER, DOUBTS = 0.0625, 8
 """Where an argument begins at 0 and seems to lead back, the step is taken again, so much shorter, so often;
 likewise where only a part of it is examined. Polynomials of long steps have errors in which what hardly moves
 is lost."""
+NOW = 2.0**-60
+"""The root is where the step begins if it is nearer than this part of t."""
 AT_ONCE = 2.0**-36
 """Up to this part of the step, polynomials are as precise as its end."""
 
@@ -42,11 +43,6 @@ def watched_rows(guards: GuardRows) -> tuple[int, ...]:
     for one in guards.guards:
         rows |= {one.row} | ({one.multiplier} if one.multiplier else set())
     return tuple(sorted(rows))
-
-
-def points_of(degree: int) -> list[float]:
-    """The points of a step, as parts of it: Chebyshev's, from 0 to 1."""
-    return [0.5 - 0.5 * math.cos(math.pi * n / degree) for n in range(degree)] + [1.0]
 
 
 def terms_of(points: list[float]) -> list[list[float]]:
@@ -180,7 +176,8 @@ class Watching:
         h = length.get()
         root, which, known = guards.first(f, h, unit)
         with f.when(~((root > h * AT_ONCE) & (root <= known))):
-            f.give(root, which, known)
+            now = (root > 0.0) & (root <= f.magnitude(steps.now(f)) * NOW)
+            f.give(f.select(now, f.constant(0.0), root), which, known)
         end, guard, apart = f.variable(root), f.variable(which), f.variable(h)
         lost = f.variable(f.count(0))
         with f.section() as found, f.loop(0, TIMES, tested=False):
