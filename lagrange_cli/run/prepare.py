@@ -7,9 +7,10 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
-from lagrange_cli.errors import TooLargeSystem
+from lagrange_cli.errors import TooLargeSystem, TooManyNumbers
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.limits import limit, way_out
 from lagrange_cli.records import replace
 from lagrange_cli.run.derive import derive_system, located, many_members
 from lagrange_cli.run.jumps import with_actions_judged
@@ -37,6 +38,18 @@ def foresee(settings: Settings, model: Model[Node]) -> None:
         from lagrange_cli.mechanics.contacts import foresee_contacts
 
         foresee_contacts(model)
+
+
+def foresee_matrices(count: int) -> None:
+    """Raise ``TooManyNumbers`` where derivatives by so many coordinates, and the matrix that scipy makes of
+    them, take too much memory."""
+    numbers = 3 * count**2 + (2 * count) ** 2
+    if numbers > limit("numbers"):
+        raise TooManyNumbers(
+            f"the matrices of implicit steps of this system are {numbers} numbers, more than "
+            f"{limit('numbers'):.0f}",
+            f"choose --method DOP853, make the system smaller, {way_out('numbers')}",
+        )
 
 
 @contextmanager
@@ -88,6 +101,8 @@ def prepare_run(
         from lagrange_cli.native.compilation.cache import find_cache
     compilation = settings.compilation(ensemble=ensemble, order=order, section=section, factor=factor)
     with named(spec, compilation), located(spec):
+        if METHODS[settings.method].needs is Needs.JACOBIAN:
+            foresee_matrices(len(spec.coordinates))
         prepared = prepare_system(
             spec,
             partial(

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lagrange_cli.errors import SpecError, TooLargeSystem
+from lagrange_cli.errors import SpecError, TooLargeSystem, TooManyNumbers
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.limits import Work
 from lagrange_cli.model.start.shortest import Blocks
 from lagrange_cli.run import derive
 from lagrange_cli.run.foresight import MARGIN, SMALLER, STEP, alike, foresee_sizes, least
-from lagrange_cli.run.prepare import named
+from lagrange_cli.run.prepare import foresee_matrices, named
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from tests.support.motion import SYSTEMS
@@ -152,3 +152,12 @@ def test_code_is_the_same_when_it_is_compiled_apart() -> None:
     assert compile_apart(text, 0, 2**20) == compile_text(text, 0)
     with pytest.raises(MemoryError):
         compile_apart("no code", 0, 2**20)
+
+
+def test_matrices_of_implicit_steps_take_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seven numbers for each two coordinates."""
+    foresee_matrices(3779)
+    with pytest.raises(TooManyNumbers, match="choose --method DOP853"):
+        foresee_matrices(3780)
+    monkeypatch.setenv("LAGRANGE_LIMITS", "numbers=1e9")
+    foresee_matrices(3780)
