@@ -10,7 +10,7 @@ from textwrap import dedent
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
@@ -487,6 +487,7 @@ def test_the_projection_of_closed_chains_is_the_nearest_point_and_stays_there(le
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.integers(-100, 100), min_size=8, max_size=8), st.sampled_from([1e-99, 0.3, 2.0, 1e99]))
+@example([18, 1, 0, 0, 18, 1, 0, 0], 1e-99)  # it grows, and does not turn
 def test_a_quaternion_is_normalized_and_keeps_its_angular_velocity(numbers, length):
     values, rates = np.array(numbers[:4]) / 100, np.array(numbers[4:]) / 100
     values = np.array([1.0, 0.2, 0, 0]) if np.linalg.norm(values) < 0.1 else values

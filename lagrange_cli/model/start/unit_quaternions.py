@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.errors import SpecError
+from lagrange_cli.model.orientation import cross
 from lagrange_cli.spec.bodies.norms import is_bound
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Spec
@@ -41,11 +42,17 @@ def normalized(
             continue
         unit = [x / size for x in direction]
         rates = [v[k] / length for k in numbers]
-        growth = sum(x * u for x, u in zip(unit, rates))
-        for k, x, u in zip(numbers, unit, rates):
-            places[k], speeds[k] = x, u - x * growth if growth else u
+        for k, x, u in zip(numbers, unit, turning(unit, rates)):
+            places[k], speeds[k] = x, u
         lengths[body] = float(length)
     return places, speeds, lengths
+
+
+def turning(unit: Sequence[Any], rates: Sequence[Any]) -> list[Any]:
+    """The rates less their part along the ``unit`` quaternion, up to rounding of what is left."""
+    (w, *x), (w_dot, *x_dot) = unit, rates
+    half = [w * v - w_dot * u - c for u, v, c in zip(x, x_dot, cross(x, x_dot))]  # Im(Q* dQ/dt) = omega/2
+    return [-sum(u * o for u, o in zip(x, half)), *(w * o + c for o, c in zip(half, cross(x, half)))]
 
 
 def quaternions(spec: Spec) -> Iterator[tuple[str, list[int]]]:
