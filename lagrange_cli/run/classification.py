@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import fields_of
 from lagrange_cli.run.source import count_of
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.conservation import Conserved
     from lagrange_cli.run.check import Classification, Eliminated
     from lagrange_cli.spec.spec import Spec
 
@@ -82,7 +84,7 @@ def as_text(found: Classification, *, verbose: bool) -> str:
     """The facts in a few lines."""
     names, spec = [one.name for one in found.spec.coordinates], found.spec
     mechanics = found.mechanics
-    conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in mechanics.conserved]
+    conserved = together({one.quantity: conserved_shown(one) for one in mechanics.conserved}, spec)
     degrees = count_of(spec.degrees_of_freedom, "degree")
     return "\n".join(
         (
@@ -251,6 +253,29 @@ def in_short(names: Sequence[str], spec: Spec, sections: Sequence[str] = ("coord
         base = name.partition("[")[0]
         shown[f"{base}[{ends[base]}]" if base in ends else name] = None
     return list(shown)
+
+
+def conserved_shown(one: Conserved) -> str:
+    """A conserved quantity in a line, with the reason."""
+    return f"{one.quantity} = {one.expression}: {one.because}"
+
+
+def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
+    """The ``lines`` of conserved quantities, with one for the momenta of a family if all of them say the
+    same, each of its own member: ``p_u[i] = dL/du_dot[i]: ...   [for i in range(20)]``."""
+    shown = dict(lines)
+    for family in spec.families.get("coordinates", {}).values():
+        momenta, speed = [f"p_{member}" for member in family.members], velocity_name(family.label)
+        if len(momenta) < 2 or not lines.keys() >= {*momenta}:
+            continue
+        found = set()
+        for momentum, member in zip(momenta, family.members):
+            line = lines[momentum].replace(member, family.label)
+            found.add(line.replace(velocity_name(member), speed))
+        if len(found) == 1:
+            ranges = " ".join(f"for {i} in range({n})" for i, n in zip("ijklmn", family.shape))
+            shown |= dict.fromkeys(momenta, f"{found.pop()}   [{ranges}]")
+    return [*dict.fromkeys(shown.values())]
 
 
 def section(title: str, lines: Sequence[str], none: str) -> list[str]:

@@ -287,6 +287,24 @@ def test_a_family_of_constraints_that_are_not_integrable_takes_one_line():
     ]
 
 
+@pytest.mark.parametrize(("force", "kept"), [("", 1), ("generalized_forces: {'a[0, 0]': x}", 5)])
+def test_momenta_of_a_family_take_one_line_if_all_are_kept(force, kept):
+    text = f"""
+        sizes: {{N: 2, M: 3}}
+        coordinates: {{x: {{initial: 0}}, "a[i in range(N), j in range(M)]": {{initial: i + j}}}}
+        lagrangian: x_dot**2 - x**2 + sum(a_dot[i, j]**2 for i in range(N) for j in range(M))
+        {force}
+        """
+    spec = read_spec(text, "a.yaml")
+    lines = as_text(classify(spec, values=resolve_values(spec)), verbose=False).splitlines()
+    told = [line.strip() for line in lines if " = dL/d" in line]
+    each = (
+        "p_a[i,j] = dL/da_dot[i,j]: a[i,j] is cyclic (L does not depend on it), and no generalized force acts"
+    )
+    assert len(told) == kept
+    assert (told == [f"{each} on it   [for i in range(2) for j in range(3)]"]) is (kept == 1)
+
+
 REDUNDANT = """
 coordinates: {x: {initial: 1}, y: {initial: 0}}
 masses: {a: 1}
