@@ -289,11 +289,14 @@ class GuardCode:
             f.store(f.select(held, side, free), state, at)
         self._prepare(f, state)
 
-    def hold(self, f: Function, state: Pointer, given: Pointer) -> None:
-        """The equations of a state with the modes of a ``given`` one."""
+    def modes(self, f: Function, state: Pointer) -> Pointer:
+        """Where the modes of a state are."""
+        return f.place(state, self.rows.mode(self.layout))
+
+    def hold(self, f: Function, state: Pointer, modes: Pointer) -> None:
+        """The equations of a state with these ``modes``."""
         with f.loop(0, self.rows.count, tested=False) as j:
-            at = j + self.rows.mode(self.layout)
-            f.store(f.load(given, at), state, at)
+            f.store(f.load(modes, j), self.modes(f, state), j)
         self._prepare(f, state)
 
     def _prepare(self, f: Function, state: Pointer) -> None:

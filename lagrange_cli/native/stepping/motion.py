@@ -323,7 +323,7 @@ class Steps(ABC):
             assert guards
             guards.let_go(f, trial, f.constant(side))
             yield
-            guards.hold(f, trial, f.pointer("%state"))
+            guards.hold(f, trial, guards.modes(f, f.pointer("%state")))
 
         at = StepArrays(trial, f.pointer("%work"), arrays, series)
         free = let_go if guards else None
