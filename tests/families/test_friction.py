@@ -100,12 +100,13 @@ def test_friction_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 @pytest.mark.parametrize("speed", ["0", MOVING[1]])
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
 def test_ledgers_have_the_forces_that_hold_blocks(
-    case: str, speed: str, monkeypatch: pytest.MonkeyPatch
+    case: str, speed: str, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compare(blocks(3, CASES[case], speed=speed), monkeypatch, LEDGERS, stop=3.0)
+    compare(blocks(3, CASES[case], speed=speed), monkeypatch, LEDGERS, stop=3.0, method=method)
 
 
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
