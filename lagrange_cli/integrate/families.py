@@ -44,7 +44,7 @@ OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "obser
 OF_BODIES = frozenset({"angular_velocities", "angular_momenta", "rotational_energies", "orientations"})
 """Those that systems with rigid bodies have besides."""
 INTEGRALS = frozenset({"ledger", "action"})
-"""Those that are integrated beside the motion, by Taylor series."""
+"""Those that are integrated beside the motion."""
 OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
 """Those that systems with constraints have besides."""
 FEWEST_ONE_BY_ONE = 1000
@@ -89,7 +89,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if compilation.section:
         return WrittenOut("the section", "let an event of 'solve' record the crossings")
     outputs = compilation.outputs
-    if needs is Needs.SERIES and integrable(spec, outputs):
+    if integrable(spec, outputs):
         outputs -= INTEGRALS
     others = [one for one in sorted(outputs) if not known(spec, [one])]
     if others:

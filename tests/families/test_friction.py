@@ -17,7 +17,7 @@ from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.native.guards import EXPLICIT
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import resolve_long_values
+from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.families.test_events import keep_families
 from tests.families.test_switches import BY_RATES, LEDGERS, OUTPUTS, compare, followed, ready
 from tests.support.motion import run
@@ -100,9 +100,25 @@ def test_friction_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+@pytest.mark.parametrize("speed", ["0", MOVING[1]])
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
-def test_ledgers_have_the_forces_that_hold_blocks(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=3.0)
+def test_ledgers_have_the_forces_that_hold_blocks(
+    case: str, speed: str, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compare(blocks(3, CASES[case], speed=speed), monkeypatch, LEDGERS, stop=3.0, method=method)
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_ledgers_where_the_force_that_holds_a_block_cancels_all_others(method: str) -> None:
+    """Written out, the sum of forces is nothing but rounding while the block sticks: until t = F/V, and again
+    after it has slipped for 2 pi."""
+    text = blocks(1, "-F*sign(x_dot[i])", "0", "0")
+    motion = run(
+        ready(text, LEDGERS, method=method), resolve_values(read_spec(text, "system.yaml"), {}), 0.0, 8.0, 17
+    )
+    for path in ("diagnostics/ledger/h", "diagnostics/ledger/p/x"):
+        assert np.all(np.abs(motion[path]) <= 1e-14)
 
 
 @pytest.mark.parametrize("method", ["taylor", "ias15"])

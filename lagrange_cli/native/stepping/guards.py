@@ -237,7 +237,7 @@ class GuardCode:
         f.store(-before, state, mode)
         f.store(self._mark(f), state, fresh)
         with f.when(result.get().equals(CHANGED)):
-            f.call(None, "prepare", f.place(state, layout.settings.start), f.pointer("%constants"))
+            self._prepare(f, state)
         f.give(result.get())
         return f
 
@@ -272,6 +272,35 @@ class GuardCode:
                     f.store(self._mark(f), state, j + self.rows.fresh(layout))
                     f.give(f.count(CHANGED))
             f.store(count + 1, info, RECORDED)
+
+    @property
+    def holding(self) -> bool:
+        """Whether a guard may hold the motion."""
+        return any(one.role in (Role.HOLD, Role.REST) for one in self.rows.guards)
+
+    def let_go(self, f: Function, state: Pointer, side: Real) -> None:
+        """The equations in which nothing holds the motion of a state; arguments that it was held at have the
+        sign ``side``."""
+        with f.loop(0, self.rows.count, tested=False) as j:
+            role, at = f.load_integer("@guard_roles", j), j + self.rows.mode(self.layout)
+            mode = f.load(state, at)
+            held = role.equals(Role.HOLD) & mode.equals(0.0)
+            free = f.select(role.equals(Role.REST), f.constant(0.0), mode)
+            f.store(f.select(held, side, free), state, at)
+        self._prepare(f, state)
+
+    def modes(self, f: Function, state: Pointer) -> Pointer:
+        """Where the modes of a state are."""
+        return f.place(state, self.rows.mode(self.layout))
+
+    def hold(self, f: Function, state: Pointer, modes: Pointer) -> None:
+        """The equations of a state with these ``modes``."""
+        with f.loop(0, self.rows.count, tested=False) as j:
+            f.store(f.load(modes, j), self.modes(f, state), j)
+        self._prepare(f, state)
+
+    def _prepare(self, f: Function, state: Pointer) -> None:
+        f.call(None, "prepare", f.place(state, self.layout.settings.start), f.pointer("%constants"))
 
     def _settled(self) -> Function:
         """``@settled(state, h)``: after a step of ``h`` arguments that were 0 are so no more."""

@@ -6,7 +6,8 @@ Guards, proofs, acceptance, and integrals are the same in all kinds.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.guards import HALTED, GuardRows
@@ -315,8 +316,18 @@ class Steps(ABC):
         def prove(place: HighLow, length: Real) -> Bit:
             return self._has_proven(f, (t + low) + place[0], arrays, series, length, units.part.get())
 
+        guards = self.guards if self.guards and self.guards.holding else None
+
+        @contextmanager
+        def let_go(side: float) -> Iterator[None]:
+            assert guards
+            guards.let_go(f, trial, f.constant(side))
+            yield
+            guards.hold(f, trial, guards.modes(f, f.pointer("%state")))
+
         at = StepArrays(trial, f.pointer("%work"), arrays, series)
-        parts = StepParts(f, quadratures, self.sums, at, self.state.width, units, expand)
+        free = let_go if guards else None
+        parts = StepParts(f, quadratures, self.sums, at, self.state.width, units, expand, free)
         made = self.division(
             parts, prove if self.integrands else None, lambda: self.halted(f), tires=self.constrained
         )

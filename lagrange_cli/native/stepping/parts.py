@@ -4,7 +4,7 @@ expected of the integrands at its end."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
@@ -71,16 +71,17 @@ def choice(f: Function, where: Bit, yes: HighLow, no: HighLow) -> HighLow:
 class StepParts:
     """Writes into ``f`` what is computed of a part. In the state low parts are ``low`` rows behind.
 
-    ``expand`` is to compute the series at a place of the step, in ``units.part``, where the state is already.
+    ``expand`` is to compute the series at a place of the step, in ``units.part``, where the state is already;
+    where the motion may be held, ``let_go`` has equations in which it is not, to one side or the other.
     """
 
     def __init__(
         self, f: Function, quadratures: Quadratures, sums: Sums, at: StepArrays, low: int, units: Units,
-        expand: Callable[[HighLow], None],
+        expand: Callable[[HighLow], None], let_go: Callable[[float], AbstractContextManager[None]] | None,
     ) -> None:  # fmt: skip
         self.f, self.at, self.low, self.sums, self.units = f, at, low, sums, units
         self.lengths, self.own, self.bounds = quadratures.lengths, quadratures.own, quadratures.bounds
-        self.quadratures, self.expand = quadratures, expand
+        self.quadratures, self.expand, self.let_go = quadratures, expand, let_go
 
     # states and arrays
 

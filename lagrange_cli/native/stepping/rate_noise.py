@@ -5,7 +5,8 @@ that are estimated from differences of such rates do not become smaller with the
 stay above what a tolerance allows for ever. So a step that would be taken again, shorter, is first looked at
 once more: by how much do its rates change where coordinates, velocities and the time change in their last
 digits (``rounding_errors``)? What this alone explains is no error of the step. What rates depend on smoothly
-changes half as much by half the change; jumps and poles do not, and stay errors.
+changes half as much by half the change; jumps and poles do not, and stay errors. In integrands, a force that
+holds the motion is as large as what changes where it is let go.
 
 The changes are in the state's memory at the rows of rates (``StateLayout.errors``), for one step.
 """
@@ -23,6 +24,7 @@ from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.guards import GuardCode
     from lagrange_cli.native.stepping.watching import Trials
 
 SIZE = 2.0**-50
@@ -40,12 +42,13 @@ SMOOTH = 0.8
 @dataclass(frozen=True)
 class RateNoise:
     """Measures rounding errors in ``steps``. The rates where the step begins are in ``%work`` from ``begin``
-    on, there is room for two numbers of each row from ``spare`` on, and the state at a node, which is left as
-    it was, is at ``node``."""
+    on, there is room for two numbers of each row from ``spare`` on, and for the modes of guards; the state at
+    a node, which is left as it was, is at ``node``."""
 
     steps: Trials
     begin: int
     spare: int
+    modes: int
     node: int
 
     @property
@@ -86,11 +89,35 @@ class RateNoise:
                         row.put(change, half)
                     else:
                         self._keep(row, row.at(half), change)
+        if steps.guards and steps.guards.holding and steps.state.quadratures:
+            self._let_go(f, steps.guards)
         copy(kept, node)
         steps.spend(f, f.constant(2.0 * WAYS))
         f.store(f.constant(1.0), "%state", steps.state.carried_at + ROUNDED)
         f.give()
         return f
+
+    def _let_go(self, f: Function, guards: GuardCode) -> None:
+        """The same of integrands, where nothing holds the motion."""
+        steps, lengths, state = self.steps, self.steps.lengths, f.pointer("%state")
+        first, lanes = steps.state.integrals.start, lengths.lanes
+        kept = f.place("%work", self.modes, "double")
+        with f.loop(0, guards.rows.count, tested=False) as j:
+            f.store(f.load(guards.modes(f, state), j), kept, j)
+        with f.loop(0, steps.state.width, lanes, tested=False) as i:
+            steps.put_state(f, i, f.zero(lanes), f.load_row(state, i + steps.state.width, lanes))
+        for side in (1.0, -1.0):
+            guards.let_go(f, state, f.constant(side))
+            rates, _ = steps.node(f, steps.now(f))
+            guards.hold(f, state, kept)
+            with lengths.velocities(f) as row:
+                change = f.magnitude(
+                    row.at(rates, -lengths.degrees) - row.at("%work", self.begin - lengths.degrees)
+                )
+                before = row.at("%state", self.place)
+                larger = row.among(first, steps.state.quadratures) & (change < ENDLESS)
+                row.put(f.select(larger, f.larger(change * SIZE, before), before), "%state", self.place)
+        steps.spend(f, f.constant(2.0))
 
     def _keep(self, row: Row, half: Real, whole: Real) -> None:
         """Keep the larger change, where rates are smooth."""

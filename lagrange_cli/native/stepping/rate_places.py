@@ -81,6 +81,11 @@ class Places:
         return self.values + LANES * -(-self.watched // LANES)
 
     @property
+    def modes(self) -> int:
+        """Room for the modes of guards."""
+        return self.spare + 2 * wide_of(self.layout)
+
+    @property
     def jet(self) -> int:
         """What ``@jet`` works on."""
-        return self.spare + 2 * wide_of(self.layout)
+        return self.modes + LANES * -(-self.layout.set // LANES)

@@ -66,7 +66,7 @@ class RateSteps(RatesAtNodes):
         lengths = side_by_side(layout.degrees, layout.rows, order, places.floor if given.floors else 0)
         super().__init__(given, rates, lengths, places)
         self.noise = None
-        self.rounding = RateNoise(self, places.begin, places.spare, places.state)
+        self.rounding = RateNoise(self, places.begin, places.spare, places.modes, places.state)
         self.stalling = Stalling(layout.carried_at, given.tolerance)
         self.watching = None
         if self.guards:

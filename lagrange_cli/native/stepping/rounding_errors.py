@@ -1,7 +1,8 @@
 """Rounding errors of integrands: how much these change where the state does by what counts as rounding.
 
 Where forces cancel, as those of a spring at rest, an integrand is nothing but rounding errors. No series
-agrees with these, however short.
+agrees with these, however short. A force that holds a motion, as dry friction does, cancels others however
+the state changes: it is as large as what the integrand changes by where it is let go.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, RATES, StepParts
 from lagrange_cli.native.stepping.quadratures import ROUNDING
+from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import HighLow
 
 WAYS = 4
@@ -46,6 +48,16 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
             steady = f.magnitude((whole - half) - half) <= change * LINEAR
             row.put(f.select(steady, f.larger(change, before), before), parts.array(ROUNDING))
         parts.go(place)
+    if parts.let_go:
+        for side in (1.0, -1.0):  # of these changes one may be 0 by chance
+            with parts.let_go(side):
+                parts.expand(place)
+            with own.velocities(f) as row:
+                change = f.magnitude(row.series(parts.at.there)[1] - row.at(parts.array(RATES))) * size
+                before = row.at(parts.array(ROUNDING))
+                larger = (change > before) & (change < ENDLESS)
+                row.put(f.select(larger, change, before), parts.array(ROUNDING))
+        parts.expand(place)
 
 
 def _change(parts: StepParts, way: Integer, size: float) -> None:
