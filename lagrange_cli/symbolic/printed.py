@@ -111,9 +111,15 @@ def read_back(equations: Equations) -> Printed:
             trees([each.rate for each in constraints]),
         )
     except ExpressionError as error:
-        raise UsageError(
-            f"the printed equations cannot be read back to be verified ({error.message}): leave out --verify"
-        ) from error
+        raise unreadable(error) from error
+
+
+def unreadable(error: ExpressionError) -> UsageError:
+    """The message for printed text that is nested too deep to be read back."""
+    return UsageError(
+        f"the printed equations cannot be read back ({error.message}): leave out --verify, or write the "
+        "system with fewer parts inside one another"
+    )
 
 
 def evaluate(equations: Equations, printed: Printed, known: Mapping[str, Measured]) -> Evaluated:

@@ -176,12 +176,12 @@ class Refusal:
         told = found[0].keys() - same if len(found[0]) > MOST_SHOWN else found[0].keys()
 
         def shown(one: Mapping[int, float]) -> str:
-            listed = [f"{self.spec.coordinates[k].name} = {one[k]:.15g}" for k in sorted(told)]
+            listed = [f"{self.spec.coordinates[k].name} = {one[k]!r}" for k in sorted(told)]
             return ", ".join(listed[:MOST_SHOWN]) + (", ..." if len(listed) > MOST_SHOWN else "")
 
         first = self.spec.coordinates[next(iter(found[0]))]
         listed = "".join([":", *(f"\n    {shown(one)}" for one in found)])
         differs = next(k for k in found[0] if k not in same)
         name, value = self.spec.coordinates[differs].name, found[0][differs]
-        hint = f"give one of them, as in --set {name}={value:.15g} or {name}: {{initial: {value:.15g}}}"
+        hint = f"give one of them, as in --set {name}={value!r} or {name}: {{initial: {value!r}}}"
         return self.source.error(first.place, said + listed, hint)
