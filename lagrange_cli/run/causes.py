@@ -28,7 +28,6 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
 from lagrange_cli.model.scope import Scope, multiplier_name
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.domains import expressions
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.method import End
@@ -125,7 +124,7 @@ def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expressi
 
     scope = Scope(spec, DualAlgebra(values, exact=False))
     looked = 0
-    for expression in expressions(spec):
+    for expression in spec.in_equations:
         known = {**spec.sizes, **expression.indices}
         for border, indices in borders(expression.tree, known):
             looked += 1

@@ -7,8 +7,7 @@ which has values where the energy has none. So of logarithms, the energy alone c
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import SpecError
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.syntax import Tree
     from lagrange_cli.run.causes import Border
     from lagrange_cli.spec.ensemble import EnsembleValues
-    from lagrange_cli.spec.spec import Expression, Spec
+    from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 
 PARTIAL = ("log",)
@@ -35,21 +34,12 @@ def check_domain(spec: Spec, values: Values, t: float) -> None:
     begins."""
     if may_end(spec) and without_value(spec, values.parameters, (*values.q, *values.v), t, 1):
         raise refusal(spec, values, t)
-    if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in expressions(spec)):
+    if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in spec.in_equations):
         return
     known = known_at(spec, values, t)
     lost = written_without_value(spec, known)
     if lost is not None and not has_values(spec, known):
         raise refusal(spec, values, t, lost)
-
-
-def expressions(spec: Spec) -> Iterator[Expression]:
-    """The expressions that equations of motion are made of; definitions come last."""
-    forces = chain.from_iterable(given.values() for given in spec.forces.values())
-    lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
-    yield from chain(lagrangian, spec.potential.values(), forces, spec.embedding.values())
-    yield from chain.from_iterable(body.expressions for body in spec.bodies.values())
-    yield from spec.definitions.values()
 
 
 def may_lack_value(tree: Tree) -> bool:
@@ -87,7 +77,7 @@ def written_without_value(spec: Spec, known: Mapping[str, float]) -> SpecError |
         return error
     except (LookupError, NotImplementedError):  # a multiplier, or a velocity
         return None
-    for one in expressions(spec):
+    for one in spec.in_equations:
         try:
             scope.build(one)
         except SpecError as error:
