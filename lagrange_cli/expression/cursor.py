@@ -7,15 +7,27 @@ import unicodedata
 from lagrange_cli.expression.confusions import DEGREES, QUOTES, STRANGERS
 from lagrange_cli.expression.scan import Token, tokens
 from lagrange_cli.expression.syntax import ExpressionError, Span
+from lagrange_cli.records import dataclass
 
-MAX_LENGTH = 10_000
-"""Characters of one expression."""
 MAX_NESTING = 100
 """Parentheses, signs and powers inside one another."""
-MAX_OPERATORS = 1_000
-"""Operators of one expression."""
 MAX_LOOPS = 8
 """Loops of sums inside one another."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """The largest numbers of characters and of operators of one expression."""
+
+    length: int
+    operators: int
+
+
+WRITTEN = Bounds(10_000, 1_000)
+"""Of what people write: longer text is a mistake."""
+PRINTED = Bounds(10**9, 10**9)
+"""Of our own text, whose length the limit ``printed`` bounds. Sums and products lean to the left and are read
+by loops, so that only nesting takes stack."""
 
 PARTS_HINT = "name parts of it under 'definitions'"
 WHERE_EXAMPLE = "where(x > 0, x**2, 0)"
@@ -30,11 +42,12 @@ class Hopeless(Exception):
 class Cursor:
     """Tokens, the place of the next one, and the mistakes found so far."""
 
-    def __init__(self, text: str, offset: int) -> None:
+    def __init__(self, text: str, offset: int, bounds: Bounds = WRITTEN) -> None:
         self.text = text
         self.offset = offset
+        self.bounds = bounds
         self.errors: list[ExpressionError] = []
-        self.tokens = [*tokens(text[: MAX_LENGTH + 1], offset)]
+        self.tokens = [*tokens(text[: bounds.length + 1], offset)]
         self.place = 0
         self.lost = False
         """Whether the structure is lost: more errors in it would follow from the first."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from lagrange_cli.expression.cursor import MAX_LENGTH, Hopeless
+from lagrange_cli.expression.cursor import WRITTEN, Hopeless
 from lagrange_cli.expression.operators import Parser
 from lagrange_cli.expression.syntax import Axis, Key, Span
 from lagrange_cli.expression.vocabulary import OR
@@ -33,7 +33,7 @@ def _key(parser: Parser) -> Key:
     token = parser.next
     if token.kind == "end":
         parser.refuse(Span(0, 1), "missing name", _KEY)
-    if token.kind != "name" or len(parser.text) > MAX_LENGTH:
+    if token.kind != "name" or len(parser.text) > WRITTEN.length:
         parser.refuse(Span(0, max(1, len(parser.text))), "this is not a name", _KEY)
     parser.advance()
     if parser.next.kind == "end":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from lagrange_cli.expression.cursor import MAX_LENGTH, PARTS_HINT, Hopeless
+from lagrange_cli.expression.cursor import PARTS_HINT, WRITTEN, Hopeless
 from lagrange_cli.expression.indices import Indices, counted, holds
 from lagrange_cli.expression.operators import Parser
 from lagrange_cli.expression.syntax import ExpressionError, Loop, Number, Span, Tree
@@ -31,8 +31,8 @@ def read_listed(text: str, *, several: bool) -> tuple[Listed, list[ExpressionErr
     parser = Parser(text, 0)
     whole = Span(0, len(text))
     try:
-        if len(text) > MAX_LENGTH:
-            message = f"an expression of {len(text)} characters is too long (limit {MAX_LENGTH})"
+        if len(text) > WRITTEN.length:
+            message = f"an expression of {len(text)} characters is too long (limit {WRITTEN.length})"
             parser.refuse(Span(0, 1), message, PARTS_HINT)
         if several and parser.next.text in ("(", "[") and _encloses(parser):
             items, comma = parser.enclosed(parser.advance())

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from lagrange_cli.expression.bounds import check_exponent
 from lagrange_cli.expression.confusions import DEGREES, RADIANS, SPOKEN_POWERS
-from lagrange_cli.expression.cursor import CONDITION_HINT, MAX_OPERATORS, PARTS_HINT
+from lagrange_cli.expression.cursor import CONDITION_HINT, PARTS_HINT
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.operands import Operands
 from lagrange_cli.expression.scan import Token
@@ -105,8 +105,9 @@ class Parser(Operands):
     def count(self, token: Token) -> None:
         """Count an operator, and see whether it may stand here."""
         self.operators += 1
-        if self.operators > MAX_OPERATORS:
-            self.refuse(token.span, f"expression with more than {MAX_OPERATORS} operators", PARTS_HINT)
+        most = self.bounds.operators
+        if self.operators > most:
+            self.refuse(token.span, f"expression with more than {most} operators", PARTS_HINT)
         if not self.condition and LEVELS[token.text] <= COMPARISON:
             what = "condition" if token.kind == "word" else "comparison"
             self.structural(token.span, f"{what} outside 'where' and the 'if' of a sum", CONDITION_HINT)

@@ -8,7 +8,7 @@ an expression are found at once.
 from __future__ import annotations
 
 from lagrange_cli.expression.confusions import DEGREES, RADIANS, decimal_comma, quantity
-from lagrange_cli.expression.cursor import MAX_LENGTH, PARTS_HINT, Hopeless
+from lagrange_cli.expression.cursor import PARTS_HINT, PRINTED, WRITTEN, Bounds, Hopeless
 from lagrange_cli.expression.operators import Parser
 from lagrange_cli.expression.syntax import ExpressionError, Number, Span, Tree
 
@@ -35,9 +35,20 @@ def parse(text: str, offset: int = 0) -> Tree:
     return tree
 
 
-def read(text: str, offset: int = 0) -> tuple[Tree, list[ExpressionError]]:
+def read_printed(text: str) -> Tree:
+    """The tree of an expression that the program itself has printed, however long.
+
+    Raises ``ExpressionError`` where it is nested too deep.
+    """
+    tree, errors = read(text, bounds=PRINTED)
+    if errors:
+        raise errors[0]
+    return tree
+
+
+def read(text: str, offset: int = 0, bounds: Bounds = WRITTEN) -> tuple[Tree, list[ExpressionError]]:
     """The tree that ``text`` was probably meant to be, and all that is wrong with it."""
-    parser = Parser(text, offset)
+    parser = Parser(text, offset, bounds)
     try:
         tree = _whole(parser)
     except Hopeless:
@@ -50,8 +61,9 @@ def read(text: str, offset: int = 0) -> tuple[Tree, list[ExpressionError]]:
 
 def _whole(parser: Parser) -> Tree:
     """All of the text as one expression."""
-    if len(parser.text) > MAX_LENGTH:
-        message = f"an expression of {len(parser.text)} characters is too long (limit {MAX_LENGTH})"
+    most = parser.bounds.length
+    if len(parser.text) > most:
+        message = f"an expression of {len(parser.text)} characters is too long (limit {most})"
         parser.refuse(Span(parser.offset, parser.offset + 1), message, PARTS_HINT)
     whole = Span(parser.offset, parser.offset + len(parser.text))
     if parser.next.kind == "end":

@@ -51,8 +51,12 @@ class Clock(IntEnum):
     PROGRESS = 15
 
 
-BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
-"""The parts of the clock that are reset where other equations begin to hold."""
+BEGINNING = (
+    Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES,
+    Clock.REFUSED, Clock.REFUSED_BEYOND, Clock.UNEXPLAINED,
+)  # fmt: skip
+"""The parts of the clock that are reset where other equations begin to hold: steps that were not accepted
+before tell nothing about these."""
 
 
 @dataclass(frozen=True)

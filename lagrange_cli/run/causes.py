@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from itertools import chain
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import SpecError
@@ -125,7 +124,7 @@ def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expressi
 
     scope = Scope(spec, DualAlgebra(values, exact=False))
     looked = 0
-    for expression in written(spec):
+    for expression in spec.in_equations:
         known = {**spec.sizes, **expression.indices}
         for border, indices in borders(expression.tree, known):
             looked += 1
@@ -140,15 +139,6 @@ def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expressi
             except (ExpressionError, ValueError, ArithmeticError):
                 continue
             yield expression, border, indices, built
-
-
-def written(spec: Spec) -> Iterator[Expression]:
-    """The expressions that equations of motion are made of; definitions come last."""
-    forces = chain.from_iterable(given.values() for given in spec.forces.values())
-    lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
-    yield from chain(lagrangian, spec.potential.values(), forces, spec.embedding.values())
-    yield from chain.from_iterable(body.expressions for body in spec.bodies.values())
-    yield from spec.definitions.values()
 
 
 def borders(tree: Tree, indices: Indices) -> Iterator[tuple[Border, Indices]]:

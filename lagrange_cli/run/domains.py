@@ -1,7 +1,8 @@
-"""Initial states at which an energy has no value, as a logarithm of a negative number.
+"""Initial states at which an energy, a force or a position has no value, as 1/x where x is 0.
 
-The force of an energy log(u) contains u'/u, which has values where the energy has none. So such a motion is
-refused at its start. (Other functions have no derivatives where they have no values.)
+The expressions of the file are evaluated there. Where one has no value, neither has what it is part of,
+unless it cancels: all that is evaluated by the graph, too. (The force of an energy log(u) contains u'/u,
+which has values where the energy has none. So of logarithms, the energy alone counts.)
 """
 
 from __future__ import annotations
@@ -17,18 +18,100 @@ from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.syntax import Tree
+    from lagrange_cli.run.causes import Border
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 
 PARTIAL = ("log",)
 """Functions that have no value where their derivative has one."""
+FEW = 60
+"""Coordinates up to which all expressions are evaluated: sums over pairs of more take time."""
 
 
 def check_domain(spec: Spec, values: Values, t: float) -> None:
-    """Raise ``SpecError`` if an energy has no value where the motion begins."""
+    """Raise ``SpecError`` if an energy, a force or a position is certain to have no value where the motion
+    begins."""
     if may_end(spec) and without_value(spec, values.parameters, (*values.q, *values.v), t, 1):
         raise refusal(spec, values, t)
+    if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in spec.in_equations):
+        return
+    known = known_at(spec, values, t)
+    lost = written_without_value(spec, known)
+    if lost is not None and not has_values(spec, known):
+        raise refusal(spec, values, t, lost)
+
+
+def may_lack_value(tree: Tree) -> bool:
+    """Whether an expression contains a quotient, a power or a function that has not a value everywhere."""
+    from lagrange_cli.expression.syntax import Binary, Call, Number, children
+
+    pending = [tree]
+    while pending:
+        one = pending.pop()
+        if isinstance(one, Binary) and one.operator in ("/", "**") and not isinstance(one.right, Number):
+            return True
+        if isinstance(one, Binary) and one.operator == "**" and not one.right.text.isdecimal():  # type: ignore[union-attr]
+            return True
+        if isinstance(one, Call) and one.function in ("sqrt", "log", "asin", "acos"):
+            return True
+        pending += children(one)
+    return False
+
+
+def known_at(spec: Spec, values: Values, t: float) -> dict[str, float]:
+    """The values of all symbols but multipliers."""
+    names = [one.name for one in spec.coordinates]
+    state = zip([*names, *map(velocity_name, names)], (*values.q, *values.v))
+    return {**values.parameters, **dict(state), TIME: t}
+
+
+def written_without_value(spec: Spec, known: Mapping[str, float]) -> SpecError | None:
+    """What is said of the first expression of the equations that has no value; None where all have one."""
+    from lagrange_cli.expression.numbers import NumberAlgebra
+    from lagrange_cli.model.scope import Scope
+
+    try:
+        scope = Scope(spec, NumberAlgebra(known))
+    except SpecError as error:
+        return error
+    except (LookupError, NotImplementedError):  # a multiplier, or a velocity
+        return None
+    for one in spec.in_equations:
+        try:
+            scope.build(one)
+        except SpecError as error:
+            return error
+        except (LookupError, NotImplementedError):
+            pass
+    return None
+
+
+def has_values(spec: Spec, known: Mapping[str, float]) -> bool:
+    """Whether everything that the equations are made of has a value, or may have one: on a switch, it is that
+    of one side."""
+    import numpy as np
+
+    from lagrange_cli.expression.arrays import evaluate
+    from lagrange_cli.expression.node import Kind, reachable
+    from lagrange_cli.run.jumps import symbolic
+
+    model = symbolic(spec)
+    nodes = [model.potential if model.lagrangian is None else model.lagrangian, model.dissipation]
+    nodes += model.generalized_forces
+    for particle in model.particles:
+        nodes += [particle.mass, *particle.position, *particle.force]
+    for node in nodes:
+        parts = reachable([node])
+        if any(one.kind is Kind.SYMBOL and one.data not in known for one in parts):
+            continue
+        (value,) = evaluate([node], known)
+        if np.isfinite(value):
+            continue
+        sides = [one.arguments[0] for one in parts if one.kind is Kind.SWITCH]
+        if not any(x == 0.0 for x in evaluate(sides, known)):
+            return False
+    return True
 
 
 def within_domain(spec: Spec, values: EnsembleValues, t: float) -> EnsembleValues:
@@ -72,26 +155,24 @@ def without_value(
     return lost
 
 
-def refusal(spec: Spec, values: Values, t: float) -> SpecError:
-    """The message for such a state, at the first place that shows it."""
-    from lagrange_cli.expression.syntax import Call
+def refusal(spec: Spec, values: Values, t: float, lost: SpecError | None = None) -> SpecError:
+    """The message for such a state, at the first place that shows it; what is ``lost``, or that of the
+    energy, where none is found."""
     from lagrange_cli.run.causes import arguments, text
     from lagrange_cli.spec.source import Source
     from lagrange_cli.symbolic.direct import Dual
 
-    numbers = {name: Dual((x, 0.0, 0.0)) for name, x in values.parameters.items()}
-    numbers[TIME] = Dual((t, 0.0, 0.0))
-    for one, q, v in zip(spec.coordinates, values.q, values.v):
-        numbers |= {one.name: Dual((q, 0.0, 0.0)), velocity_name(one.name): Dual((v, 0.0, 0.0))}
+    known = known_at(spec, values, t)
+    numbers = {name: Dual((float(x), 0.0, 0.0)) for name, x in known.items()}
     source, hint = Source(spec.filename, spec.text), "start from another state"
     try:
         found = [
             (conditional(expression.tree, border.whole), expression, border, float(built.value[0]))
             for expression, border, _, built in arguments(spec, numbers)
-            if isinstance(border.whole, Call) and border.whole.function in PARTIAL and built.value[0] < 0.0
+            if beyond(border, float(built.value[0]), known) and (lost is not None or of_logarithm(border))
         ]
     except SpecError as error:
-        return error
+        return lost or error
     except (ValueError, ArithmeticError):  # a position or a definition has no value either
         found = []
     if found:
@@ -100,9 +181,39 @@ def refusal(spec: Spec, values: Values, t: float) -> SpecError:
         whole = text(expression, border.whole)
         message = f"{whole} has no value where the motion begins: {argument} is {value:g}"
         return source.error(expression.at(border.whole.span), message, hint)
+    if lost is not None:
+        return lost
     energy = [spec.lagrangian] if spec.lagrangian is not None else [*spec.potential.values()]
     place = energy[0].at(energy[0].tree.span)
     return source.error(place, "the energy has no value where the motion begins", hint)
+
+
+def of_logarithm(border: Border) -> bool:
+    """Whether it is the end of such a function."""
+    from lagrange_cli.expression.syntax import Call
+
+    return isinstance(border.whole, Call) and border.whole.function in PARTIAL
+
+
+def beyond(border: Border, value: float, known: Mapping[str, float]) -> bool:
+    """Whether a function, a quotient or a power has no value where its argument has this one."""
+    from lagrange_cli.expression.numbers import evaluate
+    from lagrange_cli.expression.syntax import Binary, Call, ExpressionError
+
+    whole = border.whole
+    if isinstance(whole, Binary) and whole.operator == "/":
+        return value == 0.0
+    if isinstance(whole, Binary):
+        try:
+            exponent = evaluate(whole.right, known.__getitem__)
+        except (ExpressionError, LookupError):
+            return False
+        return exponent % 1.0 != 0.0 if value < 0.0 else value == 0.0 > exponent
+    if not isinstance(whole, Call) or whole is border.argument:  # a length
+        return False
+    if len(border.ends) > 1:
+        return abs(value) > 1.0
+    return value < 0.0 or (value == 0.0 and whole.function == "log")
 
 
 def conditional(tree: Tree, inner: Tree) -> bool:

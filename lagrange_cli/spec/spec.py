@@ -247,6 +247,17 @@ class Spec:
         """The same of all members."""
         return self._moving(lambda section: section.values())
 
+    @property
+    def in_equations(self) -> Iterator[Expression]:
+        """What the equations of motion of all members are made of; definitions come last."""
+        if self.lagrangian is not None:
+            yield self.lagrangian
+        for section in (self.potential, *self.forces.values(), self.embedding):
+            yield from section.values()
+        for body in self.bodies.values():
+            yield from body.expressions
+        yield from self.definitions.values()
+
     def _moving(self, of: Callable[[Mapping[str, Any]], Iterable[Any]]) -> Iterator[Expression]:
         for section in (self.embedding, self.potential, *self.forces.values()):
             yield from of(section)

@@ -12,7 +12,7 @@ import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.build import build
-from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.parse import read_printed
 from lagrange_cli.expression.syntax import ExpressionError, Tree
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.equations import Equations
@@ -35,7 +35,7 @@ class Printed:
     """The printed equations, parsed: M, f, p, h, the constraints, their A and b, all as trees.
 
     ``quiet`` is f without what is not linear in multipliers. ``explicit`` accelerations and multipliers, and
-    both sides of the ``equations`` of motion, are None where they are not printed, or longer than an
+    both sides of the ``equations`` of motion, are None where they are not printed, or nested deeper than an
     expression may be.
     """
 
@@ -81,10 +81,10 @@ def quiet(equations: Equations) -> list[sympy.Expr]:
 
 
 def read_back(equations: Equations) -> Printed:
-    """The printed text of the equations, parsed. Raises ``UsageError`` where it is too long for that."""
+    """The printed text of the equations, parsed. Raises ``UsageError`` where it is nested too deep."""
 
     def tree(expression: sympy.Expr) -> Tree:
-        return parse(render(expression, Text(), equations.order))
+        return read_printed(render(expression, Text(), equations.order))
 
     def trees(expressions: Sequence[sympy.Expr]) -> list[Tree]:
         return [tree(each) for each in expressions]
@@ -111,7 +111,15 @@ def read_back(equations: Equations) -> Printed:
             trees([each.rate for each in constraints]),
         )
     except ExpressionError as error:
-        raise UsageError(f"the printed equations are too long to be verified ({error.message})") from error
+        raise unreadable(error) from error
+
+
+def unreadable(error: ExpressionError) -> UsageError:
+    """The message for printed text that is nested too deep to be read back."""
+    return UsageError(
+        f"the printed equations cannot be read back ({error.message}): leave out --verify, or write the "
+        "system with fewer parts inside one another"
+    )
 
 
 def evaluate(equations: Equations, printed: Printed, known: Mapping[str, Measured]) -> Evaluated:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.expression.cursor import MAX_LENGTH, MAX_NESTING, MAX_OPERATORS
+from lagrange_cli.expression.cursor import MAX_NESTING, WRITTEN
 from lagrange_cli.expression.keys import parse_key
 from lagrange_cli.expression.numbers import NumberAlgebra, evaluate
-from lagrange_cli.expression.parse import parse, read
+from lagrange_cli.expression.parse import parse, read, read_printed
 from lagrange_cli.expression.syntax import (
     Binary,
     Call,
@@ -176,12 +176,12 @@ REFUSED = [
     ("9**(9**9)", 4, 8, "the exponent 3.8742e+08", ""),
     ("x**(1/0)", 4, 7, "division by zero", ""),
     ("x**(1, 2)", 3, 9, "a vector", ""),
-    ("x" * (MAX_LENGTH + 1), 0, 1, "too long", "definitions"),
+    ("x" * (WRITTEN.length + 1), 0, 1, "too long", "definitions"),
     ("(" * 4000 + "x" + ")" * 4000, MAX_NESTING, MAX_NESTING + 1, "nested more than", "definitions"),
     ("-" * 4000 + "x", MAX_NESTING, MAX_NESTING + 1, "nested more than", ""),
     ("x" + "**x" * 3000, 3 * MAX_NESTING + 1, 3 * MAX_NESTING + 3, "nested more than", ""),
     ("sin(" * 1500 + "x" + ")" * 1500, 4 * MAX_NESTING + 3, 4 * MAX_NESTING + 4, "nested more than", ""),
-    ("x" + "+x" * 4000, 2 * MAX_OPERATORS + 1, 2 * MAX_OPERATORS + 2, "more than 1000 operators", ""),
+    ("x" + "+x" * 4000, 2 * WRITTEN.operators + 1, 2 * WRITTEN.operators + 2, "more than 1000 operators", ""),
 ]
 
 
@@ -293,7 +293,7 @@ def test_all_mistakes_of_an_expression_are_found() -> None:
 
 
 def test_the_bounds_themselves_are_accepted() -> None:
-    assert evaluate(parse("1" + "+1" * MAX_OPERATORS)) == MAX_OPERATORS + 1
+    assert evaluate(parse("1" + "+1" * WRITTEN.operators)) == WRITTEN.operators + 1
     assert evaluate(parse("(" * MAX_NESTING + "1" + ")" * MAX_NESTING)) == 1
     assert evaluate(parse("(1 - 1)*" * 300 + "1")) == 0
     assert evaluate(parse(" + ".join(["-1"] * 200))) == -200
@@ -303,6 +303,14 @@ def test_the_bounds_themselves_are_accepted() -> None:
     assert parse("x**(-3/2)")
     assert parse("x**2**3")
     assert parse("x**(a + 1000)")
+
+
+def test_our_own_text_is_read_however_long_it_is() -> None:
+    """Only nesting takes stack, and that is bounded."""
+    assert evaluate(read_printed("1" + " + 2*1" * WRITTEN.length)) == 2 * WRITTEN.length + 1
+    assert evaluate(read_printed("2" + "*2/2" * WRITTEN.length)) == 2
+    with pytest.raises(ExpressionError, match="nested more than 100 deep"):
+        read_printed("sin(" * (MAX_NESTING + 1) + "x" + ")" * (MAX_NESTING + 1))
 
 
 @given(st.text(st.sampled_from("abxyt019.+-*/()[], '^=eθ²'\n\t_"), max_size=40) | st.text(max_size=20))

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.ending import Ending
-from tests.support.motion import SYSTEMS, follow
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
+from lagrange_cli.spec.values import resolve_long_values
+from tests.support.motion import SYSTEMS, follow, prepared, run, spec_of
 
 BALL = """
 parameters: {{k: {k}, p: {p}, a: 2}}
@@ -169,6 +171,20 @@ def test_any_number_of_balls_may_be_lifted(lifted: int, form: str, p: str) -> No
     np.testing.assert_allclose(image["q/x"][:, ::-1] - apart[::-1], apart - motion["q/x"], atol=1e-9)
     out = np.sort(motion["v/x"][5])[::-1]
     assert out[lifted - 1] > 1.5 * abs(out[lifted])
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(
+    ("p", "k", "lifted", "sign"), [("2.2", "1e5", 3, "+"), ("5/2", "1e7", 1, "+"), ("5/2", "1e5", 2, "+")]
+)
+def test_contacts_end_in_double_double(p: str, k: str, lifted: int, sign: str) -> None:
+    """What was refused before a contact ended says nothing about the steps after it."""
+    text = cradle("angles", 4, lifted, p, k, sign)
+    ready = prepared(text, tolerance=FULL_DOUBLE_DOUBLE, precision=DOUBLE_DOUBLE)
+    motion = run(ready, resolve_long_values(spec_of(text), {}), 0.0, 0.35, 2)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.steps < 1500
+    assert motion.outcome.h_drift < 1e-27 * motion.outcome.h_size
 
 
 def test_exponents_may_be_parameters() -> None:

@@ -14,6 +14,12 @@ masses: {p: 1}
 embedding: {p: [x]}
 potential: x**2/2 + where(x > 9, log(x - 9), 0) - log(x - a)
 """
+PLANE = """coordinates: {{x: {{initial: 0}}, y: {{initial: 1}}}}
+masses: {{p: 1}}
+embedding: {{p: [x, y]}}
+potential: {potential}
+generalized_forces: {{x: {force}}}
+"""
 TOLD = "log(x - a) has no value where the motion begins: x - a is -1"
 
 
@@ -56,3 +62,35 @@ def test_so_is_that_of_a_position_without_a_value(command, y, capsys, folder):
     )
     assert main([command[0], "lost.yaml", *command[1:]]) == 3
     assert "lost.yaml:4:12: the energy has no value where the motion begins" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("potential", "column", "told"),
+    [
+        ("y**2 - 1/x", 19, "1/x has no value where the motion begins: x is 0"),
+        ("y**2 + sqrt(x - 2)", 19, "sqrt(x - 2) has no value where the motion begins: x - 2 is -2"),
+        ("asin(x + 2)", 12, "asin(x + 2) has no value where the motion begins: x + 2 is 2"),
+        ("where(y > 0, y**2*x**(-2), 0)", 30, "x**(-2) has no value where the motion begins: x is 0"),
+        ("(x - y)**1.5", 12, "(x - y)**1.5 has no value where the motion begins: x - y is -1"),
+    ],
+)
+def test_so_are_quotients_roots_and_powers_without_a_value(potential, column, told, capsys, folder):
+    (folder / "a.yaml").write_text(PLANE.format(potential=potential, force=0))
+    for command in (["check", "a.yaml"], ["solve", "a.yaml", "--stop", "1"]):
+        assert main(command) == 3
+        assert capsys.readouterr().err.startswith(f"a.yaml:4:{column}: {told}\n")
+
+
+def test_so_are_forces_without_a_value(capsys, folder):
+    (folder / "a.yaml").write_text(PLANE.format(potential="y**2", force="1/x"))
+    assert main(["check", "a.yaml"]) == 3
+    assert "a.yaml:5:25: 1/x has no value where the motion begins: x is 0\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "potential", ["x**2/x", "where(y > 2, (y - 2)**2/x, 0)", "y**2/y + x*x**3/x", "exp(-y/2e-3)"]
+)
+def test_what_cancels_or_does_not_count_is_no_obstacle(potential, folder):
+    (folder / "a.yaml").write_text(PLANE.format(potential=potential, force="-x_dot/norm((1, x))"))
+    assert main(["check", "a.yaml"]) == 0
+    assert main(["solve", "a.yaml", "--stop", "0.1"]) == 0

@@ -145,7 +145,7 @@ def _go(space: Workspace, way: Passage) -> None:
     memory[layout.part(0)] = way.at(np.array([way.stop]))[:, 0]
     for rest in (layout.part(1), slice(layout.third, layout.third + layout.width)):
         memory[rest] = 0.0
-    memory[[layout.at(one) for one in (*BEGINNING, Clock.REFUSED, Clock.REFUSED_BEYOND)]] = 0.0
+    memory[[layout.at(one) for one in BEGINNING]] = 0.0
     memory[layout.time], memory[layout.at(Clock.TIME_LOW)] = way.stop, 0.0
     for _ in range(PROJECTIONS):
         space.project()

@@ -7,6 +7,7 @@ from typing import Any
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.model.start.linear import steepness
+from lagrange_cli.model.start.nearest import ROUND
 from lagrange_cli.spec.bodies.norms import norm_name
 from lagrange_cli.spec.problems import MOST
 from lagrange_cli.spec.source import Source
@@ -176,12 +177,18 @@ class Refusal:
         told = found[0].keys() - same if len(found[0]) > MOST_SHOWN else found[0].keys()
 
         def shown(one: Mapping[int, float]) -> str:
-            listed = [f"{self.spec.coordinates[k].name} = {one[k]:.15g}" for k in sorted(told)]
+            listed = [f"{self.spec.coordinates[k].name} = {digits(one[k])}" for k in sorted(told)]
             return ", ".join(listed[:MOST_SHOWN]) + (", ..." if len(listed) > MOST_SHOWN else "")
 
         first = self.spec.coordinates[next(iter(found[0]))]
         listed = "".join([":", *(f"\n    {shown(one)}" for one in found)])
         differs = next(k for k in found[0] if k not in same)
-        name, value = self.spec.coordinates[differs].name, found[0][differs]
-        hint = f"give one of them, as in --set {name}={value:.15g} or {name}: {{initial: {value:.15g}}}"
+        name, value = self.spec.coordinates[differs].name, digits(found[0][differs])
+        hint = f"give one of them, as in --set {name}={value} or {name}: {{initial: {value}}}"
         return self.source.error(first.place, said + listed, hint)
+
+
+def digits(x: float) -> str:
+    """So many digits that it is the same number but for rounding: 15 of them where these are enough."""
+    short = f"{x:.15g}"
+    return short if abs(float(short) - x) <= ROUND * abs(x) else repr(x)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
-from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import MOST, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.parse import read_printed
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, VELOCITY_COMPONENTS, acceleration_name
 from lagrange_cli.families.arrays import NONE, Array, Chain, Source, Total
@@ -27,6 +26,7 @@ from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import holds
 from lagrange_cli.symbolic.notations import Text
+from lagrange_cli.symbolic.printed import unreadable
 from lagrange_cli.symbolic.render import render
 
 if TYPE_CHECKING:
@@ -164,11 +164,9 @@ class ReadBack:
         """The text of an expression, parsed: once for all states."""
         if expression not in self._read:
             try:
-                self._read[expression] = parse(render(expression, Text(), self.order))
+                self._read[expression] = read_printed(render(expression, Text(), self.order))
             except ExpressionError as error:
-                raise UsageError(
-                    f"the printed equations are too long to be verified ({error.message})"
-                ) from error
+                raise unreadable(error) from error
         return self._read[expression]
 
 
