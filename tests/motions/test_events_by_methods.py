@@ -258,7 +258,7 @@ def test_steps_are_not_shorter_than_rounding_explains(method: str, tolerance: fl
     dissipation: 1e4*x_dot**2/2
     """
     motion = stepped(text, 0.05, method, tolerance, 6)
-    assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps < 50000
+    assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps < 10000
     assert motion["q/x"][1:] == pytest.approx(1, abs=1e-12)
 
 
