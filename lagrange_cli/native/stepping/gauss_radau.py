@@ -41,7 +41,7 @@ BESIDE = 2.0**-10
 """Beside constraints a velocity is measured by this part of the largest one at least: the accelerations of
 what rests are rounding errors of its forces of constraint."""
 UNMOVED = 2.0**-52
-"""A velocity is measured by at least what moves its coordinate by this part within a step."""
+"""No velocity is measured by less than the one that changes its coordinate by this part within a step."""
 AHEAD = 8.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
 
