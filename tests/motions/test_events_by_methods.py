@@ -208,7 +208,7 @@ def test_a_motion_that_sticks_at_a_jump_of_its_friction_ends(method: str, tolera
     assert "no coordinate moves by more than the tolerance" in motion.outcome.message
     assert motion.outcome.t == pytest.approx(2.4547, abs=1e-4)
     speeds = motion.outcome.final.v.values()
-    assert max(map(abs, speeds)) < 1e-8 and motion.outcome.steps < 10000
+    assert max(map(abs, speeds)) < 1e-8 and motion.outcome.steps < (10000 if method == "ias15" else 50000)
 
 
 @pytest.mark.exhaustive(keep=0.5)
@@ -258,7 +258,9 @@ def test_steps_are_not_shorter_than_rounding_explains(method: str, tolerance: fl
     dissipation: 1e4*x_dot**2/2
     """
     motion = stepped(text, 0.05, method, tolerance, 6)
-    assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps < 50000
+    assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps < (
+        10000 if method == "ias15" else 50000
+    )
     assert motion["q/x"][1:] == pytest.approx(1, abs=1e-12)
 
 

@@ -40,6 +40,8 @@ LEAST = 0.8
 BESIDE = 2.0**-10
 """Beside constraints a velocity is measured by this part of the largest one at least: the accelerations of
 what rests are rounding errors of its forces of constraint."""
+UNMOVED = 2.0**-52
+"""No velocity is measured by less than the one that changes its coordinate by this part within a step."""
 AHEAD = 8.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
 
@@ -115,6 +117,9 @@ class GaussRadauSteps(RateSteps):
             if self.lengths.floor:
                 v = f.larger(v, f.load_row("%work", i + (self.lengths.floor + layout.degrees), lanes))
             size = f.larger(f.larger(v, a * length), least) if self.constrained else f.larger(v, a * length)
+            place = f.magnitude(f.load_row("%state", i, lanes))
+            still = f.select(self._among(f, i, self.lengths.degrees), place / length * UNMOVED, zero)
+            size = f.larger(size, still)
             there = self._among(f, i, self._count) & (size > SMALLEST)
             one = length / f.select(there, size, f.splat(f.constant(1.0), lanes))
             f.store_row(f.select(there, one, zero), "%work", i + self.scale)
