@@ -90,7 +90,7 @@ def derive_system(
     portable: bool = False,
     resting: bool = False,
     foresee: Callable[[Model[Node]], object] | None = None,
-    measures: Sequence[Measure] = (),
+    measures: Callable[[], Sequence[Measure]] = list,
 ) -> Residual:
     """The equations of motion over the expression graph.
 

@@ -50,7 +50,9 @@ class Measure:
 
 
 def foresee_sizes(
-    spec: Spec, derive: Callable[[Spec, int], tuple[Work, Residual]], measures: Sequence[Measure] = ()
+    spec: Spec,
+    derive: Callable[[Spec, int], tuple[Work, Residual]],
+    measures: Callable[[], Sequence[Measure]] = list,
 ) -> None:
     """Raise ``TooLarge`` where deriving the equations, or what they take then by any of the ``measures``, is
     certain to be too much.
@@ -86,7 +88,7 @@ def foresee_sizes(
 
     allow_nodes(foreseen(nodes))
     Work().foresee(foreseen(steps))
-    for measure in measures:
+    for measure in measures():
         taken = []
         with suppress(LagrangeError):
             taken = [measure.count(residual) for residual in found]

@@ -126,7 +126,7 @@ def prepare_run(
                 portable=settings.portable,
                 resting=True,
                 foresee=partial(foresee, settings),
-                measures=measures_of(settings.method, settings.precision),
+                measures=partial(measures_of, settings.method, settings.precision),
             ),
             find_cache(wanted=cached),
             compilation,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.limits import Work
 from lagrange_cli.model.start.shortest import Blocks
 from lagrange_cli.run import derive
+from lagrange_cli.run.check import classify
 from lagrange_cli.run.foresight import MARGIN, STEP, alike, foresee_sizes, least, smaller_sizes, step_of
 from lagrange_cli.run.prepare import foresee_matrices, measures_of, named
 from lagrange_cli.spec.read import read_spec
@@ -134,9 +137,8 @@ def test_series_are_foreseen_from_small_systems(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(derive, "_derived", seen)
     monkeypatch.setenv("LAGRANGE_LIMITS", f"convolutions={700 * each}")
-    measures = measures_of("taylor", "double")
     with pytest.raises(TooLargeSystem, match=f"take at least {800 * each} convolutions"):
-        derive.derive_system(spec, measures=measures)
+        derive.derive_system(spec, measures=partial(measures_of, "taylor", "double"))
     assert derived == [12, 24, 36, 48]
     assert not measures_of("ias15", "double")
 
@@ -158,6 +160,19 @@ def test_the_message_points_at_what_members_are_written_out_for(
     with pytest.raises(SpecError, match="members are written out for") as caught, named(spec, compilation):
         derive.derive_system(spec)
     assert [one.line for one in caught.value.problems] == [line]
+
+
+def test_check_accepts_what_can_be_derived(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search for conserved quantities does not count to the limit, and says where it is given up."""
+    spec = read_spec(SLEDGES, "sledges.yaml", {"N": "8"})
+    most = derive.derive_system(spec).graph.work.spent + 1
+    monkeypatch.setenv("LAGRANGE_LIMITS", f"work={most}")
+    given_up = "further conserved quantities: looking for all of them takes too much work"
+    assert given_up in classify(spec).skipped
+    monkeypatch.delenv("LAGRANGE_LIMITS")
+    found = classify(spec)
+    assert given_up not in found.skipped
+    assert {"h", "h_x[7]"} <= {one.quantity for one in found.mechanics.conserved}
 
 
 def test_masses_in_blocks_are_divided_by_as_a_whole() -> None:
