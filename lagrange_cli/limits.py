@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 from lagrange_cli.errors import TooLarge, UsageError
@@ -60,13 +61,15 @@ class Work:
     and memory are bounded by the limit ``work``, or by ``most`` where that is less.
     """
 
-    __slots__ = ("most", "nodes", "spent", "tried", "tried_nodes")
+    __slots__ = ("cut", "most", "nodes", "spent", "tried", "tried_nodes")
 
     def __init__(self, most: float = math.inf) -> None:
         self.spent = self.tried = 0
         """Steps; those of attempts, which larger systems may do without."""
         self.nodes = self.tried_nodes = 0
         """Terms and factors that were made, likewise."""
+        self.cut = 0
+        """Attempts that were given up."""
         self.most = min(limit("work"), most)
 
     def charge(self, steps: int, what: str = "deriving the equations") -> None:
@@ -91,10 +94,22 @@ class Work:
         try:
             return function()
         except TooLarge:
+            self.cut += 1
             return None
         finally:
             self.most = before
             self.tried, self.tried_nodes = tried + self.spent, tried_nodes + self.nodes
+
+    @contextmanager
+    def apart(self) -> Iterator[None]:
+        """A context for work on equations that have been derived: it may take as many steps as the limit
+        allows, and does not count there."""
+        before, room = self.spent, self.most - self.spent
+        self.most = before + limit("work")
+        try:
+            yield
+        finally:
+            self.most = self.spent + room
 
 
 def allow_nodes(count: float) -> None:

@@ -30,9 +30,13 @@ def foresee_convolutions(model: Model[Node], method: str, precision: str) -> Non
 def check_convolutions(residual: Residual, method: str, precision: str) -> None:
     """Refuse a system whose equations take too many."""
     if METHODS[method].needs is Needs.SERIES:
-        straight = not residual.separate and "convolutions" not in chosen()
-        bound = bool(residual.model.constraints)
-        refuse(residual.costs[residual.formulation], precision, straight=straight, bound=bound)
+        refuse_like(residual, residual.costs[residual.formulation], precision)
+
+
+def refuse_like(residual: Residual, found: int, precision: str, least: str = "") -> None:
+    """Raise ``TooLarge`` if these are too many for equations like those given."""
+    straight = not residual.separate and "convolutions" not in chosen()
+    refuse(found, precision, least, straight=straight, bound=bool(residual.model.constraints))
 
 
 def most_convolutions(precision: str, *, straight: bool = False) -> int:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.methods.table import AUTO
-from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
+from lagrange_cli.limits import whole
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.choice import chosen_method
@@ -13,6 +15,7 @@ from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
+from lagrange_cli.run.prepare import measures_of, named
 from lagrange_cli.run.settings.methods import resolve_method
 from lagrange_cli.run.settings.outputs import ALL, default_outputs, resolve_outputs
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
@@ -61,6 +64,8 @@ class Mechanics:
     """What they were derived from, member by member."""
     eliminated: tuple[Eliminated, ...] = ()
     """The coordinates that follow from constraints beforehand."""
+    searched: bool = True
+    """Whether the search for conserved quantities came to its end."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +111,7 @@ def classify(
         check_energies(spec, values.parameters)
         check_domain(spec, consistent, start)
     with stage("derive"), located(spec):
-        mechanics = of_families(spec, method, outputs) or of_members(spec, method)
+        mechanics = of_families(spec, method, outputs) or of_members(spec, method, outputs)
         if values is not None and spec.bodies:
             mechanics = with_this_motion(mechanics, consistent)
     if spec.draw is not None and values is not None:
@@ -118,6 +123,8 @@ def classify(
         warnings += singular_poses(spec, consistent)
     found, integrals = velocity_constraints(mechanics, {} if values is None else values.parameters)
     skipped = left_out(mechanics, left_out_of(spec))
+    if spec.nonholonomic and found is None:
+        skipped += ("whether the constraints on velocities are integrable: that takes too much work",)
     return Classification(spec, mechanics, skipped, warnings, begin, found, integrals)
 
 
@@ -128,7 +135,6 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
     from lagrange_cli.families.conservation import constants_of
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.families import engine, family_run, write_families
-    from lagrange_cli.integrate.precision import FULL_PRECISION
 
     compilation = Compilation(method, FULL_PRECISION, outputs)
     system = family_run(spec, compilation)
@@ -142,8 +148,9 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
     )
 
 
-def of_members(spec: Spec, method: str) -> Mechanics:
+def of_members(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics:
     """The mechanics of any system, derived member by member."""
+    from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
     from lagrange_cli.mechanics.conserved.symmetries import symmetries
     from lagrange_cli.mechanics.derive import depending_on_time
@@ -152,29 +159,39 @@ def of_members(spec: Spec, method: str) -> Mechanics:
     from lagrange_cli.mechanics.variables import variables
     from lagrange_cli.native.elimination import reduced
 
-    residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
-    check_convolutions(residual, method, DOUBLE)
-    less = reduced(residual)
-    integrated = residual if less is None else less.after
-    further = tuple(found.conserved for found in symmetries(residual.model, residual.conserved))
-    return Mechanics(
-        depending_on_time(residual.model),
-        residual.cyclic,
-        (*residual.conserved, *further),
-        has_forces(residual),
-        engine(integrated),
-        integrated.formulation,
-        integrated.costs,
-        structure(residual),
-        residual.model,
-        tuple(eliminated(one, variables(residual.model)) for one in integrated.dependent),
-    )
+    with named(spec, Compilation(method, FULL_PRECISION, outputs)):
+        residual = derive_system(
+            spec,
+            foresee=lambda model: foresee_convolutions(model, method, DOUBLE),
+            measures=partial(measures_of, method, DOUBLE),
+        )
+        check_convolutions(residual, method, DOUBLE)
+    with residual.graph.work.apart():
+        less = reduced(residual)
+        integrated = residual if less is None else less.after
+        cut = residual.graph.work.cut
+        further = tuple(found.conserved for found in symmetries(residual.model, residual.conserved))
+        cut = residual.graph.work.cut - cut
+        return Mechanics(
+            depending_on_time(residual.model),
+            residual.cyclic,
+            (*residual.conserved, *further),
+            has_forces(residual),
+            engine(integrated),
+            integrated.formulation,
+            integrated.costs,
+            structure(residual),
+            residual.model,
+            tuple(eliminated(one, variables(residual.model)) for one in integrated.dependent),
+            searched=not cut,
+        )
 
 
 def with_this_motion(mechanics: Mechanics, values: Values) -> Mechanics:
     """With what only some motions keep, if the one that begins at these values does."""
     from lagrange_cli.expression.vocabulary import velocity_name
     from lagrange_cli.mechanics.conserved.symmetries import on_motions
+    from lagrange_cli.mechanics.variables import graph_of
 
     model = mechanics.model
     if model is None:
@@ -183,7 +200,8 @@ def with_this_motion(mechanics: Mechanics, values: Values) -> Mechanics:
         **dict(zip(model.coordinates, values.q)),
         **dict(zip(map(velocity_name, model.coordinates), values.v)),
     }
-    kept = on_motions(model, {**values.parameters, **known})
+    with graph_of(model).work.apart():
+        kept = on_motions(model, {**values.parameters, **known})
     return replace(mechanics, conserved=(*mechanics.conserved, *kept))
 
 
@@ -203,6 +221,8 @@ def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
     """What ``solve`` does not compute for this system, a sentence each; ``outputs`` are those that it has and
     that the file does not ask for."""
     said = [] if mechanics.applied else ["generalized forces: all of them are zero"]
+    if not mechanics.searched:
+        said.append("further conserved quantities: looking for all of them takes too much work")
     if outputs:
         said.append(f"{', '.join(outputs)}: computed only if --outputs asks for them")
     return tuple(said)
@@ -211,10 +231,22 @@ def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
 def velocity_constraints(
     mechanics: Mechanics, parameters: Mapping[str, float]
 ) -> tuple[Integrability | None, dict[str, str]]:
-    """Which constraints on velocities and combinations are integrable, and what these keep constant."""
+    """Which constraints on velocities and combinations are integrable, and what these keep constant; nothing
+    where that takes too much work."""
     model = mechanics.model
     if model is None or all(one.holonomic for one in model.constraints):
         return None, {}
+    from lagrange_cli.mechanics.variables import graph_of
+
+    work = graph_of(model).work
+    with work.apart():
+        return work.attempt(whole("work"), partial(integrable, model, parameters)) or (None, {})
+
+
+def integrable(
+    model: Model[Node], parameters: Mapping[str, float]
+) -> tuple[Integrability | None, dict[str, str]]:
+    """The same, whatever work it takes."""
     from lagrange_cli.mechanics.constrained.frobenius import forms_of, integrability
     from lagrange_cli.mechanics.variables import graph_of
 

@@ -5,7 +5,7 @@ Every mistake is shown at its place in the file.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from lagrange_cli.limits import Work
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.model.model import Model
+    from lagrange_cli.run.foresight import Measure
     from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import Place, Spec
 
@@ -89,13 +90,14 @@ def derive_system(
     portable: bool = False,
     resting: bool = False,
     foresee: Callable[[Model[Node]], object] | None = None,
+    measures: Callable[[], Sequence[Measure]] = list,
 ) -> Residual:
     """The equations of motion over the expression graph.
 
     If ``exact``, no number in them is rounded, nor where ``keeps_decimals`` asks for it; if ``portable``,
     all are rounded alike on every machine.
     If ``resting``, they hold for motions that rest at an event, too. ``foresee`` may refuse a model before
-    its equations are derived.
+    its equations are derived, and the ``measures`` a large one from smaller ones.
 
     Raises ``SpecError`` if there are none, as where the kinetic energy does not depend on a velocity.
     """
@@ -103,15 +105,14 @@ def derive_system(
 
     algebra = algebra_of(spec, exact=exact, portable=portable)
 
-    def work_of(smaller: Spec, most: int) -> Work:
+    def derive_smaller(smaller: Spec, most: int) -> tuple[Work, Residual]:
         numbers = algebra()
         work = numbers.graph.work
         work.most = min(work.most, most)
-        _derived(smaller, numbers, resting)
-        return work
+        return work, _derived(smaller, numbers, resting)
 
     with located(spec):
-        foresee_sizes(spec, work_of)
+        foresee_sizes(spec, derive_smaller, measures)
         return _derived(spec, algebra(), resting, foresee)
 
 

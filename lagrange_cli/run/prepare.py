@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.model.model import Model
+    from lagrange_cli.run.foresight import Measure
     from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
 
@@ -38,6 +40,19 @@ def foresee(settings: Settings, model: Model[Node]) -> None:
         from lagrange_cli.mechanics.contacts import foresee_contacts
 
         foresee_contacts(model)
+
+
+def measures_of(method: str, precision: str) -> Sequence[Measure]:
+    """What smaller systems show of the equations of a large one, for a method."""
+    if METHODS[method].needs is not Needs.SERIES:
+        return []
+    from lagrange_cli.integrate.convolutions import refuse_like
+    from lagrange_cli.run.foresight import Measure
+
+    def refuse(found: int, alike: Residual) -> None:
+        refuse_like(alike, found, precision, "at least ")
+
+    return [Measure(lambda residual: residual.costs, refuse)]
 
 
 def foresee_matrices(count: int) -> None:
@@ -111,6 +126,7 @@ def prepare_run(
                 portable=settings.portable,
                 resting=True,
                 foresee=partial(foresee, settings),
+                measures=partial(measures_of, settings.method, settings.precision),
             ),
             find_cache(wanted=cached),
             compilation,

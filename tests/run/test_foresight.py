@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -11,8 +13,9 @@ from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.limits import Work
 from lagrange_cli.model.start.shortest import Blocks
 from lagrange_cli.run import derive
-from lagrange_cli.run.foresight import MARGIN, SMALLER, STEP, alike, foresee_sizes, least
-from lagrange_cli.run.prepare import foresee_matrices, named
+from lagrange_cli.run.check import classify
+from lagrange_cli.run.foresight import MARGIN, STEP, alike, foresee_sizes, least, smaller_sizes, step_of
+from lagrange_cli.run.prepare import foresee_matrices, measures_of, named
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from tests.support.motion import SYSTEMS
@@ -47,6 +50,8 @@ TEXTS = {
     "pendulums": (SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8"),
 }  # fmt: skip
 
+EQUATIONS = derive.derive_system(read_spec(BEADS, "beads.yaml", {"N": "3"}))
+
 
 def taken(spec: Spec) -> Work:
     """The work of a derivation."""
@@ -59,9 +64,9 @@ def taken(spec: Spec) -> Work:
 @pytest.mark.parametrize("name", sorted(TEXTS))
 def test_what_is_foreseen_is_done(name: str) -> None:
     """For twice the largest of the smaller sizes."""
-    text, size = TEXTS[name], 2 * SMALLER[-1]
+    text, size = TEXTS[name], 2 * smaller_sizes(STEP)[-1]
     assert alike(text)
-    found = [taken(read_spec(text, "system.yaml", {"N": f"{n}"})) for n in (*SMALLER, size)]
+    found = [taken(read_spec(text, "system.yaml", {"N": f"{n}"})) for n in (*smaller_sizes(STEP), size)]
     for values in ([one.spent - one.tried for one in found], [one.nodes - one.tried_nodes for one in found]):
         *few, last = values
         foreseen = least(few, size, even="%" not in text) / MARGIN
@@ -70,15 +75,15 @@ def test_what_is_foreseen_is_done(name: str) -> None:
 
 @pytest.mark.parametrize("power", [1, 2, 3])
 def test_growth_is_foreseen_from_below(power: int) -> None:
-    found = least([n**power for n in SMALLER], 5000, even=True)
+    found = least([n**power for n in smaller_sizes(STEP)], 5000, even=True)
     assert 0.01 * 5000**power < found < 5000**power * (1 + 1e-12)
-    assert least([int(n**0.5 * 100) for n in SMALLER], 5000, even=True) == 0.0
+    assert least([int(n**0.5 * 100) for n in smaller_sizes(STEP)], 5000, even=True) == 0.0
 
 
 @pytest.mark.parametrize("period", range(2, STEP))
 @pytest.mark.parametrize("first", range(3))
 def test_members_here_and_there_are_not_overestimated(period: int, first: int) -> None:
-    counts = [len(range(first, n, period)) for n in SMALLER]
+    counts = [len(range(first, n, period)) for n in smaller_sizes(STEP)]
     assert least(counts, 5000, even=False) / MARGIN <= len(range(first, 5000, period))
 
 
@@ -90,6 +95,8 @@ def test_files_with_large_numbers_beside_indices_are_derived() -> None:
         "sum(i for i in a if i > 30)",
     ):
         assert not alike(text)
+    assert not alike("where(i < 5, 1, 0)", step=4)
+    assert alike("[1.0e-4, 2e17, x[i - 1]]", step=4)
     assert alike("sum(9810*x[i - 1] for i in range(1, N) if i % 2 == 0)  # [100]")
 
 
@@ -106,12 +113,39 @@ def test_a_large_system_is_refused_from_small_ones(monkeypatch: pytest.MonkeyPat
     spec = read_spec(BEADS, "beads.yaml", {"N": "5000"})
     with pytest.raises(TooLargeSystem, match="takes more than 50000 steps of work"):
         derive.derive_system(spec)
-    assert derived == [*SMALLER]
+    assert derived == [*smaller_sizes(STEP)]
+
+
+def test_smaller_systems_have_few_members_with_many_coordinates() -> None:
+    assert [step_of("x[i - 1]", each) for each in (1, 2, 3, 6)] == [12, 6, 4, 4]
+    assert step_of("x[i - 6]", 3) == 7
+    assert step_of("x[i - 60]", 3) == STEP
+    assert not alike("x[i - 60]", STEP)
+
+
+def test_series_are_foreseen_from_small_systems(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What would be found after 1000 bodies have been derived."""
+    spec = read_spec(SLEDGES, "sledges.yaml", {"N": "1000"})
+    few = derive.derive_system(read_spec(SLEDGES, "sledges.yaml", {"N": "40"}))
+    each = few.costs[few.formulation] // 40
+    derived: list[int] = []
+    plain = derive._derived
+
+    def seen(spec: Spec, *given: object) -> object:
+        derived.append(len(spec.coordinates))
+        return plain(spec, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(derive, "_derived", seen)
+    monkeypatch.setenv("LAGRANGE_LIMITS", f"convolutions={700 * each}")
+    with pytest.raises(TooLargeSystem, match=f"take at least {800 * each} convolutions"):
+        derive.derive_system(spec, measures=partial(measures_of, "taylor", "double"))
+    assert derived == [12, 24, 36, 48]
+    assert not measures_of("ias15", "double")
 
 
 def test_other_sizes_are_kept_and_what_is_wrong_with_small_ones_is_not_told() -> None:
     spec = read_spec(BEADS.replace("mu: 0.3", f"k: {[1] * 300}"), "beads.yaml", {"N": "300"})
-    foresee_sizes(spec, lambda smaller, most: Work())
+    foresee_sizes(spec, lambda smaller, most: (Work(), EQUATIONS))
     fixed = read_spec(BEADS.replace("N: 60", "N: 300, M: 400"), "beads.yaml")
     foresee_sizes(fixed, lambda smaller, most: pytest.fail("two sizes are large"))
 
@@ -126,6 +160,19 @@ def test_the_message_points_at_what_members_are_written_out_for(
     with pytest.raises(SpecError, match="members are written out for") as caught, named(spec, compilation):
         derive.derive_system(spec)
     assert [one.line for one in caught.value.problems] == [line]
+
+
+def test_check_accepts_what_can_be_derived(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search for conserved quantities does not count to the limit, and says where it is given up."""
+    spec = read_spec(SLEDGES, "sledges.yaml", {"N": "8"})
+    most = derive.derive_system(spec).graph.work.spent + 1
+    monkeypatch.setenv("LAGRANGE_LIMITS", f"work={most}")
+    given_up = "further conserved quantities: looking for all of them takes too much work"
+    assert given_up in classify(spec).skipped
+    monkeypatch.delenv("LAGRANGE_LIMITS")
+    found = classify(spec)
+    assert given_up not in found.skipped
+    assert {"h", "h_x[7]"} <= {one.quantity for one in found.mechanics.conserved}
 
 
 def test_masses_in_blocks_are_divided_by_as_a_whole() -> None:

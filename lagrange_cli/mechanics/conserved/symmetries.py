@@ -58,6 +58,13 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
 
         model = released(model)
     work = graph_of(model).work
+    with work.apart():
+        return searched(model, known)
+
+
+def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, ...]:
+    """The same, stage by stage."""
+    work = graph_of(model).work
     space = work.attempt(WORTH_OF_POLYNOMIALS, partial(in_space, model))
     model, note = space or (model, "")
     found = Found(model, known)
