@@ -95,15 +95,16 @@ def test_programs_of_too_many_instructions_are_refused(monkeypatch):
 def test_series_of_too_many_convolutions_are_refused_before_any_code_is_written(tmp_path, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "convolutions=527")  # 12*11/2 pairs take 8 each
     (tmp_path / "bodies.yaml").write_text(BODIES.replace("N: 24", "N: 12"))
-    ledgers = ("--outputs", "q,ledger")  # which go through the members of families
-    run = lagrange_process("solve", "bodies.yaml", "--no-cache", *ledgers, cwd=tmp_path)
+    written_out = ("--no-cache", "--outputs", "q,reactions")  # which go through the members of families
+    run = lagrange_process("solve", "bodies.yaml", *written_out, cwd=tmp_path)
     assert run.returncode == 3
     assert "528 convolutions per order; at most 527" in run.stderr
     assert "--method ias15" in run.stderr and "LAGRANGE_LIMITS=convolutions=" in run.stderr
     assert not list(tmp_path.glob("*.h5"))
     run = lagrange_process("solve", "bodies.yaml", "--method", "ias15", "--no-cache", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
-    run = lagrange_process("solve", "bodies.yaml", "--precision", "double-double", "--force", cwd=tmp_path)
+    twice = ("--precision", "double-double", "--force", *written_out)
+    run = lagrange_process("solve", "bodies.yaml", *twice, cwd=tmp_path)
     assert run.returncode == 3 and "at most 131" in run.stderr and "ias15" not in run.stderr
 
 
