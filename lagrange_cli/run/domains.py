@@ -67,24 +67,33 @@ def known_at(spec: Spec, values: Values, t: float) -> dict[str, float]:
 
 
 def written_without_value(spec: Spec, known: Mapping[str, float]) -> SpecError | None:
-    """What is said of the first expression of the equations that has no value; None where all have one."""
+    """What is said of the first expression of the equations that has no value; None where all have one, if
+    perhaps one that is too large for a double: the graph may be without it."""
     from lagrange_cli.expression.numbers import NumberAlgebra
     from lagrange_cli.model.scope import Scope
 
     try:
         scope = Scope(spec, NumberAlgebra(known))
     except SpecError as error:
-        return error
+        return None if overflows(error) else error
     except (LookupError, NotImplementedError):  # a multiplier, or a velocity
         return None
     for one in spec.in_equations:
         try:
             scope.build(one)
         except SpecError as error:
-            return error
+            if not overflows(error):
+                return error
         except (LookupError, NotImplementedError):
             pass
     return None
+
+
+def overflows(error: BaseException | None) -> bool:
+    """Whether it was caused by a number that is too large."""
+    while error is not None and not isinstance(error, OverflowError):
+        error = error.__cause__
+    return error is not None
 
 
 def has_values(spec: Spec, known: Mapping[str, float]) -> bool:

@@ -88,7 +88,14 @@ def test_so_are_forces_without_a_value(capsys, folder):
 
 
 @pytest.mark.parametrize(
-    "potential", ["x**2/x", "where(y > 2, (y - 2)**2/x, 0)", "y**2/y + x*x**3/x", "exp(-y/2e-3)"]
+    "potential",
+    [
+        "x**2/x",
+        "where(y > 2, (y - 2)**2/x, 0)",
+        "y**2/y + x*x**3/x",
+        "exp(-y/2e-3)",
+        "exp(1e3*y)/(1 + exp(1e3*y))**2",
+    ],
 )
 def test_what_cancels_or_does_not_count_is_no_obstacle(potential, folder):
     (folder / "a.yaml").write_text(PLANE.format(potential=potential, force="-x_dot/norm((1, x))"))
