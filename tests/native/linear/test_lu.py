@@ -83,8 +83,7 @@ def test_what_was_put_in_comes_out(name, size, unrolled, level):
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("size", [1, 3, 5, 13])
 def test_definite_blocks(name, size):
-    """L D L^T of small ones, P M = L U of others: the equations hold to a few units of rounding, and a row twice
-    is found."""
+    """L D L^T of small ones, else L U: the equations hold to some units of rounding, a row twice is found."""
     kind, source = KINDS[name], np.random.default_rng(size)
     solve, parts = solver(kind, size, FULL, 5, "definite"), kind.parts
     unit = 2.0**-53 if parts == 1 else 2.0**-105
