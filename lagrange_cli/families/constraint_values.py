@@ -76,7 +76,12 @@ class State:
     def _drifts(self) -> Values:
         """The rates of constraints where nothing moves."""
         builder = self.system.builder
-        return self._of([builder.graph.diff(one.node, builder.time) for one in self.system.bonds.bounds])
+        return self._of(
+            [
+                builder.graph.diff(one.node, builder.time) if one.holonomic else one.at_rest(builder.graph)
+                for one in self.system.bonds.bounds
+            ]
+        )
 
     @property
     def masses(self) -> Matter:
