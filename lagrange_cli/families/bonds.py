@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from lagrange_cli.families.arrays import NONE, Chain, Domain, Source, Term, Tota
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.joints import Articulation
+from lagrange_cli.families.responses import Responses, responses, trees_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.model.sparse import SparseElimination, eliminated
 from lagrange_cli.records import dataclass
@@ -86,14 +86,14 @@ class CoupledMembers:
 @dataclass(frozen=True, eq=False)
 class Bonds:
     """The ``bounds`` of a system, and the ``names`` of all constraints, so many ``holonomic`` ones first.
-    The ``multipliers`` are computed from all equations together, and have no terms. On chains and trees, each
-    constraint is ``coupled`` to all others."""
+    The ``multipliers`` are computed from all equations together, and have no terms. On chains and trees,
+    the ``responses`` say what is coupled."""
 
     bounds: tuple[Bound, ...]
     names: Sequence[str]
     multipliers: Total
     holonomic: int
-    coupled: bool = False
+    responses: Responses | None = None
 
     @property
     def count(self) -> int:
@@ -168,9 +168,8 @@ class Bonds:
     def elimination(self) -> SparseElimination:
         """How A M^-1 A^T is factored. Raises ``Unsuited`` where L has too many numbers."""
         neighbours: list[set[int]] = [set() for _ in range(self.count)]
-        every = range(self.count)
-        pairs = product(every, every) if self.coupled else self.pairs[1].tolist()
-        for i, j in pairs:
+        places = self.pairs[1] if self.responses is None else self.responses.places
+        for i, j in places.tolist():
             if i != j:
                 neighbours[i].add(j)
                 neighbours[j].add(i)
@@ -207,10 +206,19 @@ def bonds(builder: FamilyBuilder, spec: Spec, joints: Articulation | None = None
     bound = [np.zeros(0, dtype=np.int64), *(one.numbers for one in found if one.rows or one.holds)]
     if len(np.unique(np.concatenate(bound))) < len(names):
         raise Unsuited  # no coordinate is in one of them
-    if joints is not None and len(names) > MOST:
-        raise Unsuited
     multipliers = Total(Source.TOTAL, len(names))
-    return Bonds(tuple(found), names, multipliers, count, joints is not None) if names else None
+    felt = responses_of(found, len(names), builder, joints) if names and joints is not None else None
+    return Bonds(tuple(found), names, multipliers, count, felt) if names else None
+
+
+def responses_of(
+    found: Sequence[Bound], count: int, builder: FamilyBuilder, joints: Articulation
+) -> Responses:
+    """Which of so many constraints are coupled on chains and trees."""
+    nodes, coordinates = trees_of(joints, builder.q.count)
+    touched = [(one.numbers, coordinates[rows]) for one in found for rows in one.rows]
+    touched += [(one.numbers, nodes[hold.places]) for one in found for hold in one.holds]
+    return responses(touched, count, MOST)
 
 
 def bounds_of(

@@ -94,6 +94,83 @@ def drawn(chance: random.Random) -> str:
     )  # fmt: skip
 
 
+SLEIGHS = """
+sizes: {{N: {count}}}
+parameters: {{a: 0.3, b: 0.5, l: 0.8}}
+coordinates:
+  x[i in range(N)]: {{initial: 0.4*i}}
+  y[i in range(N)]: {{initial: 0.1*i}}
+  phi[i in range(N)]: {{initial: "0.4 + 0.7*sin(i)", velocity: "0.5 - i/9"}}
+masses: {{"f[i in range(N)]": 1 + i/7, "r[i in range(N)]": 0.6}}
+embedding:
+  f[i in range(N)]: ["x[i] + (a + b)*cos(phi[i])", "y[i] + (a + b)*sin(phi[i])"]
+  r[i in range(N)]: ["x[i] + (a - b)*cos(phi[i])", "y[i] + (a - b)*sin(phi[i])"]
+potential: "{potential}"
+{forces}
+{holonomic}
+nonholonomic:
+  {constraints}
+"""
+TRAIN = """
+sizes: {{N: {count}}}
+parameters: {{a: 0.3, b: 0.5, l: 0.8}}
+coordinates:
+  x: {{initial: 0}}
+  y: {{initial: 0, velocity: 1.2}}
+  phi[i in range(N)]: {{initial: "0.4 + 0.7*sin(i)"}}
+definitions:
+  X[0]: x
+  X[i in range(1, N)]: X[i - 1] - l*cos(phi[i])
+  Y[0]: y
+  Y[i in range(1, N)]: Y[i - 1] - l*sin(phi[i])
+masses: {{"f[i in range(N)]": 1 + i/7, "r[i in range(N)]": 0.6}}
+embedding:
+  f[i in range(N)]: ["X[i]", "Y[i]"]
+  r[0]: ["x + a*cos(phi[0])", "y + a*sin(phi[0])"]
+  r[i in range(1, N)]: ["X[i - 1] - a*cos(phi[i])", "Y[i - 1] - a*sin(phi[i])"]
+potential: "{potential}"
+{forces}
+{holonomic}
+nonholonomic:
+  {constraints}
+"""
+EDGE = "f[i].vy*cos(phi[i]) - f[i].vx*sin(phi[i])"
+ON_TREES: Mapping[str, tuple[str, str]] = {
+    "sleighs": (SLEIGHS, "knife[i in range(N)]: y_dot[i]*cos(phi[i]) - x_dot[i]*sin(phi[i])"),
+    "sleighs, held in front": (SLEIGHS, f"knife[i in range(N)]: {EDGE}"),
+    "on turntables": (SLEIGHS, f"knife[i in range(N)]: {EDGE} - 0.3*(f[i].x*cos(phi[i]) + y[i]*sin(phi[i]))"),
+    "of neighbours": (
+        SLEIGHS,
+        f"knife[i in range(N)]: {EDGE}\n  "
+        "gear[i in range((N + 1)//2)]: phi_dot[2*i] + cos(x[i])*phi_dot[(2*i + 1) % N]/3 - 0.2",
+    ),
+    "a train": (TRAIN, f"knife[i in range(N)]: {EDGE}"),
+    "a train that is pulled": (TRAIN, f"knife[i in range(N)]: {EDGE}\n  pull: f[0].vx - sin(t)/3"),
+    "the last one steers": (TRAIN, "last: f[N - 1].vx*sin(x) - r[N - 1].vy - phi_dot[0]/5"),
+}
+FOR_TREES = {
+    "nothing": "0",
+    "a slope": "sum(0.7*f[i].x + r[i].y/3 for i in range(N))",
+    "a trap": "sum((f[i].x**2 + r[i].y**2)/3 for i in range(N))",
+}
+
+
+def drawn_on_trees(chance: random.Random) -> str:
+    """The text of a random system of which each member is a tree, or all of them are one."""
+    text, constraints = ON_TREES[chance.choice([*ON_TREES])]
+    first = "x[0]" if text is SLEIGHS else "x"
+    held = chance.choice(["", "", f"constraints:\n  rail: phi[0] - 0.4 - {first}/3 - {first}**2/9"])
+    if "gear" in constraints:
+        text = text.replace(', velocity: "0.5 - i/9"', "")
+    if held or "pull" in constraints:
+        text = text.replace(", velocity: 1.2", "")
+    friction = 'generalized_forces: {"phi[i in range(N)]": "-0.1*phi_dot[i]"}'
+    return text.format(
+        count=chance.choice(SIZES), potential=FOR_TREES[chance.choice([*FOR_TREES])], holonomic=held,
+        forces=chance.choice(["", friction]), constraints=constraints,
+    )  # fmt: skip
+
+
 def begun(text: str) -> tuple[Spec, Values]:
     """A system and its consistent start."""
     spec = read_spec(text, "system.yaml")
@@ -133,5 +210,23 @@ def test_families_with_constraints_on_velocities_move_as_their_members_do(
     assert together.machine.program.loops and not apart.machine.program.loops, text
     own = [one.path for one in together.recording.datasets]
     assert own == [one.path for one in apart.recording.datasets], text
+    assert set(together.recording.conserved) <= set(apart.recording.conserved), text
+    compared(text, motion, expected)
+
+
+@pytest.mark.exhaustive(keep=0.5, most=10)
+@pytest.mark.parametrize("case", range(60))
+def test_chains_and_trees_with_constraints_on_velocities_move_as_their_members_do(
+    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = drawn_on_trees(random.Random(f"{pytestconfig.option.seed} {case}"))
+    outputs = OUTPUTS - {"reactions"}
+    for least in ("FEWEST_BOUND", "FEWEST_JOINTED", "FEWEST_NONHOLONOMIC"):
+        monkeypatch.setattr(systems, least, 0)
+    together, motion = followed(text, outputs)
+    for least in ("FEWEST_BOUND", "FEWEST_JOINTED", "FEWEST_NONHOLONOMIC"):
+        monkeypatch.setattr(systems, least, 10**9)
+    apart, expected = followed(text, outputs)
+    assert together.machine.program.loops and not apart.machine.program.loops, text
     assert set(together.recording.conserved) <= set(apart.recording.conserved), text
     compared(text, motion, expected)

@@ -6,8 +6,9 @@ ones of constraints g on velocities,
     M a = F + A^T lambda,    A a + c = 0,    so that    A M^-1 A^T lambda = -c - A M^-1 F.
 
 M is never written down. Forces A^T lambda act on the nodes and coordinates that constraints contain, and what
-M^-1 makes of them, the ``reply``, takes a sweep to the roots and back. So each column of A M^-1 A^T takes a
-sweep, once a step, and each order two: one without the newest lambda, and one with it.
+M^-1 makes of them, the ``reply``, takes a sweep to the roots and back. So do the columns of A M^-1 A^T, those
+on different trees together, once a step (see ``families.responses``). Each order takes two sweeps: one
+without the newest lambda, and one with it.
 """
 
 from __future__ import annotations
@@ -71,8 +72,10 @@ class Closure:
         self.right = self.of_bounds(lambda b: -self.along(b, self.balance), less=self.rest)
         self.column = self.of_bounds(lambda b: self.along(b, self.reply))
         """A M^-1 A^T lambda."""
-        self.square = array(self.count**2 + 2)
-        """A M^-1 A^T, and behind it 0 and 1."""
+        assert system.bonds.responses is not None
+        self.responses = system.bonds.responses
+        self.square = array(len(self.responses.places) + 2)
+        """The entries of A M^-1 A^T, and behind them 0 and 1."""
         self.series = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows or one.holds]
 
     @property
@@ -129,8 +132,9 @@ class Closure:
 
     def placed(self, saddle: SaddleTables) -> Mapping[str, Sequence[int]]:
         """The places of the entries that are factored."""
-        end = self.count**2
-        return saddle.entries(lambda i, j: i * self.count + j if i >= 0 else end, end + 1, end + 1)
+        places = self.responses.places.tolist()
+        known, zero = {(i, j): k for k, (i, j) in enumerate(places)}, len(places)
+        return saddle.entries(lambda i, j: known.get((max(i, j), min(i, j)), zero), zero + 1, zero + 1)
 
     def total(self, count: int, terms: Sequence[Term]) -> Total:
         moving = tuple(one for one in terms if not one.node.is_zero)
