@@ -66,13 +66,15 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
     found = OUTPUTS | OF_BODIES
     if not spec.all_constraints:
         found |= {"constraints", "multipliers"}  # there are none
-    return (found | OF_CONSTRAINTS if spec.constraints and not spec.left_out else found).issuperset(outputs)
+    if spec.all_constraints and not spec.left_out:
+        found |= OF_CONSTRAINTS
+    return found.issuperset(outputs)
 
 
 def integrable(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
     not known there.)"""
-    return INTEGRALS.isdisjoint(outputs) or not spec.constraints
+    return INTEGRALS.isdisjoint(outputs) or not spec.all_constraints
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
