@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
+from lagrange_cli.run.roots import without_series
 from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
@@ -31,7 +32,7 @@ FEW = 60
 
 def check_domain(spec: Spec, values: Values, t: float) -> None:
     """Raise ``SpecError`` if an energy, a force or a position is certain to have no value where the motion
-    begins."""
+    begins, or a force no series."""
     if may_end(spec) and without_value(spec, values.parameters, (*values.q, *values.v), t, 1):
         raise refusal(spec, values, t)
     if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in spec.in_equations):
@@ -40,6 +41,9 @@ def check_domain(spec: Spec, values: Values, t: float) -> None:
     lost = written_without_value(spec, known)
     if lost is not None and not has_values(spec, known):
         raise refusal(spec, values, t, lost)
+    lost = without_series(spec, known) if lost is None else None
+    if lost is not None:
+        raise lost
 
 
 def may_lack_value(tree: Tree) -> bool:
@@ -53,7 +57,7 @@ def may_lack_value(tree: Tree) -> bool:
             return True
         if isinstance(one, Binary) and one.operator == "**" and not one.right.text.isdecimal():  # type: ignore[union-attr]
             return True
-        if isinstance(one, Call) and one.function in ("sqrt", "log", "asin", "acos"):
+        if isinstance(one, Call) and one.function in ("sqrt", "norm", "log", "asin", "acos"):
             return True
         pending += children(one)
     return False
