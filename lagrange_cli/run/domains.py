@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
-from lagrange_cli.run.roots import without_series
 from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
@@ -41,9 +40,12 @@ def check_domain(spec: Spec, values: Values, t: float) -> None:
     lost = written_without_value(spec, known)
     if lost is not None and not has_values(spec, known):
         raise refusal(spec, values, t, lost)
-    lost = without_series(spec, known) if lost is None else None
-    if lost is not None:
-        raise lost
+    if lost is None:
+        from lagrange_cli.run.roots import without_series
+
+        lost = without_series(spec, known)
+        if lost is not None:
+            raise lost
 
 
 def may_lack_value(tree: Tree) -> bool:
