@@ -57,6 +57,10 @@ class FamilyPlanner(Planner):
     def bodies(self) -> BodiesOfFamilies:
         return BodiesOfFamilies(self.residual.system)  # type: ignore[attr-defined]
 
+    def observables(self) -> Mapping[str, Any]:
+        """Places in totals; none contains multipliers."""
+        return self.model.observables
+
     def balanced(self) -> tuple[Any, str]:
         """No term of L is a total time derivative of velocities."""
         return self.energetics, ""
