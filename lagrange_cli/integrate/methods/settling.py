@@ -84,7 +84,7 @@ class Settling(AtZero):
             return False
         if self.rests_on() or self.rest() or self.cross():
             return True
-        return self.rests_on() or self.goes_farther() or self.leave_out()
+        return self.rests_on() or self.goes_farther() or self.leave_out() or self.blur()
 
     def begins_beyond(self) -> bool:
         """Whether the motion begins at y = 0 and leads below, where an energy jumps."""
