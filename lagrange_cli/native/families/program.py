@@ -41,8 +41,8 @@ from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
-from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
