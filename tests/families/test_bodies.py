@@ -47,7 +47,7 @@ HINGES = """definitions:
   h[0]: [0, l*sin(a[0]), -l*cos(a[0])]
   h[i in range(1, N)]: h[i - 1] + [0, l*sin(a[i]), -l*cos(a[i])]"""
 BALLS = f"""definitions:
-  h[0]: "l*{AXIS.replace('[i]', '[0]')}"
+  h[0]: "l*{AXIS.replace("[i]", "[0]")}"
   h[i in range(1, N)]: "h[i - 1] + l*{AXIS}\""""
 KINDS = {
     "tops": (THREE, "", '["l*sin(b[i])*sin(a[i])", "-l*sin(b[i])*cos(a[i])", "l*cos(b[i])"]', "zxz"),
