@@ -71,7 +71,7 @@ def equations(
     lagrange equations pendulum.yaml --format python > pendulum.py
     """
     if given.as_json and format_ not in (None, "json"):
-        raise click.UsageError(f"--json and --format {format_} contradict each other")
+        raise click.UsageError(f"--json and --format {format_} contradict each other: give one of them")
     chosen = "json" if given.as_json else format_ or "text"
     many = len(systems) > 1 and chosen != "json"
 

@@ -102,11 +102,11 @@ def panel_over_time(title: str, pairs: Sequence[tuple[Run, Quantity]], logarithm
 
 
 def phase(runs: Sequence[Run]) -> list[Panel]:
-    """Velocities over coordinates."""
-    found = [one for one in runs[0].of("q/") if dotted(one.name) in runs[0].known]
+    """Velocities over coordinates, of the runs that have them."""
+    found = {one.name: one for run in runs for one in run.of("q/") if dotted(one.name) in run.known}
     return [
-        across(runs, one.name, dotted(one.name), f"phase portrait of {one.symbol}")
-        for one in found[:MOST_PHASES]
+        across(runs, name, dotted(name), f"phase portrait of {one.symbol}")
+        for name, one in list(found.items())[:MOST_PHASES]
     ]
 
 
@@ -117,9 +117,11 @@ def dotted(name: str) -> str:
 
 
 def across(runs: Iterable[Run], x: str, y: str, title: str) -> Panel:
-    """One quantity over another."""
+    """One quantity over another, of the runs that have both."""
     curves, labels = [], ("", "")
     for number, run in enumerate(runs):
+        if not {x, y} <= run.known.keys():
+            continue
         one, other = run.known[x], run.known[y]
         if rows_of(run.result, one) != rows_of(run.result, other):
             raise UsageError(f"{x} and {y} have different numbers of samples in {run.result.name}")
