@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
@@ -19,6 +18,8 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import NONE, Chain, Domain, Source, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of
+from lagrange_cli.families.joints import Articulation
+from lagrange_cli.families.reach import Reach, reach_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.model.sparse import SparseElimination, eliminated
 from lagrange_cli.records import dataclass
@@ -74,13 +75,13 @@ class CoupledMembers:
 @dataclass(frozen=True, eq=False)
 class Bonds:
     """The ``bounds`` of a system, and the ``names`` of all constraints. The ``multipliers`` are computed from
-    all equations together, and have no terms. On chains and trees, each constraint is ``coupled`` to all
-    others."""
+    all equations together, and have no terms. On chains and trees, ``reach`` says which of them act on each
+    other."""
 
     bounds: tuple[Bound, ...]
     names: Sequence[str]
     multipliers: Total
-    coupled: bool = False
+    reach: Reach | None = None
 
     @property
     def count(self) -> int:
@@ -151,8 +152,7 @@ class Bonds:
     def elimination(self) -> SparseElimination:
         """How A M^-1 A^T is factored. Raises ``Unsuited`` where L has too many numbers."""
         neighbours: list[set[int]] = [set() for _ in range(self.count)]
-        every = range(self.count)
-        pairs = product(every, every) if self.coupled else self.pairs[1].tolist()
+        pairs = self.pairs[1].tolist() if self.reach is None else self.reach.pairs
         for i, j in pairs:
             if i != j:
                 neighbours[i].add(j)
@@ -163,9 +163,10 @@ class Bonds:
         return found
 
 
-def bonds(builder: FamilyBuilder, spec: Spec, nodes: Sequence[Chain] | None = None) -> Bonds | None:
+def bonds(builder: FamilyBuilder, spec: Spec, joints: Articulation | None = None) -> Bonds | None:
     """The constraints without those that are left out; None where there are none. On chains and trees they
-    may contain the places of ``nodes``. Raises ``Unsuited`` where they are of another kind, or many there."""
+    may contain the places of the nodes of ``joints``. Raises ``Unsuited`` where they are of another kind, or
+    many act on the same tree."""
     found, names = list[Bound](), list[str]()
     left = {*spec.left_out}
     for family in grouped(spec.constraints, spec.families.get("constraints", {})):
@@ -177,14 +178,19 @@ def bonds(builder: FamilyBuilder, spec: Spec, nodes: Sequence[Chain] | None = No
         for domain, value, which in builder.pieces(group, own) if len(own) else ():
             if isinstance(value, tuple):
                 raise Unsuited
-            found += bounds_of(builder, domain, value, numbers[which], nodes or ())
+            found += bounds_of(builder, domain, value, numbers[which], joints.nodes if joints else ())
     bound = [np.zeros(0, dtype=np.int64), *(one.numbers for one in found if one.rows or one.holds)]
     if len(np.unique(np.concatenate(bound))) < len(names):
         raise Unsuited  # no coordinate is in one of them
-    if nodes is not None and len(names) > MOST:
-        raise Unsuited
-    multipliers = Total(Source.TOTAL, len(names))
-    return Bonds(tuple(found), names, multipliers, nodes is not None) if names else None
+    if not names:
+        return None
+    reach = None
+    if joints is not None:
+        size = builder.q.count
+        tables = [(one, [*one.rows, *(hold.places + size for hold in one.holds)]) for one in found]
+        holding = [(one.numbers, held) for one, some in tables for held in some]
+        reach = reach_of(joints, size, holding, len(names), MOST)
+    return Bonds(tuple(found), names, Total(Source.TOTAL, len(names)), reach)
 
 
 def bounds_of(

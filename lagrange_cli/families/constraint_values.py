@@ -160,33 +160,44 @@ class JointedState(State):
 
     @property
     def masses(self) -> Matter:
-        return self.joints
+        return self.joints if self.joints.nodes else Masses(self.joints.blocks, self.extent)
+
+    @cached_property
+    def inertia(self) -> Values:
+        with np.errstate(all="ignore"):
+            return np.array(self.joints.diagonal(self.system.builder.q.count))
 
     @cached_property
     def rows(self) -> list[dict[int, Any]]:
+        if not self.joints.nodes:
+            return super().rows
         bonds, kind, count = self.system.bonds, self.kind, self.system.builder.q.count
+        assert bonds.reach is not None
+        turn, turns = bonds.reach.turn, bonds.reach.turns
         with np.errstate(all="ignore"):
-            pushes = kind.zeros(self.joints.nodes, len(self.joints.axes), bonds.count)
-            direct = kind.zeros(count, bonds.count)
+            pushes = kind.zeros(self.joints.nodes, len(self.joints.axes), turns)
+            direct = kind.zeros(count, turns)
             for one, slopes in zip(bonds.bounds, self.slopes):
                 for hold in one.holds:
                     values = self.numbers.node(hold.slope)
-                    np.add.at(pushes[:, hold.component], (hold.places, one.numbers), values)
+                    np.add.at(pushes[:, hold.component], (hold.places, turn[one.numbers]), values)
                 for rows, values in zip(one.rows, slopes):
-                    np.add.at(direct, (rows, one.numbers), values)
+                    np.add.at(direct, (rows, turn[one.numbers]), values)
             columns = (direct + self.joints.felt(pushes)).T.tolist()
-        return [{k: columns[i][k] for k in some} for i, some in enumerate(self.system.contained)]
+        return [{k: columns[t][k] for k in some} for t, some in zip(turn.tolist(), self.system.contained)]
 
 
 def contained(bonds: Bonds, joints: Articulation, graph: Graph, count: int) -> list[list[int]]:
     """The coordinates, of so many, that each constraint on chains and trees contains."""
-    pushes = np.zeros((joints.count, len(joints.nodes), bonds.count))
-    found = np.zeros((count, bonds.count), dtype=bool)
+    reach = bonds.reach
+    assert reach is not None
+    pushes = np.zeros((joints.count, len(joints.nodes), reach.turns))
+    found = np.zeros((count, reach.turns), dtype=bool)
     for one in bonds.bounds:
         for hold in one.holds:
-            pushes[hold.places, hold.component, one.numbers] = 1.0
+            pushes[hold.places, hold.component, reach.turn[one.numbers]] = 1.0
         for rows in one.rows:
-            found[rows, one.numbers] = True
+            found[rows, reach.turn[one.numbers]] = True
     if joints.nodes:
         along(joints.nodes[0].tree, pushes, back=True)
     for kind in joints.joints:
@@ -194,4 +205,8 @@ def contained(bonds: Bonds, joints: Articulation, graph: Graph, count: int) -> l
             for symbol, rows in zip(kind.coordinates, kind.rows):
                 if kind.nodes is not None and not graph.diff(move, symbol).is_zero:
                     found[rows] |= pushes[kind.nodes, axis] > 0
-    return [np.flatnonzero(column).tolist() for column in found.T]
+    whose = {(tree, t): i for i, t in enumerate(reach.turn.tolist()) for tree in reach.trees[i]}
+    made: list[list[int]] = [[] for _ in range(bonds.count)]
+    for k, t in np.argwhere(found).tolist():
+        made[whose[int(reach.tree_of[k]), t]].append(k)
+    return made

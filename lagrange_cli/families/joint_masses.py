@@ -133,6 +133,19 @@ class JointMasses:
         columns = [self.product(column).tolist() for column in self.numbers.kind.array(np.eye(self.count))]
         return {k: {j: m for j, m in enumerate(column) if m} for k, column in enumerate(columns)}
 
+    @cached_property
+    def blocks(self) -> Mapping[int, Mapping[int, Any]]:
+        """The same where there are no nodes: the few entries of each joint."""
+        made: dict[int, dict[int, Any]] = {}
+        for kind in self.kinds:
+            size = len(kind.rows)
+            own = self.numbers.kind.zeros(kind.count, size, size)
+            for _, slopes, mass in kind.weights:
+                own += mass[:, None, None] * slopes[:, :, None] * slopes[:, None, :]
+            for coordinates, block in zip(zip(*(rows.tolist() for rows in kind.rows)), own.tolist()):
+                made |= {k: dict(zip(coordinates, row)) for k, row in zip(coordinates, block)}
+        return made
+
     def diagonal(self, count: int) -> list[Any]:
         carried = self.numbers.kind.zeros(self.nodes + 1, len(self.axes))
         for axis in self.axes:

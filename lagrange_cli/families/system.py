@@ -180,7 +180,7 @@ def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
     applied = total_of(builder.q.count, [*terms, *felt(builder, found, pushes)], graph)
     momentum = momenta(builder, found)
-    bound = bonds(builder, spec, found.nodes)
+    bound = bonds(builder, spec, found)
     return described(
         builder, everyone=Domain(builder.q.count), masses=total_of(builder.q.count, [], graph), forces=forces,
         needed=[*needed, *beside], energies=totals, slopes=whole, applied=applied,

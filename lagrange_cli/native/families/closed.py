@@ -12,6 +12,7 @@ from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.constrained import MemberTabled, copied
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.llvm.vector import Bit, Pointer
@@ -57,19 +58,22 @@ class ClosedJet(ArticulatedJet):
         super().follow_forces(evaluation, first=first)
 
     def _couple(self, evaluation: Evaluation) -> None:
-        """A M^-1 A^T, column by column, and its factors."""
+        """A M^-1 A^T, turn by turn, and its factors."""
         f, vectors, closure, where = self.f, self.vectors, self.closure, evaluation.where
-        many, square = closure.count, where(closure.square)
-        with f.loop(0, many, tested=False) as j:
+        many, square, turns = closure.count, where(closure.square), closure.reach.turns
+        zero, one = (vectors.constant(float(k)) for k in range(2))
+        listed, ends = (self.tables.of_array(one) for one in closure.reach.listed)
+        with f.loop(0, turns, tested=False) as j:
             with f.loop(0, many, tested=False) as i:
-                vectors.store(vectors.constant(0.0), where(closure.multipliers), i)
-            vectors.store(vectors.constant(1.0), where(closure.multipliers), j)
+                vectors.store(zero, where(closure.multipliers), i)
+            with f.loop(place_at(f, j + ends), place_at(f, j + 1 + ends), tested=False) as p:
+                vectors.store(one, where(closure.multipliers), place_at(f, p + listed))
             self._act(evaluation, closure.alone, closure.reply)
             evaluation.write([closure.column])
             with f.loop(0, many, tested=False) as i:
                 vectors.store(vectors.load(where(closure.column), i), square, j * many + i)
-        for k in range(2):
-            vectors.store(vectors.constant(float(k)), square, many**2 + k)
+        for k, value in enumerate((zero, one)):
+            vectors.store(value, square, turns * many + k)
         regular = f.variable(Bit(f, "true", 1))
         self.saddle.factor(square, closure.placed(self.tabled), regular)
         self.good.append(regular.get())

@@ -68,8 +68,10 @@ class Closure:
         self.right = self.of_bounds(lambda b: -self.along(b, self.balance), less=self.rest)
         self.column = self.of_bounds(lambda b: self.along(b, self.reply))
         """A M^-1 A^T lambda."""
-        self.square = array(self.count**2 + 2)
-        """A M^-1 A^T, and behind it 0 and 1."""
+        assert self.bonds.reach is not None
+        self.reach = self.bonds.reach
+        self.square = array(self.reach.turns * self.count + 2)
+        """The columns of A M^-1 A^T, those of a turn in one, and behind them 0 and 1."""
         self.series = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows or one.holds]
 
     @property
@@ -123,8 +125,12 @@ class Closure:
 
     def placed(self, saddle: SaddleTables) -> Mapping[str, Sequence[int]]:
         """The places of the entries that are factored."""
-        end = self.count**2
-        return saddle.entries(lambda i, j: i * self.count + j if i >= 0 else end, end + 1, end + 1)
+        reach, end = self.reach, self.reach.turns * self.count
+
+        def place(i: int, j: int) -> int:
+            return int(reach.turn[i]) * self.count + j if i >= 0 and j in reach.met[i] else end
+
+        return saddle.entries(place, end + 1, end + 1)
 
     def total(self, count: int, terms: Sequence[Term]) -> Total:
         moving = tuple(one for one in terms if not one.node.is_zero)

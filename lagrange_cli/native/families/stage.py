@@ -79,7 +79,7 @@ class MemberStage(VectorStage):
         emitter, constants = evaluation.emitter, Everywhere(evaluation.tables.constants.slots)
         expansion = VectorExpansion(
             cast("Any", Moving(series.moving)), series.program, emitter, constants,
-            Factorization(emitter, 0, {}, {}), evaluation.known[series.time], 0,
+            Factorization(emitter, 0), evaluation.known[series.time], 0,
         )  # fmt: skip
         super().__init__(expansion)
         expansion.serve(self)
