@@ -36,11 +36,17 @@ def pieces(result: Result, wanted: Sequence[Quantity], step: int = 1) -> Iterato
         rows = slice(start, min(start + piece, count))
         whole = {path: result.read(path, rows) for path in sizes}
         yield [
-            whole[one.path][(slice(None), *one.index)]
+            of_index(whole[one.path], one.index)
             if one.path in whole
             else result.read(one.path, (rows, *one.index))
             for one in wanted
         ]
+
+
+def of_index(values: Array, index: Sequence[int]) -> Array:
+    """All rows of one column."""
+    column: tuple[slice | int, ...] = (slice(None), *index)
+    return values[column]
 
 
 def over_time(result: Result, time: Quantity, wanted: Sequence[Quantity]) -> list[tuple[Array, Array]]:
@@ -50,7 +56,10 @@ def over_time(result: Result, time: Quantity, wanted: Sequence[Quantity]) -> lis
         [(t, x.copy()) if width <= 2 else least_and_greatest(t, x, width) for x in values]
         for t, *values in pieces(result, [time, *wanted], width)
     ]
-    return [tuple(map(np.concatenate, zip(*curve))) for curve in zip(*parts)]
+    return [
+        (np.concatenate([t for t, _ in curve]), np.concatenate([x for _, x in curve]))
+        for curve in zip(*parts)
+    ]
 
 
 def least_and_greatest(t: Array, x: Array, width: int) -> tuple[Array, Array]:
