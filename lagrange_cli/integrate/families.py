@@ -64,9 +64,9 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
 def known(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the outputs can be computed with families."""
     found = OUTPUTS | OF_BODIES
-    if not spec.all_constraints:
+    if not spec.constrained:
         found |= {"constraints", "multipliers"}  # there are none
-    if spec.all_constraints and not spec.left_out:
+    elif not spec.left_out:
         found |= OF_CONSTRAINTS
     return found.issuperset(outputs)
 
@@ -74,7 +74,7 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
 def integrable(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
     not known there.)"""
-    return INTEGRALS.isdisjoint(outputs) or not spec.all_constraints
+    return INTEGRALS.isdisjoint(outputs) or not spec.constrained
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
