@@ -183,8 +183,11 @@ class WholeEquations:
         """The given state as a consistent start, where it clearly is one: every value is given, all
         constraints hold but for rounding, and they are independent. None where a closer look is needed."""
         here = self.state(given.t, given.q, given.v)
-        bonds, mass = here.system.bonds, here.inertia
-        if here.system.joints or given.open_q or not np.all(mass > 0.0) or twice(bonds):
+        bonds = here.system.bonds
+        if given.open_q or any(one.holds for one in bonds.bounds) or twice(bonds):
+            return None
+        mass = here.inertia
+        if not np.all(mass > 0.0):
             return None
         with np.errstate(all="ignore"):
             whole = math.sqrt(max(float(np.sum(mass * here.q**2)), here.extent))

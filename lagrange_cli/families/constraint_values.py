@@ -181,7 +181,14 @@ class JointedState(State):
         return joints if joints.nodes else Masses(joints.blocks(), self.extent)
 
     @cached_property
+    def inertia(self) -> Values:
+        with np.errstate(all="ignore"):
+            return np.array(self.joints.diagonal(self.system.builder.q.count))
+
+    @cached_property
     def rows(self) -> list[dict[int, Any]]:
+        if not self.joints.nodes:
+            return super().rows
         bonds, kind, count = self.system.bonds, self.kind, self.system.builder.q.count
         colors, owners = self.system.colors, self.system.owners
         with np.errstate(all="ignore"):
