@@ -52,6 +52,8 @@ class Given:
     """So many integrals behind those of guards' arguments are those of multipliers, and have no say."""
     project: str = ""
     """The text of ``@project``, if there are constraints."""
+    jointed: bool = False
+    """Whether joints have several coordinates each, whose accelerations are found together."""
     timed: bool = False
     """Whether equations depend on t."""
     floors: str = ""
@@ -81,6 +83,8 @@ class Steps(ABC):
     ) -> None:
         self.given, self.state, self.sums = given, given.state, sums
         self.constrained = bool(given.project)
+        self.mutual = self.constrained or given.jointed
+        """Whether the accelerations of what rests may be rounding errors of other ones."""
         self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance).timed(given.timed)
         arguments, first = given.guards.arguments if given.guards else 0, given.state.integrals.start
         silent = arguments + given.multipliers  # these integrals have no say
