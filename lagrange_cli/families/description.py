@@ -133,6 +133,11 @@ class FamilySystem:
         return found
 
     @property
+    def mixed(self) -> bool:
+        """Whether a joint has several coordinates."""
+        return self.joints is not None and any(len(one.rows) > 1 for one in self.joints.joints)
+
+    @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
         given = *self.needed, self.forces, *self.loads, *(self.modes.followed if self.modes else ())
