@@ -17,6 +17,8 @@ class Reversal:
 
     def __init__(self, system: FamilySystem) -> None:
         self.system, self._known = system, dict[Total, Total]()
+        if system.bonds is not None:
+            self._known[system.bonds.multipliers] = system.bonds.multipliers
         joints = system.joints
         self._places = {*joints.nodes} if joints else set[Total]()
         self._speeds = {one for one in joints.rates if one is not None} if joints else set[Total]()
