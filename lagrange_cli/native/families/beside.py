@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from lagrange_cli.families.arrays import Array, Total
-from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.jets import Jet, SeriesJet
 from lagrange_cli.native.families.loops import needed
@@ -26,19 +25,12 @@ class BesideJet(SeriesJet):
 
     def of_state(self) -> dict[Array, tuple[int, int]]:
         self.work = self.motion.work
-        found = {one: self.motion.planes[one] for one in (self.system.q, self.system.v)}
-        if self.kept is not None:
-            found[self.kept] = self.motion.planes[self.kept]
-        return found
-
-    @property
-    def kept(self) -> Total | None:
-        """The multipliers, whose series the motion keeps."""
-        return self.motion.kept if isinstance(self.motion, CorrectedJet) else None
+        given = self.system.q, self.system.v, *self.motion.carried
+        return {one: self.motion.planes[one] for one in given}
 
     def prepared(self) -> Sequence[Total]:
-        known = [] if self.kept is None else [self.kept]
-        totals = needed([self.integrands], self.slots, [*self.lasting.fixed, *known])
+        known = *self.lasting.fixed, *self.motion.carried
+        totals = needed([self.integrands], self.slots, known)
         self.arrange(totals)
         return totals
 

@@ -199,6 +199,10 @@ class CorrectedJet(SeriesJet):
             series = series_of(local, self.slots, self.system.time, self.order, alone)
             self.members.append((series, self.take(series.doubles)))
 
+    @property
+    def carried(self) -> Sequence[Array]:
+        return () if self.kept is None else (self.kept,)
+
     def keep(self, multipliers: Array, k: int | Integer) -> None:
         """Keep coefficients k of the multipliers, if that is asked for."""
         if self.kept is not None:
