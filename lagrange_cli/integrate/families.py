@@ -71,12 +71,6 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
     return found.issuperset(outputs)
 
 
-def integrable(spec: Spec, outputs: Collection[str]) -> bool:
-    """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
-    not known there.)"""
-    return INTEGRALS.isdisjoint(outputs) or not spec.constrained
-
-
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     """The system as one of families, where that serves a run; else None."""
     found = family_run_or_why(spec, compilation)
@@ -90,9 +84,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut(f"--method {method}", "use --method taylor")
     if compilation.section:
         return WrittenOut("the section", "let an event of 'solve' record the crossings")
-    outputs = compilation.outputs
-    if integrable(spec, outputs):
-        outputs -= INTEGRALS
+    outputs = compilation.outputs - INTEGRALS
     others = [one for one in sorted(outputs) if not known(spec, [one])]
     if others:
         return without_outputs(others)
@@ -108,6 +100,8 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("steps that have to be proven, on chains, with constraints or dry friction", way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
+    if "ledger" in compilation.outputs and system.bonds is not None and system.smooth is not None:
+        return without_outputs(["ledger"])
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):
         return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
     if compilation.backward and not system.idle_bonds:

@@ -140,6 +140,14 @@ class Arrangement:
         whole = total_of(len(self.integrals), terms, self.graph)
         return self.lasting.arranged(whole, kept=False)
 
+    @property
+    def multipliers_beside(self) -> Total | None:
+        """The multipliers, if what is followed beside the motion contains them."""
+        bonds = self.system.bonds
+        if bonds is None or self.integrands is None:
+            return None
+        return bonds.multipliers if bonds.multipliers in needed([self.integrands], self.slots) else None
+
     @cached_property
     def tabled(self) -> SaddleTables:
         """How multipliers are found."""
