@@ -157,7 +157,7 @@ class Stepper:
 
     def touching(self) -> bool:
         """Whether a contact has just begun, or is just ending."""
-        return self._settling is not None and self._settling.touches()
+        return self._settling is not None and bool(self._settling.touching())
 
     def accelerations(self) -> Array:
         """The accelerations of the coordinates at the state reached."""
@@ -204,7 +204,12 @@ class Stepper:
             self.limited |= bool(space.info[2])
             if stop is Stop.PAUSE and self._marks(self.steps):
                 return Stop.CRAWL, done
-            if self._settling is not None and self._goes_on(stop, before, first + done):
+            reached = space.memory.copy() if self._settling is not None else None
+            if reached is not None and self._goes_on(stop, before, first + done):
+                if space.t > reached[space.layout.time]:
+                    crossed = space.between(reached, wanted[done:])
+                    space.samples[:, done : done + crossed.shape[1]] = crossed
+                    done += crossed.shape[1]
                 if not interrupt(space.t):
                     continue
                 stop = Stop.PAUSE
