@@ -53,6 +53,10 @@ class FamilyPlanner(Planner):
         found = constants_of(system).conserved
         return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
 
+    def kept_by_constraints(self) -> Sequence[tuple[Conserved, Any]]:
+        """Whether constraints are integrable is looked at in smaller systems only."""
+        return ()
+
     @property
     def bodies(self) -> BodiesOfFamilies:
         return BodiesOfFamilies(self.residual.system)  # type: ignore[attr-defined]
@@ -175,7 +179,8 @@ class Described:
         bonds = self.system.bonds
         for i, name in enumerate(bonds.names if bonds else ()):
             assert bonds is not None
-            yield Constraint(name, (bonds.values, i), (bonds.multipliers, i), holonomic=True)
+            holonomic = i < bonds.holonomic
+            yield Constraint(name, (bonds.values, i), (bonds.multipliers, i), holonomic=holonomic)
 
     def particles(self) -> list[tuple[tuple[Total, ...], Sequence[str]]]:
         """The positions of each family of particles, and the members' names."""

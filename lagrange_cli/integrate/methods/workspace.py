@@ -99,6 +99,26 @@ class Workspace:
         self.resume()
         return found if complete else None
 
+    def between(self, origin: Array, wanted: Array) -> Array:
+        """The states (rows of every part, n) at those of the ``wanted`` times that the motion has passed
+        since the memory ``origin``, on a way along which rates are constant but for rounding."""
+        from lagrange_cli.native.numbers.error_free import two_sum
+
+        layout, parts = self.layout, self.machine.program.parts
+        begin, end = (one[[layout.time, layout.at(Clock.TIME_LOW)]] for one in (origin, self.memory))
+        length = float((end - begin).sum())
+        passed = (wanted - begin[0]) - begin[1]
+        s = passed[passed < length] / length
+        lows = [layout.part(1), slice(layout.third, layout.third + layout.rows)][:parts]
+        change = self.memory[layout.part(0)] - origin[layout.part(0)]
+        for low in lows:
+            change = change + (self.memory[low] - origin[low])
+        moved = np.outer(change, s)
+        moved[layout.q] -= np.outer(change[layout.v] * (length / 2), s * (1 - s))
+        high, rest = (origin[layout.part(part)][:, None] for part in (0, 1))
+        found, error = two_sum(high, moved)
+        return np.concatenate([found + (error + rest)] if parts == 1 else two_sum(found, error + rest))
+
     def taken(self, done: int) -> Array:
         """The first samples: rows q, v and the integrals, of every part."""
         samples = self.samples[:, :done]
