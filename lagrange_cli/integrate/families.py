@@ -195,8 +195,11 @@ def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] 
     return any(is_root(one) and not shows(one, variables, speeds) for one in reachable(sides))
 
 
-def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
-    """The program for ``compilation``, and the datasets made of its results."""
+def write_families(
+    system: FamilySystem, compilation: Compilation, *, concise: bool = False
+) -> tuple[Program, Recording]:
+    """The program for ``compilation``, ``concise`` or as fast as it can be, and the datasets made of its
+    results."""
     conserved = frozenset(system.conserved)
     if system.bodies:  # what T does not depend on is not seen by its form
         from lagrange_cli.families.conservation import constants_of
@@ -229,6 +232,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         program = write_family_program(
             followed, observed, tolerance, order,
             scheme=scheme, kind=kind, factor=compilation.factor, proven=proven, integrands=integrands,
+            concise=concise,
         )  # fmt: skip
     except TooManyNumbers as error:
         if compilation.precision == DOUBLE and compilation.factor is None:

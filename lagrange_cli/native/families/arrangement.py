@@ -49,8 +49,9 @@ class Arrangement:
         factor: int | None,
         proven: bool,
         integrands: Observed,
+        concise: bool,
     ) -> None:
-        self.kind, self.factor = kind, factor
+        self.kind, self.factor, self.concise = kind, factor, concise
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
         self.observed, self.tolerance, self.scheme = observed, tolerance, scheme
         self.proven = proven

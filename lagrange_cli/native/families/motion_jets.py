@@ -68,13 +68,15 @@ class MotionJets(Preparation):
 
     def with_beside(self, motion: SeriesJet, name: str, *given: Any) -> Jet:
         """The jet of a motion, and of what is followed beside it, by a function of that name."""
-        motion.beside = "" if self.integrands is None else name
+        motion.beside, motion.copied = "" if self.integrands is None else name, not self.concise
         if isinstance(motion, CorrectedJet):
             motion.kept = self.multipliers_beside
         jet = motion.write()
         if self.integrands is None:
             return jet
-        beside = BesideJet(self.integrands, motion, name, *given).write()
+        further = BesideJet(self.integrands, motion, name, *given)
+        further.copied = motion.copied
+        beside = further.write()
         return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations)
 
     def accelerations(self, name: str) -> Jet:
