@@ -19,7 +19,7 @@ from lagrange_cli.families.arrays import (
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joints import Joints, Part, Weight
 
-MOST = 3
+MOST = 4
 """Coordinates of a joint."""
 ROUNDS = 4 * MOST
 """By then the coordinates of a joint have found each other."""

@@ -13,6 +13,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joint_masses import JointMasses, along
 from lagrange_cli.families.joints import Articulation
+from lagrange_cli.families.responses import trees_of
 from lagrange_cli.families.values import Doubles, FamilyValues
 from lagrange_cli.model.start.equations import Equations, Masses, Matter
 from lagrange_cli.model.start.generic import FAINT
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lagrange_cli.expression.graph import Graph
+    from lagrange_cli.expression.index_arrays import Places
 
     Values = NDArray[Any]
 
@@ -42,10 +43,21 @@ class Whole:
     joints: Articulation | None = None
 
     @cached_property
-    def contained(self) -> Sequence[Sequence[int]]:
-        """The coordinates in each constraint, on chains and trees."""
-        assert self.joints is not None
-        return contained(self.bonds, self.joints, self.builder.graph, self.builder.q.count)
+    def contained(self) -> NDArray[np.bool_]:
+        """Which coordinates constraints on chains and trees contain (coordinates, colors)."""
+        return contained(self)
+
+    @property
+    def colors(self) -> Places:
+        """The colors of constraints on chains and trees (see ``responses``)."""
+        assert self.bonds.responses is not None
+        return self.bonds.responses.colors
+
+    @cached_property
+    def owners(self) -> Places:
+        """The constraint of each color that may contain a coordinate (coordinates, colors)."""
+        assert self.joints is not None and self.bonds.responses is not None
+        return self.bonds.responses.trees[trees_of(self.joints, self.builder.q.count)[1]]
 
 
 class State:
@@ -76,7 +88,12 @@ class State:
     def _drifts(self) -> Values:
         """The rates of constraints where nothing moves."""
         builder = self.system.builder
-        return self._of([builder.graph.diff(one.node, builder.time) for one in self.system.bonds.bounds])
+        return self._of(
+            [
+                builder.graph.diff(one.node, builder.time) if one.holonomic else one.at_rest(builder.graph)
+                for one in self.system.bonds.bounds
+            ]
+        )
 
     @property
     def masses(self) -> Matter:
@@ -158,35 +175,53 @@ class JointedState(State):
         with np.errstate(all="ignore"):
             return JointMasses(found, builder.graph, self.numbers, builder.q.count, self.extent)
 
-    @property
+    @cached_property
     def masses(self) -> Matter:
-        return self.joints
+        joints = self.joints
+        return joints if joints.nodes else Masses(joints.blocks(), self.extent)
+
+    @cached_property
+    def inertia(self) -> Values:
+        with np.errstate(all="ignore"):
+            return np.array(self.joints.diagonal(self.system.builder.q.count))
 
     @cached_property
     def rows(self) -> list[dict[int, Any]]:
+        if not self.joints.nodes:
+            return super().rows
         bonds, kind, count = self.system.bonds, self.kind, self.system.builder.q.count
+        colors, owners = self.system.colors, self.system.owners
         with np.errstate(all="ignore"):
-            pushes = kind.zeros(self.joints.nodes, len(self.joints.axes), bonds.count)
-            direct = kind.zeros(count, bonds.count)
+            pushes = kind.zeros(self.joints.nodes, len(self.joints.axes), owners.shape[1])
+            direct = kind.zeros(count, owners.shape[1])
             for one, slopes in zip(bonds.bounds, self.slopes):
+                color = colors[one.numbers]
                 for hold in one.holds:
                     values = self.numbers.node(hold.slope)
-                    np.add.at(pushes[:, hold.component], (hold.places, one.numbers), values)
+                    np.add.at(pushes[:, hold.component], (hold.places, color), values)
                 for rows, values in zip(one.rows, slopes):
-                    np.add.at(direct, (rows, one.numbers), values)
-            columns = (direct + self.joints.felt(pushes)).T.tolist()
-        return [{k: columns[i][k] for k in some} for i, some in enumerate(self.system.contained)]
+                    np.add.at(direct, (rows, color), values)
+            columns = direct + self.joints.felt(pushes)
+        made: list[dict[int, Any]] = [{} for _ in range(bonds.count)]
+        found = self.system.contained
+        listed = zip(owners[found].tolist(), np.nonzero(found)[0].tolist(), columns[found].tolist())
+        for i, k, a in listed:
+            made[i][k] = a
+        return made
 
 
-def contained(bonds: Bonds, joints: Articulation, graph: Graph, count: int) -> list[list[int]]:
-    """The coordinates, of so many, that each constraint on chains and trees contains."""
-    pushes = np.zeros((joints.count, len(joints.nodes), bonds.count))
-    found = np.zeros((count, bonds.count), dtype=bool)
+def contained(whole: Whole) -> NDArray[np.bool_]:
+    """Which coordinates constraints on chains and trees contain (coordinates, colors)."""
+    bonds, joints, graph, count = whole.bonds, whole.joints, whole.builder.graph, whole.builder.q.count
+    assert joints is not None
+    colors, many = whole.colors, whole.owners.shape[1]
+    pushes = np.zeros((joints.count, len(joints.nodes), many))
+    found = np.zeros((count, many), dtype=bool)
     for one in bonds.bounds:
         for hold in one.holds:
-            pushes[hold.places, hold.component, one.numbers] = 1.0
+            pushes[hold.places, hold.component, colors[one.numbers]] = 1.0
         for rows in one.rows:
-            found[rows, one.numbers] = True
+            found[rows, colors[one.numbers]] = True
     if joints.nodes:
         along(joints.nodes[0].tree, pushes, back=True)
     for kind in joints.joints:
@@ -194,4 +229,4 @@ def contained(bonds: Bonds, joints: Articulation, graph: Graph, count: int) -> l
             for symbol, rows in zip(kind.coordinates, kind.rows):
                 if kind.nodes is not None and not graph.diff(move, symbol).is_zero:
                     found[rows] |= pushes[kind.nodes, axis] > 0
-    return [np.flatnonzero(column).tolist() for column in found.T]
+    return found

@@ -89,6 +89,19 @@ class JointMasses:
     def axes(self) -> range:
         return range(len(self.inertia))
 
+    def blocks(self) -> Mapping[int, Mapping[int, Any]]:
+        """M where there are no nodes: a block for each joint."""
+        found: dict[int, dict[int, Any]] = {}
+        for kind in self.kinds:
+            for b, rows in enumerate(kind.rows):
+                for c, others in enumerate(kind.rows):
+                    whole = self.numbers.kind.zeros(kind.count)
+                    for _, slopes, mass in kind.weights:
+                        whole += mass * slopes[:, b] * slopes[:, c]
+                    for j, k, m in zip(rows.tolist(), others.tolist(), whole.tolist()):
+                        found.setdefault(j, {})[k] = m
+        return found
+
     def felt(self, pushes: Numbers) -> Numbers:
         """Forces on nodes (nodes, axes, columns), as coordinates feel them (coordinates, columns)."""
         along(self.tree, pushes, back=True)

@@ -10,7 +10,6 @@ import numpy as np
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ, Places, split
-from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.groups import Group, group_of, parts_of, placed_parts
@@ -74,8 +73,6 @@ class BodyGroup:
                 return builder.value(*self.masses.members(which, builder.sizes, domain))
 
             how = body.orientation
-            if how.form == "quaternion":
-                raise Unsuited("bodies turned by quaternions", "turn them by angles")
             given = [*map(value, how.entries)]
             rate = partial(builder.rate, domain=domain)
             turns = turning(builder.algebra, how.form, how.sequence, given, rate)

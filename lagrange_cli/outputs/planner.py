@@ -77,6 +77,25 @@ class Planner:
         """The names that a section of the file declares, by family."""
         return grouped(names, self.model.families.get(section, {}))
 
+    def observables(self) -> Mapping[str, Node]:
+        """What the file declares, with the multipliers of least norm where these are not unique.
+
+        Raises ``NotDefined`` where multipliers stand in it that do not follow from the state.
+        """
+        model = self.model
+        found, constraints = model.observables, (*model.constraints, *model.redundant)
+        pulled = reduce(or_, (one.multiplier.symbols for one in constraints), 0)
+        if not any(node.symbols & pulled for node in found.values()):
+            return found
+        self.need_forces("observables")
+        if not model.redundant:
+            return found
+        from lagrange_cli.mechanics.constrained.redundancy import multipliers_of_least_norm
+
+        least = multipliers_of_least_norm(model)
+        values = {one.multiplier: least[one.name] for one in constraints}
+        return dict(zip(found, substituted(graph_of(model), [*found.values()], values)))
+
     def reactions(self) -> tuple[Mapping[str, tuple[Node, ...]], Mapping[str, str]]:
         """The forces of constraint on particles, and why those on others are not known, by name."""
         from lagrange_cli.mechanics.constrained.reactions import Reactions
@@ -100,6 +119,14 @@ class Planner:
         if left is given:
             return self.energetics, ""
         return Energetics(replace(model, lagrangian=left)), "acting "
+
+    def continuous_energy(self, energetics: Energetics) -> tuple[str, Node, Node]:
+        """h and its rate, without what jumps at times in both of them, if anything does; and its name."""
+        from lagrange_cli.mechanics.switching.times import switched_energy
+
+        h, rate = energetics.energy_function, energetics.energy_rate(self.model.time)
+        jumping, own = switched_energy(self.model, energetics.lagrangian)
+        return ("h", h, rate) if jumping.is_zero else ("h between jumps", h - jumping, rate - own)
 
     def torques(self, energetics: Energetics) -> Mapping[str, Node]:
         """dL/dq_k + Q_k by coordinate; 0 where p_k is constant wherever the constraints hold, as that of a

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.wanted import Wanted
 
 W = TypeVar("W", bound=Written)
+Expressions: TypeAlias = "Mapping[str, Expression]"
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
@@ -53,6 +54,8 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         masses, embedding = with_bodies(draft, masses, embedding)
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
     constraints = checker.expressions("constraints")
+    if norms:
+        constraints = by_name({**groups_by_name(constraints), **groups_by_name(norms)})
     return Spec(
         filename=problems.source.filename,
         text=problems.source.text,
@@ -72,7 +75,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         families=families,
         time_unit=time_unit(draft, problems),
         events=checker.events(),
-        constraints={**constraints, **norms} if norms else constraints,
+        constraints=constraints,
         nonholonomic=checker.velocity_constraints(),
         bodies=bodies,
         draw=checker.draw(),
@@ -196,7 +199,7 @@ class _Checker:
 
     # What checks the sections that few files have is imported for those files.
 
-    def bodies(self) -> tuple[Mapping[str, Body], dict[str, Expression], Mapping[str, Mapping[str, Family]]]:
+    def bodies(self) -> tuple[Mapping[str, Body], Expressions, Mapping[str, Mapping[str, Family]]]:
         """The bodies by name, the norms of their quaternions, and all families with theirs."""
         if not self.draft.bodies:
             return {}, {}, self.draft.families
@@ -204,7 +207,8 @@ class _Checker:
         from lagrange_cli.spec.bodies.norms import norms, with_families
 
         found = check_bodies(self.draft, self.names, self.problems)
-        return found, norms(found), with_families(self.draft.families, found)
+        bound = norms(found)
+        return found, bound, with_families(self.draft.families, bound)
 
     def events(self) -> dict[str, Event]:
         """The section ``events``."""

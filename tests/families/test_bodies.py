@@ -19,7 +19,7 @@ from lagrange_cli.spec.values import resolve_values
 from tests.families.test_chains import fewest, followed
 from tests.support.motion import run
 
-ALL = OUTPUTS - {"conserved"} | OF_BODIES
+ALL = OUTPUTS - {"conserved"} | OF_BODIES | {"constraints", "multipliers"}
 MATTER = {
     "a top": "inertia: [0.02, 0.02, 0.03]",
     "any body": "inertia: [0.02, 0.025, 0.03*(1 + i/(9*N))]",
@@ -33,14 +33,29 @@ THREE = """
   a[i in range(N)]: {{initial: "0.3*i + sin({seed})", velocity: "1 + 0.1*cos({seed}*i)"}}
   b[i in range(N)]: {{initial: "0.8 + 0.2*sin({seed} + i)", velocity: 0.5}}
   c[i in range(N)]: {{initial: 0.2, velocity: "3 + 0.1*i"}}"""
+QUATERNION = '{quaternion: ["a[i]", "b[i]", "c[i]", "d[i]"]}'
+N, U, V, W = "(0.4 + 0.3*i + sin({seed}))", "(1 + 0.1*cos({seed}*i))", "(0.5*sin({seed} + i))", "(3 + 0.1*i)"
+"""Half an angle about the axis (0.6, 0, 0.8), and an angular velocity in the body."""
+FOUR = f"""
+  a[i in range(N)]: {{{{initial: "cos({N})", velocity: "-sin({N})*(0.6*{U} + 0.8*{W})/2"}}}}
+  b[i in range(N)]: {{{{initial: "0.6*sin({N})", velocity: "(cos({N})*{U} - 0.8*sin({N})*{V})/2"}}}}
+  c[i in range(N)]: {{{{initial: 0, velocity: "(cos({N})*{V} + sin({N})*(0.8*{U} - 0.6*{W}))/2"}}}}
+  d[i in range(N)]: {{{{initial: "0.8*sin({N})", velocity: "(cos({N})*{W} + 0.6*sin({N})*{V})/2"}}}}"""
+AXIS = "[2*(b[i]*d[i] + a[i]*c[i]), 2*(c[i]*d[i] - a[i]*b[i]), a[i]**2 - b[i]**2 - c[i]**2 + d[i]**2]"
 PLACES = "".join(f'\n  {x}[i in range(N)]: {{{{initial: "2*i + 0.1*sin({{seed}}*i)"}}}}' for x in "xyz")
 HINGES = """definitions:
   h[0]: [0, l*sin(a[0]), -l*cos(a[0])]
   h[i in range(1, N)]: h[i - 1] + [0, l*sin(a[i]), -l*cos(a[i])]"""
+BALLS = f"""definitions:
+  h[0]: "l*{AXIS.replace("[i]", "[0]")}"
+  h[i in range(1, N)]: "h[i - 1] + l*{AXIS}\""""
 KINDS = {
     "tops": (THREE, "", '["l*sin(b[i])*sin(a[i])", "-l*sin(b[i])*cos(a[i])", "l*cos(b[i])"]', "zxz"),
     "bodies in space": (THREE + PLACES, "", '["x[i]", "y[i]", "z[i]"]', "xyz"),
     "gyroscopes in a row": (THREE, "", '["2*i", 0, 0]', "yxz"),
+    "tops by quaternions": (FOUR, "", f'"l*{AXIS}"', QUATERNION),
+    "bodies in space by quaternions": (FOUR + PLACES, "", '["x[i]", "y[i]", "z[i]"]', QUATERNION),
+    "rods on ball joints": (FOUR, BALLS, f'"h[i] - l/2*{AXIS}"', QUATERNION),
     "hinged rods": (
         '\n  a[i in range(N)]: {{initial: "0.5*sin({seed} + i)", velocity: "cos(i)"}}', HINGES,
         "h[i] - [0, l/2*sin(a[i]), -l/2*cos(a[i])]", "",
@@ -86,6 +101,8 @@ def drawn(chance: random.Random, kind: str, count: int) -> str:
     """The text of a random system."""
     coordinates, definitions, place, sequence = KINDS[kind]
     orientation = ANGLES.format(sequence=sequence) if sequence else PLANAR
+    if sequence == QUATERNION:
+        orientation = sequence
     if sequence == "turning":
         orientation = '{euler: ["0.3*t", "a[i]", "c[i]"], sequence: xyz}'
     potentials = chance.sample([*POTENTIALS], chance.randint(1, 2))
@@ -108,13 +125,14 @@ def bodies_from(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
 def test_bodies_move_as_their_members_do(
     kind: str, count: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = drawn(random.Random(f"{pytestconfig.option.seed} {kind} {count}"), kind, count)
+    chance = random.Random(f"{pytestconfig.option.seed} {kind} {count}")
+    text, method = drawn(chance, kind, count), chance.choice(["taylor", "ias15"])
     bodies_from(monkeypatch, 0)
-    spec, compilation = read_spec(text, "system.yaml"), Compilation("taylor", 2.0**-52, ALL)
+    spec, compilation = read_spec(text, "system.yaml"), Compilation(method, 2.0**-52, ALL)
     assert family_run(spec, compilation) is not None, text
-    together, found = followed(text, "taylor", ALL)
+    together, found = followed(text, method, ALL)
     bodies_from(monkeypatch, 10**9)
-    apart, expected = followed(text, "taylor", ALL)
+    apart, expected = followed(text, method, ALL)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
     for path, values in expected.items():
