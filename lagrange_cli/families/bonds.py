@@ -218,7 +218,8 @@ def responses_of(
     nodes, coordinates = trees_of(joints, builder.q.count)
     touched = [(one.numbers, coordinates[rows]) for one in found for rows in one.rows]
     touched += [(one.numbers, nodes[hold.places]) for one in found for hold in one.holds]
-    return responses(touched, count, MOST)
+    forest = 1 + max(int(one.max(initial=NONE)) for one in (nodes, coordinates))
+    return responses(touched, count, forest, MOST)
 
 
 def bounds_of(

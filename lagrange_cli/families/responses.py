@@ -48,9 +48,9 @@ def trees_of(joints: Articulation, coordinates: int) -> tuple[Places, Places]:
     return numbers[: joints.count], numbers[joints.count :]
 
 
-def responses(touched: Iterable[tuple[Places, Places]], count: int, most: int) -> Responses:
-    """The responses of ``count`` constraints, from their numbers and the trees that they touch. Raises
-    ``Unsuited`` where there are more than ``most`` colors."""
+def responses(touched: Iterable[tuple[Places, Places]], count: int, forest: int, most: int) -> Responses:
+    """The responses of ``count`` constraints, from their numbers and the trees that they touch, of a
+    ``forest`` of so many. Raises ``Unsuited`` where there are more than ``most`` colors."""
     pairs = np.unique(np.concatenate([np.stack(one, axis=1) for one in touched]), axis=0)
     on_tree: dict[int, list[int]] = {}
     trees: list[list[int]] = [[] for _ in range(count)]
@@ -66,7 +66,7 @@ def responses(touched: Iterable[tuple[Places, Places]], count: int, most: int) -
         colors[i] = next(color for color in range(len(near) + 1) if color not in near)
     if count and colors.max() >= most:
         raise Unsuited
-    owners = np.full((int(pairs[:, 1].max()) + 1, int(colors.max()) + 1), NONE, dtype=np.int64)
+    owners = np.full((forest, int(colors.max()) + 1), NONE, dtype=np.int64)
     owners[pairs[:, 1], colors[pairs[:, 0]]] = pairs[:, 0]
     places = np.array([(i, j) for i in range(count) for j in felt[i] if j <= i], dtype=np.int64)
     return Responses(places, colors, owners)

@@ -58,15 +58,15 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     system = family_system(spec)
     if system is None or system.bonds is not None or system.smooth is not None:
         return False
-    return not narrow(system) and not mixed(system)
+    return not narrow(system) and not system.mixed
 
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the outputs can be computed with families."""
     found = OUTPUTS | OF_BODIES
-    if not spec.all_constraints:
+    if not spec.constrained:
         found |= {"constraints", "multipliers"}  # there are none
-    if spec.all_constraints and not spec.left_out:
+    elif not spec.left_out:
         found |= OF_CONSTRAINTS
     return found.issuperset(outputs)
 
@@ -74,7 +74,7 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
 def integrable(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
     not known there.)"""
-    return INTEGRALS.isdisjoint(outputs) or not spec.all_constraints
+    return INTEGRALS.isdisjoint(outputs) or not spec.constrained
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
@@ -110,6 +110,8 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):
         return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
+    if compilation.backward and not system.idle_bonds:
+        return WrittenOut("motion backward in time where constraints do work", "let it go forward")
     acting = system.events is not None and bool(system.events.changed)
     if acting and compilation.backward:
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
@@ -117,14 +119,11 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return without_outputs(["conserved"])
     if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
         return without_outputs(["reactions"])
-    if system.bonds is not None and system.joints is not None and not closable(compilation):
-        what = f"--method {method}" if needs is not Needs.SERIES else "motion backward in time"
-        return WrittenOut(f"{what} on chains with constraints", "use --method taylor, forward in time")
+    if compilation.backward and system.bonds is not None and system.joints is not None:
+        return WrittenOut("motion backward in time on chains with constraints", "let it go forward in time")
     if system.smooth is not None and doubtful(system):
         way = "write them without roots and exponentials"
         return WrittenOut("arguments of switches whose zeros may hide", way)
-    if needs is Needs.STEPS and mixed(system):
-        return WrittenOut(f"--method {method} with joints of several coordinates", "use --method taylor")
     return system
 
 
@@ -132,11 +131,6 @@ def suits_lanes(system: FamilySystem) -> bool:
     """Whether the motions of an ensemble are followed faster side by side, with members written out."""
     special = system.joints is not None or system.bonds is not None or system.smooth is not None
     return system.terms < FEWEST_ONE_BY_ONE and not special
-
-
-def closable(compilation: Compilation) -> bool:
-    """Whether a motion of chains and trees with constraints can be followed: by series, and forward."""
-    return METHODS[compilation.method].needs is Needs.SERIES and not compilation.backward
 
 
 def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:
@@ -150,12 +144,6 @@ def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:
 
         return PortableGraphAlgebra
     return GraphAlgebra
-
-
-def mixed(system: FamilySystem) -> bool:
-    """Whether a joint has several coordinates. One that rests, as the angle of a planar motion in space, has
-    accelerations that are rounding errors then, and ``ias15`` would follow these."""
-    return system.joints is not None and any(len(one.rows) > 1 for one in system.joints.joints)
 
 
 def engine(system: FamilySystem) -> tuple[str, ...]:

@@ -230,3 +230,134 @@ def test_chains_and_trees_with_constraints_on_velocities_move_as_their_members_d
     assert together.machine.program.loops and not apart.machine.program.loops, text
     assert set(together.recording.conserved) <= set(apart.recording.conserved), text
     compared(text, motion, expected)
+
+
+CHAPLYGIN = """
+sizes: {{N: {count}}}
+parameters: {{m: 1.5, J: 0.7, a: 0.3, I: J + m*a**2, V: 1.3, W: V*sqrt(m/I)}}
+coordinates:
+  x[i in range(N)]: {{initial: "3*i + {0}*cos(i)", velocity: "V*tanh({s})*cos(i) - {0}*W/cosh({s})*sin(i)"}}
+  y[i in range(N)]: {{initial: "{0}*sin(i)", velocity: "V*tanh({s})*sin(i) + {0}*W/cosh({s})*cos(i)"}}
+  phi[i in range(N)]: {{initial: i, velocity: "W/cosh({s})"}}
+"""
+CENTRES = """
+lagrangian: "sum(m*(x_dot[i]**2 + y_dot[i]**2)/2 + J*phi_dot[i]**2/2 for i in range(N))"
+nonholonomic: {"knife[i in range(N)]": "y_dot[i]*cos(phi[i]) - x_dot[i]*sin(phi[i]) - a*phi_dot[i]"}
+"""
+POINTS = """
+masses: {"f[i in range(N)]": m/2, "r[i in range(N)]": m/2}
+definitions: {b: sqrt(J/m)}
+positions:
+  f[i in range(N)]: ["x[i] + (a + b)*cos(phi[i])", "y[i] + (a + b)*sin(phi[i])"]
+  r[i in range(N)]: ["x[i] + (a - b)*cos(phi[i])", "y[i] + (a - b)*sin(phi[i])"]
+nonholonomic: {"knife[i in range(N)]": "y_dot[i]*cos(phi[i]) - x_dot[i]*sin(phi[i])"}
+"""
+BEGIN = "(2*i/N - 1)"
+
+
+def chaplygin(form: str, count: int) -> str:
+    """Sleighs whose centres of mass are ahead of their knife edges, by their centres or as points."""
+    return CHAPLYGIN.format("a" if form == "centres" else "0", count=count, s=BEGIN) + (
+        CENTRES if form == "centres" else POINTS
+    )
+
+
+@pytest.mark.parametrize("form", ["centres", "points"])
+def test_sleighs_move_as_a_textbook_says(form: str) -> None:
+    """Along the edge v, and w about the axis: v' = a w^2 and I w' = -m a v w, so that v = V tanh(s) and
+    w = W/cosh(s) with s' = a V m/I (A. M. Bloch, Nonholonomic Mechanics and Control, 2015, sec. 1.7).
+    The edge pushes with m (v w + a w')."""
+    count = 120
+    ready, motion = followed(chaplygin(form, count), frozenset(["q", "v", "h", "multipliers"]), stop=2.0)
+    assert ready.machine.program.loops
+    a, m, inertia, speed = 0.3, 1.5, 0.7 + 1.5 * 0.3**2, 1.3
+    turn, rate = speed * np.sqrt(m / inertia), a * speed * m / inertia
+    members = np.arange(count)
+    begin = 2 * members / count - 1
+    s = begin + rate * motion.t[:, None]
+    v, w = speed * np.tanh(s), turn / np.cosh(s)
+    angle = members + turn / rate * 2 * (np.arctan(np.tanh(s / 2)) - np.arctan(np.tanh(begin / 2)))
+    assert np.max(np.abs(motion.data["v/phi"] - w)) < 1e-14
+    assert np.max(np.abs(motion.data["q/phi"] - angle)) < 2e-14 * count
+    across = 0.0 if form == "points" else a * w
+    along = motion.data["v/x"] * np.cos(angle) + motion.data["v/y"] * np.sin(angle)
+    aside = motion.data["v/y"] * np.cos(angle) - motion.data["v/x"] * np.sin(angle)
+    assert np.max(np.abs(along - v)) < 1e-13 and np.max(np.abs(aside - across)) < 1e-13
+    push = m * (v * w - a * rate * w * np.tanh(s))
+    assert np.max(np.abs(motion.data["multipliers/knife"] - push)) < 1e-13
+    assert "h" in ready.recording.conserved
+    assert np.max(np.abs(motion.data["diagnostics/h"] / motion.data["diagnostics/h"][0] - 1)) < 1e-14
+
+
+TRAILERS = """
+sizes: {N: 60}
+parameters: {l: 0.8, m: 1.1, J: 0.2}
+"""
+IN_PLACES = """
+coordinates:
+  x[i in range(N)]: {initial: "-sum(l*cos(sin(j)/2) for j in range(1, i + 1))"}
+  y[i in range(N)]: {initial: "-sum(l*sin(sin(j)/2) for j in range(1, i + 1))"}
+  phi[i in range(N)]: {initial: sin(i)/2, velocity: "where(i == 0, 0.5, 0)"}
+lagrangian: "sum(m*(x_dot[i]**2 + y_dot[i]**2)/2 + J*phi_dot[i]**2/2 - m*y[i]/9 for i in range(N))"
+constraints:
+  hx[i in range(N - 1)]: x[i] - l*cos(phi[i + 1]) - x[i + 1]
+  hy[i in range(N - 1)]: y[i] - l*sin(phi[i + 1]) - y[i + 1]
+nonholonomic: {"knife[i in range(N)]": "y_dot[i]*cos(phi[i]) - x_dot[i]*sin(phi[i])"}
+"""
+IN_ANGLES = """
+coordinates:
+  u: {initial: 0}
+  w: {initial: 0}
+  phi[i in range(N)]: {initial: sin(i)/2, velocity: "where(i == 0, 0.5, 0)"}
+definitions:
+  X[0]: u
+  X[i in range(1, N)]: X[i - 1] - l*cos(phi[i])
+  Y[0]: w
+  Y[i in range(1, N)]: Y[i - 1] - l*sin(phi[i])
+masses: {"b[i in range(N)]": m, "s[i in range(N)]": J}
+positions: {"b[i in range(N)]": ["X[i]", "Y[i]"], "s[i in range(N)]": "phi[i]"}
+potential: "sum(m*b[i].y/9 for i in range(N))"
+nonholonomic: {"knife[i in range(N)]": "b[i].vy*cos(phi[i]) - b[i].vx*sin(phi[i])"}
+"""
+
+
+def test_trailers_move_as_one_tree_as_they_do_tied_together() -> None:
+    """In places, with hitches as holonomic constraints, and in the angles of one tree."""
+    outputs = frozenset(["q", "v", "h", "multipliers"])
+    freely = (
+        IN_PLACES.replace('"where(i == 0, 0.5, 0)"', "0"),
+        IN_ANGLES.replace('"where(i == 0, 0.5, 0)"', "0"),
+    )
+    tied, expected = followed(TRAILERS + freely[0], outputs, stop=1.0)
+    tree, motion = followed(TRAILERS + freely[1], outputs, stop=1.0)
+    assert tied.machine.program.loops and tree.machine.program.loops
+    for path in ("q/phi", "v/phi", "multipliers/knife", "diagnostics/h"):
+        size = np.max(np.abs(expected.data[path]), initial=1.0)
+        assert np.max(np.abs(motion.data[path] - expected.data[path])) < 1e-12 * size, path
+
+
+@pytest.mark.parametrize("form", ["centres", "points"])
+def test_code_and_work_grow_as_they_should(form: str) -> None:
+    """The code does not grow with the members, and the arrays grow with their number."""
+
+    def sizes(count: int) -> tuple[int, int]:
+        spec = read_spec(chaplygin(form, count), "system.yaml")
+        asked = Compilation("taylor", 2.0**-52, frozenset(["q", "multipliers"]))
+        program = prepare_system(spec, derive_system, None, asked).machine.program
+        return len(program.text.split("@tables")[0].splitlines()), program.work
+
+    (lines, work), (more, larger) = sizes(2000), sizes(4000)
+    assert more <= 1.01 * lines
+    assert larger < 2.01 * work
+
+
+def test_wide_chains_are_eliminated_in_few_rounds() -> None:
+    """Three constraints for each trailer: as many rounds as the number of trailers has bits, or few more."""
+    rounds = []
+    for count in (60, 480):
+        spec, _ = begun(TRAILERS.replace("60", f"{count}") + IN_PLACES)
+        system = systems.family_system(spec)
+        assert system is not None and system.bonds is not None
+        assert system.bonds.elimination.entries < 5 * system.bonds.count
+        rounds.append(len(system.bonds.elimination.rounds))
+    assert rounds[1] < rounds[0] + 15 < 40

@@ -194,7 +194,7 @@ class _Writer(Returning, Observation, MotionJets):
         return Given(
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
-            project=self.projection(), timed=not self.system.steady, floors=floors,
+            project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
         )  # fmt: skip
 
     def numbered(self) -> tuple[tuple[int, int, int], ...]:

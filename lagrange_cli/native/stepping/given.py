@@ -30,6 +30,8 @@ class Given:
     """So many integrals behind those of guards' arguments are those of multipliers, and have no say."""
     project: str = ""
     """The text of ``@project``, if there are constraints."""
+    jointed: bool = False
+    """Whether joints have several coordinates each, whose accelerations are found together."""
     timed: bool = False
     """Whether equations depend on t."""
     floors: str = ""

@@ -48,6 +48,8 @@ class Steps(ABC):
     ) -> None:
         self.given, self.state, self.sums = given, given.state, sums
         self.constrained = bool(given.project)
+        self.mutual = self.constrained or given.jointed
+        """Whether the accelerations of what rests may be rounding errors of other ones."""
         self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance).timed(given.timed)
         arguments, first = given.guards.arguments if given.guards else 0, given.state.integrals.start
         silent = arguments + given.multipliers  # these integrals have no say

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import prod
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,11 @@ def rows_of(result: Result, quantity: Quantity) -> int:
     return result.held[quantity.path].shape[0]
 
 
+def rows_at(quantity: Quantity) -> tuple[Any, ...]:
+    """What all samples have of a quantity in its dataset."""
+    return slice(None), *quantity.index
+
+
 def pieces(result: Result, wanted: Sequence[Quantity], step: int = 1) -> Iterator[list[Array]]:
     """Some quantities along the motion, so many rows at a time: a multiple of ``step``. Rows that are not too
     long are read whole. (To read one column of 400 takes eight times as long as to read all of them.)"""
@@ -36,9 +42,7 @@ def pieces(result: Result, wanted: Sequence[Quantity], step: int = 1) -> Iterato
         rows = slice(start, min(start + piece, count))
         whole = {path: result.read(path, rows) for path in sizes}
         yield [
-            whole[one.path][(slice(None), *one.index)]
-            if one.path in whole
-            else result.read(one.path, (rows, *one.index))
+            whole[one.path][rows_at(one)] if one.path in whole else result.read(one.path, (rows, *one.index))
             for one in wanted
         ]
 
@@ -50,7 +54,8 @@ def over_time(result: Result, time: Quantity, wanted: Sequence[Quantity]) -> lis
         [(t, x.copy()) if width <= 2 else least_and_greatest(t, x, width) for x in values]
         for t, *values in pieces(result, [time, *wanted], width)
     ]
-    return [tuple(map(np.concatenate, zip(*curve))) for curve in zip(*parts)]
+    curves = (zip(*curve) for curve in zip(*parts))
+    return [(np.concatenate(times), np.concatenate(values)) for times, values in curves]
 
 
 def least_and_greatest(t: Array, x: Array, width: int) -> tuple[Array, Array]:
