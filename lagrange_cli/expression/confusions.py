@@ -30,9 +30,15 @@ CHARACTERS: dict[str, tuple[str, str, str]] = {
 
 POWERS = {"²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6", "⁷": "7", "⁸": "8", "⁹": "9"}
 """Superscripts, read as powers."""
+SUBSCRIPTS = "₀₁₂₃₄₅₆₇₈₉"
 
 SPOKEN_POWERS = {"squared": "2", "cubed": "3"}
 """Words for powers, as in ``r squared``."""
+
+_LATEX = (
+    "expressions are not LaTeX",
+    r"write theta for \theta, theta_dot for \dot{\theta}, and a/b for \frac{a}{b}",
+)
 
 STRANGERS: dict[str, tuple[str, str]] = {
     "'": ("quotation marks are not allowed", "leave them out"),
@@ -52,10 +58,8 @@ STRANGERS: dict[str, tuple[str, str]] = {
     "∞": ("'∞' is not a finite number", "write a number"),
     "½": ("the character '½' is not allowed", "write 1/2"),
     "¼": ("the character '¼' is not allowed", "write 1/4"),
-    "\\": (
-        "expressions are not LaTeX",
-        r"write theta for \theta, theta_dot for \dot{\theta}, and a/b for \frac{a}{b}",
-    ),
+    "\\": _LATEX,
+    "$": _LATEX,
     "\u0307": ("a dot above a letter does not mean a derivative", "velocities are written as x_dot"),
     "\u0308": ("dots above a letter do not mean a derivative", "velocities are written as x_dot"),
 }
@@ -106,7 +110,9 @@ FUNCTIONS: dict[str, str] = {
 """Functions that have another name here, or that can be written with others: what stands after 'write'."""
 
 _STEPS = "write where() with a condition for each step"
+_INTEGRAL = "write the integral itself, as in k*x**2/2 for that of k*x"
 NOT_SUPPORTED: dict[str, str] = {
+    "integrate": _INTEGRAL, "integral": _INTEGRAL, "int": _INTEGRAL,
     "floor": _STEPS, "ceil": _STEPS, "ceiling": _STEPS, "round": _STEPS, "trunc": _STEPS,
     "dirac": "write a short pulse, as in exp(-(t/eps)**2)",
     "diracdelta": "write a short pulse, as in exp(-(t/eps)**2)",

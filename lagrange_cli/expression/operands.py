@@ -6,7 +6,7 @@ import re
 
 from lagrange_cli.expression.confusions import DOTS, FUNCTIONS, NOT_SUPPORTED, PRIMES, decimal_comma
 from lagrange_cli.expression.cursor import SUM_EXAMPLE, WHERE_EXAMPLE
-from lagrange_cli.expression.near import near_hint, shown
+from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
 from lagrange_cli.expression.scan import Token
 from lagrange_cli.expression.sums import Sums
@@ -15,6 +15,7 @@ from lagrange_cli.expression.vocabulary import (
     ANY_NUMBER,
     CALLABLE,
     COMPONENTS,
+    CONSTANTS,
     POINT,
     POWER,
     SIGN,
@@ -88,6 +89,9 @@ class Operands(Sums):
                     self.name_of(self.advance())
             self.error(span, "index after the component", hint)
             return Number("0", span) if parts == [POINT] else Name(f"{name}.{parts[0]}", span, indices)
+        if parts[0] in CONSTANTS:  # math.pi
+            self.error(span, f"'{name}.{parts[0]}' is not a name", f"write {parts[0]}")
+            return Number("1", span)
         if parts[0] == POINT:
             component = ".".join([f"{name}.{POINT}(a, b, c)", *parts[1:]])
             self.error(span, f"'{name}.{POINT}' without coordinates", f"write {component}")
@@ -225,7 +229,8 @@ class Operands(Sums):
                 return Name(name, token.span)
             self.error(token.span, f"unknown function {shown(name)}", _function_hint(name, argument))
         elif name not in CALLABLE:
-            self.error(token.span, f"unknown function {shown(name)}", _function_hint(name))
+            hint = _function_hint(name, several=len(arguments) > 1)
+            self.error(token.span, f"unknown function {shown(name)}", hint)
         elif self.lost == was_lost:
             due = CALLABLE[name]
             if not (len(arguments) == due or (len(arguments) > due and name in ANY_NUMBER)):
@@ -256,9 +261,10 @@ def _velocity_hint(name: str) -> str:
     return f"write {f'{particle}.v{component}' if particle else f'{name}_dot'} for the velocity of {name}"
 
 
-def _function_hint(function: str, argument: str = "") -> str:
+def _function_hint(function: str, argument: str = "", *, several: bool = False) -> str:
     meant = FUNCTIONS.get(function) or FUNCTIONS.get(function.lower())
     if meant:
         return f"write {meant}"
     product = f"{function}*{argument}" if argument else f"{function}*(...)"
-    return near_hint(function, CALLABLE) or f"write {product} for a product"
+    otherwise = known_hint(CALLABLE, len(CALLABLE)) if several else f"write {product} for a product"
+    return near_hint(function, CALLABLE) or otherwise

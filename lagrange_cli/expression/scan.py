@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from unicodedata import category
 
-from lagrange_cli.expression.confusions import CHARACTERS, POWERS, STRANGERS
+from lagrange_cli.expression.confusions import CHARACTERS, POWERS, STRANGERS, SUBSCRIPTS
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.syntax import Span
 from lagrange_cli.records import dataclass
@@ -110,6 +111,12 @@ def _other(character: str, start: int) -> Iterator[Token]:
     elif character in CHARACTERS:
         meant, message, hint = CHARACTERS[character]
         yield Token("name" if meant.isidentifier() else "sign", meant, span, (message, hint))
+    elif character in SUBSCRIPTS:
+        digit = SUBSCRIPTS.index(character)
+        complaint = f"the character {character!r} is not allowed", f"write {digit}, or _{digit}"
+        yield Token("stranger", character, span, complaint)
+    elif category(character) == "Cf":  # which shows nothing
+        yield Token("stranger", character, span, (f"invisible character U+{ord(character):04X}", "delete it"))
     else:
         unknown = f"the character {character!r} is not allowed", "use names, numbers, + - * / ** and ( )"
         yield Token("stranger", character, span, STRANGERS.get(character, unknown))
