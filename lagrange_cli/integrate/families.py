@@ -78,12 +78,6 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
     return found.issuperset(outputs)
 
 
-def integrable(spec: Spec, outputs: Collection[str]) -> bool:
-    """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
-    not known there.)"""
-    return INTEGRALS.isdisjoint(outputs) or not spec.constrained
-
-
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     """The system as one of families, where that serves a run; else None."""
     found = family_run_or_why(spec, compilation)
@@ -95,9 +89,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     method, needs = compilation.method, METHODS[compilation.method].needs
     if needs is Needs.JACOBIAN:
         return WrittenOut(f"--method {method}", "use --method taylor")
-    outputs = compilation.outputs
-    if integrable(spec, outputs):
-        outputs -= INTEGRALS
+    outputs = compilation.outputs - INTEGRALS
     others = [one for one in sorted(outputs) if not known(spec, [one])]
     if others:
         return without_outputs(others)
@@ -115,6 +107,8 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("steps that have to be proven, on chains, with constraints or dry friction", way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
+    if "ledger" in compilation.outputs and system.bonds is not None and system.smooth is not None:
+        return without_outputs(["ledger"])
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):
         return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
     if compilation.backward and not system.idle_bonds:
@@ -242,8 +236,11 @@ def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] 
     return any(is_root(one) and not shows(one, variables, speeds) for one in reachable(sides))
 
 
-def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
-    """The program for ``compilation``, and the datasets made of its results."""
+def write_families(
+    system: FamilySystem, compilation: Compilation, *, concise: bool = False
+) -> tuple[Program, Recording]:
+    """The program for ``compilation``, ``concise`` or as fast as it can be, and the datasets made of its
+    results."""
     conserved = frozenset(system.conserved)
     if system.bodies:  # what T does not depend on is not seen by its form
         from lagrange_cli.families.conservation import constants_of
@@ -276,6 +273,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         program = write_family_program(
             followed, observed, tolerance, order,
             scheme=scheme, kind=kind, factor=compilation.factor, proven=proven, integrands=integrands,
+            concise=concise,
         )  # fmt: skip
     except TooManyNumbers as error:
         if compilation.precision == DOUBLE and compilation.factor is None:
