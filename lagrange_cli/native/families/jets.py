@@ -65,6 +65,11 @@ class SeriesJet(SeriesPlaces, ABC):
     copied = True
     """Whether there may be one."""
 
+    @property
+    def carried(self) -> Sequence[Array]:
+        """What has series besides, which are kept."""
+        return ()
+
     def bounded(self) -> None:
         """Raise ``TooManyNumbers`` where the series take too much memory."""
         numbers = self.vectors.parts * self.work
