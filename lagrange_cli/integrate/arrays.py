@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -30,12 +31,11 @@ def beside_one_another(*sizes: int) -> list[Array]:
     """Arrays of so many zeros, each on a boundary of 64 bytes. Together they are in huge pages if they fill
     one, as numpy asks for these for arrays of 4 MB. (To get small ones took up to a third of a motion's
     time.)"""
-    places = np.cumsum([0, *(LINE * (-(-size // LINE)) for size in sizes)])
-    huge = places[-1] >= HUGE
-    boundary = HUGE if huge else LINE
-    buffer = np.zeros(int(places[-1]) + (2 * HUGE if huge else LINE))
+    *places, count = accumulate((LINE * (-(-size // LINE)) for size in sizes), initial=0)
+    boundary = HUGE if count >= HUGE else LINE
+    buffer = np.zeros(count + (2 * HUGE if count >= HUGE else LINE))
     first = (-buffer.ctypes.data % (8 * boundary)) // 8
-    return [buffer[first + place : first + place + size] for place, size in zip(places.tolist(), sizes)]
+    return [buffer[first + place : first + place + size] for place, size in zip(places, sizes)]
 
 
 def with_modes(program: Interface, parameters: Array) -> Array:
