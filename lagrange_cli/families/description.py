@@ -41,13 +41,17 @@ class Component:
 class Modes:
     """What decides switches: the ``arguments``, and the modes that have their signs until these change.
     ``forces`` has the switches themselves: at samples, modes are not known. Those that are ``holding``
-    coordinates may be 0, with two ``limits`` for each of them (see ``families.friction``)."""
+    coordinates may be 0, with two ``limits`` for each of them (see ``families.friction``). Friction between
+    coordinates has forces that are the multipliers of ``sticking``, beside which all others are ``loose``
+    (see ``families.relative_friction``)."""
 
     arguments: Total
     signs: Array
     forces: Total
     holding: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     limits: Total | None = None
+    sticking: Bonds | None = None
+    loose: Total | None = None
 
     @property
     def followed(self) -> tuple[Total, ...]:
@@ -133,6 +137,11 @@ class FamilySystem:
         return found
 
     @property
+    def mixed(self) -> bool:
+        """Whether a joint has several coordinates."""
+        return self.joints is not None and any(len(one.rows) > 1 for one in self.joints.joints)
+
+    @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
         given = *self.needed, self.forces, *self.loads, *(self.modes.followed if self.modes else ())
@@ -142,6 +151,11 @@ class FamilySystem:
     def steady_bonds(self) -> bool:
         """Whether constraints do not depend on time explicitly."""
         return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
+
+    @property
+    def idle_bonds(self) -> bool:
+        """Whether the forces of constraint do no work: what is at rest satisfies all constraints."""
+        return self.steady_bonds and (self.bonds is None or self.bonds.idle(self.slots.graph))
 
     @property
     def moved_in_time(self) -> bool:
@@ -196,4 +210,5 @@ class FamilySystem:
                 acted[rows] = True
         names = names_of(self.spec.coordinates)
         momenta = [f"p_{names[k]}" for k in np.flatnonzero(~acted).tolist()]
-        return (*momenta, "h") if self.steady and not self.driven else tuple(momenta)
+        idle = self.steady and self.idle_bonds and not self.driven
+        return (*momenta, "h") if idle else tuple(momenta)

@@ -18,7 +18,6 @@ from lagrange_cli.run.equations import (
     as_written,
     derive,
     least_steps,
-    verify_system,
 )
 from lagrange_cli.run.equations import as_page as members_as_page
 from lagrange_cli.run.monitor import Stage, untimed
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from lagrange_cli.limits import Work
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.symbolic.families.equations import FamilyEquations
-    from lagrange_cli.symbolic.verify import Verification
 
 INDEXED = FORMS[:5]
 """Forms in which families are printed with their indices."""
@@ -152,7 +150,7 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates") or spec.events or spec.bodies:
+    if not spec.families.get("coordinates") or spec.events or spec.bodies or spec.nonholonomic:
         return None
     from lagrange_cli.families.system import any_family_system, family_system, without_constraints
 
@@ -206,7 +204,9 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
         return f"--form {form} writes out every member"
-    parts = [part for part in ("constraints", "events", "bodies", *UNKNOWN) if getattr(spec, part)]
+    parts = [
+        part for part in ("constraints", "nonholonomic", "events", "bodies", *UNKNOWN) if getattr(spec, part)
+    ]
     if parts == ["constraints"]:
         needs = "a constant diagonal mass matrix and constraints without t"
         return f"every member is written out, since printing constraints with indices needs {needs}"
@@ -263,14 +263,6 @@ def written(derived: Printed, format_: str, form: str, parameters: Mapping[str, 
         return as_written(derived, format_, form, parameters)
 
 
-def verify_printed(derived: Printed, overrides: Mapping[str, str]) -> Verification:
-    """Compare the printed equations with the compiled ones."""
-    if isinstance(derived, DerivedFamilies):
-        return verify_families(derived, overrides)
-    with by_members(derived.spec, FORMS[0], derived.coordinates):
-        return verify_system(derived, overrides)
-
-
 def families_as_data(
     derived: DerivedFamilies, parameters: Mapping[str, float], form: str = FORMS[0]
 ) -> dict[str, Any]:
@@ -308,14 +300,3 @@ def as_page(spec: Spec, most: float) -> str:
 
     with found.bounded():
         return as_mathml(found.equations)
-
-
-def verify_families(derived: DerivedFamilies, overrides: Mapping[str, str]) -> Verification:
-    """Compare the printed equations, read back, with those of the system and with the compiled ones."""
-    from lagrange_cli.integrate.families import compiled_accelerations
-    from lagrange_cli.spec.values import resolve_values
-    from lagrange_cli.symbolic.families.verify import verify
-
-    system, start = derived.system, resolve_values(derived.system.spec, overrides)
-    compiled = None if derived.constrained else compiled_accelerations(system)
-    return verify(system, derived.equations, compiled, start, derived.spec)

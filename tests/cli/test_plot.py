@@ -98,6 +98,22 @@ def test_mistakes(tmp_path, capsys, arguments, status, message):
     assert (tmp_path / "kept.png").read_text() == "mine"
 
 
+@pytest.mark.parametrize(
+    ("system", "options", "message"),
+    [
+        ("pendulum", ("--what", "constraints"), "pendulum has no constraints"),
+        ("chaplygin_sleigh", ("--what", "path"), "Chaplygin's sleigh has no particles"),
+        ("henon_heiles", ("--y", "bob.x"), "has no such quantity; known: t, x,"),
+    ],
+)
+def test_what_a_system_lacks_cannot_be_asked_for(tmp_path, capsys, system, options, message):
+    """To solve it again would not help."""
+    with working_in(tmp_path):
+        assert main(["plot", str(SYSTEMS / f"{system}.yaml"), "--stop", "0.1", *options]) == 2
+    told = capsys.readouterr().err
+    assert message in told and "solve again" not in told
+
+
 def test_a_package_that_is_missing_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with working_in(tmp_path):

@@ -125,13 +125,14 @@ def bodies_from(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
 def test_bodies_move_as_their_members_do(
     kind: str, count: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = drawn(random.Random(f"{pytestconfig.option.seed} {kind} {count}"), kind, count)
+    chance = random.Random(f"{pytestconfig.option.seed} {kind} {count}")
+    text, method = drawn(chance, kind, count), chance.choice(["taylor", "ias15"])
     bodies_from(monkeypatch, 0)
-    spec, compilation = read_spec(text, "system.yaml"), Compilation("taylor", 2.0**-52, ALL)
+    spec, compilation = read_spec(text, "system.yaml"), Compilation(method, 2.0**-52, ALL)
     assert family_run(spec, compilation) is not None, text
-    together, found = followed(text, "taylor", ALL)
+    together, found = followed(text, method, ALL)
     bodies_from(monkeypatch, 10**9)
-    apart, expected = followed(text, "taylor", ALL)
+    apart, expected = followed(text, method, ALL)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
     for path, values in expected.items():

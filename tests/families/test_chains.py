@@ -271,17 +271,21 @@ observables: {tip: "bob[N - 1].vx"}
 """
 
 
-def test_a_tree_in_space_moves_as_its_members_do(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_a_tree_in_space_moves_as_its_members_do(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     fewest(monkeypatch, 0)
-    together, found = followed(SPACE, "taylor")
+    together, found = followed(SPACE, method)
     fewest(monkeypatch, 10**9)
-    apart, expected = followed(SPACE, "taylor")
+    apart, expected = followed(SPACE, method)
     assert len(together.machine.program.text) < len(apart.machine.program.text)
     for path, values in expected.items():
         assert np.max(np.abs(found[path] - values)) <= 2.0**-44 * np.max(np.abs(values), initial=1.0), path
 
 
-def test_what_rests_beside_what_moves_does_not_shorten_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_what_rests_beside_what_moves_does_not_shorten_steps(
+    method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A planar motion in space: the rates of the other angle are rounding errors where joints are mixed."""
     fewest(monkeypatch, 0)
     text = (
@@ -290,7 +294,8 @@ def test_what_rests_beside_what_moves_does_not_shorten_steps(monkeypatch: pytest
         .replace(", velocity: 0.1}", "}")
     )
     spec = read_spec(text.partition(" + sum((bob")[0] + "\n", "system.yaml")
-    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, frozenset(["q"])))
+    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, frozenset(["q"])))
+    assert ready.machine.program.loops
     motion = run(ready, resolve_values(spec, {}), 0.0, 0.5, 6)
     assert np.max(np.abs(motion.data["q/b"] - 0.3)) < 1e-13
     assert motion.outcome.steps < 100

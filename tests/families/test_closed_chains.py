@@ -20,7 +20,9 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.support.motion import Motion, run
 
-OUTPUTS = frozenset(["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "conserved"])
+OUTPUTS = frozenset(
+    ["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "conserved", "ledger", "action"]
+)
 EVENTS = """
 events:
   turning: {{when: b[{0}].vx}}
@@ -72,21 +74,24 @@ def chain(case: str, count: int) -> str:
     return CHAIN.format(count=count, begin=begin, speed=speed, more=more, constraints=constraints)
 
 
-def followed(text: str, stop: float = 0.3, samples: int = 4) -> tuple[Prepared, Motion]:
+def followed(
+    text: str, stop: float = 0.3, samples: int = 4, method: str = "taylor"
+) -> tuple[Prepared, Motion]:
     """A motion of a system, and what it was followed by."""
     spec = read_spec(text, "system.yaml")
     spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
-    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, OUTPUTS))
+    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, OUTPUTS))
     return ready, run(ready, values, 0.0, stop, samples)
 
 
 @pytest.mark.exhaustive(keep=0.5, most=8)
 @pytest.mark.parametrize("case", [*CASES])
-def test_chains_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = chain(case, 14) + EVENTS.format(3)
-    together, motion = followed(text)
+    together, motion = followed(text, method=method)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
-    apart, expected = followed(text)
+    apart, expected = followed(text, method=method)
     assert together.machine.program.loops and not apart.machine.program.loops
     assert together.recording.conserved == apart.recording.conserved
     assert set(motion.data) == set(expected.data)

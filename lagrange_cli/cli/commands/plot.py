@@ -238,9 +238,11 @@ def opened(
     progress = partial(Progress, spec.name, settings.start, settings.stop, quiet=given.quiet)
     monitor = Monitor(waiting.stage, progress, tell, Interrupts)
     with solved(motion, request, demand, monitor) as (result, outcome):
+        interrupted = outcome.ending is Ending.INTERRUPTED
         if outcome.ending.status not in ("complete", "stopped"):
-            tell(f"{spec.name}: {outcome.message}")
-        yield result, outcome.ending is Ending.INTERRUPTED
+            drawn = "; the motion up to then is drawn (Ctrl-C again ends at once)" if interrupted else ""
+            tell(f"{spec.name}: {outcome.message}{drawn}")
+        yield result, interrupted
 
 
 def motion_of(source: str, given: Given, run: Mapping[str, Any]) -> tuple[bytes, Given, Mapping[str, Any]]:

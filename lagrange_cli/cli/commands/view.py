@@ -85,11 +85,10 @@ def view(
     For an output of 'lagrange solve', the page replays its motion. For a sweep, it has a slider for the
     members, and computes their motions.
     """
-    from lagrange_cli.run.request import TIMES, Request
+    from lagrange_cli.run.request import TIMES, Request, check_page
     from lagrange_cli.spec.spec import SolveDefaults
 
-    if output and os.path.splitext(output)[1].lower() not in ("", ".html", ".htm"):
-        raise UsageError(f"--output {output}: a page is written as HTML: give a name that ends in {ENDING}")
+    check_page(output or "")
     if output == STANDARD_OUTPUT and given.as_json:
         raise UsageError("--json and the page would both go to standard output: give --output a name")
     if output == STANDARD_OUTPUT and opening:

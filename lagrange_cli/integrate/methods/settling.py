@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.methods.at_zero import AtZero
+from lagrange_cli.integrate.methods.at_zero import ROUNDED_OFF
+from lagrange_cli.integrate.methods.leading import Leading, few_or_all
 from lagrange_cli.integrate.methods.modes import ROUNDING, SMALLEST
-from lagrange_cli.native.guards import Role
+from lagrange_cli.integrate.methods.pivoting import Pivoting, dip
+from lagrange_cli.native.guards import HELD, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
 
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
-HELD = 1.0 + 2.0**-40
-"""Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
 SOON = 2.0**-30
@@ -32,15 +32,13 @@ ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
-FEW = 8
-"""So many guards are looked at one by one."""
 EXACT = 2
 """How often a velocity that is 0 up to rounding is set to 0."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
 
-class Settling(AtZero):
+class Settling(Leading):
     """The choice of the modes of switches."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
@@ -181,11 +179,29 @@ class Settling(AtZero):
         values = self._arguments() if still else np.zeros(0)
         for j in still:
             if values[j] != 0.0:
-                self._take_away(j)
+                self._take_to(j, 0.0)
         self.let_rest([j for j in free if j not in entered])
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
+        if found:
+            self._lead_on([j for j in guards if self._rows.guards[j].multiplier and self.modes[j]])
         self.prepare()
         return found
+
+    def _lead_on(self, guards: Sequence[int]) -> None:
+        """Take arguments a little to their sides that begin at 0 with rounding errors of the other sign, so
+        that these do not lead back: where a force is let go at its limit, the first derivative is such an
+        error. (Steps on rates, which carry something on, look at values of arguments instead.)"""
+        if not guards or self.machine.program.carried:
+            return
+        self._series()
+        arguments = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards]
+        speeds = np.abs(self.memory[self._layout.part(0)][self._layout.v])
+        least = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * float(np.max(speeds))
+        for j, u in zip(guards, arguments * self.modes[guards][:, None]):
+            farthest = dip(u[1:])
+            if farthest > 0.0:
+                self._take_to(j, self.modes[j] * max(least, farthest))
+                self.marks[j] = 0.0
 
     def _agreed(
         self, guards: Sequence[int], able: list[int], first: dict[int, float]
@@ -193,14 +209,20 @@ class Settling(AtZero):
         """Change modes until all guards lead to their sides; whether they do, and the guards that lead to a
         side on which series are not finite here. Their modes are left as they are."""
         entered: list[int] = []
+        pivoting = Pivoting()
         for _ in range(ROUNDS * (len(guards) + 1)):
             self._series()
             resting = [j for j in able if self.modes[j] == 0.0]
             sizes = self._holding(resting)
             loose = [(size, j) for size, j in zip(sizes.tolist(), resting) if not size <= HELD]
             explicit = [j for _, j in loose if self._rows.guards[j].explicit]
-            if explicit:
-                self._release(explicit, first)
+            slipping = [j for j in guards if self._rows.guards[j].explicit and self.modes[j] != 0.0]
+            sides = self._sides(explicit)
+            sides |= dict.fromkeys(self._misled(slipping) if able else [], 0.0)
+            if sides:
+                for j in pivoting.chosen([*sides]):
+                    self.modes[j] = sides[j]
+                    able += [j] if j not in able else []
                 continue
             if loose:
                 _, j = max(loose)
@@ -243,81 +265,24 @@ class Settling(AtZero):
             self.memory[self._layout.part(1)][self._layout.v] = 0.0
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
 
-    def _release(self, guards: Sequence[int], first: dict[int, float]) -> None:
-        """Let guards go that do not depend on one another."""
-        multipliers = self._multipliers(guards)
-        sides = [first.get(j) or (1.0 if one > 0.0 else -1.0) for j, one in zip(guards, multipliers)]
-        self.modes[guards] = sides
-        self._series()
-        wrong = self._misled(guards)
-        self.modes[wrong] = -self.modes[wrong]
+    def _sides(self, guards: Sequence[int]) -> dict[int, float]:
+        """Where guards go that are let go."""
+        return {j: 1.0 if one > 0.0 else -1.0 for j, one in zip(guards, self._multipliers(guards))}
 
-    def _take_away(self, j: int) -> None:
-        """Set the argument of a guard that holds the motion to 0, which it is up to rounding: by a change of
-        velocities in the direction of the force that holds."""
+    def _take_to(self, j: int, value: float) -> None:
+        """Set the argument of a guard that may hold the motion to a value that it has up to rounding: by a
+        change of velocities in the direction of the force that holds."""
+        own = float(self.modes[j])
         for _ in range(EXACT):
             accelerations: list[Array] = []
             slopes: list[float] = []
-            for mode in (1.0, -1.0, 0.0):
+            for mode in (1.0, -1.0, own):
                 self.modes[j] = mode
                 accelerations.append(self._series()[: self._layout.degrees])
                 u = self._coefficients(self._rows.first + j)
                 slopes.append(float(u[1]))
-            change = (accelerations[0] - accelerations[1]) * (u[0] / (slopes[0] - slopes[1] or np.inf))
-            if u[0] == 0.0 or not np.all(np.isfinite(change)):
+            off = float(u[0]) - value
+            change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
+            if off == 0.0 or not np.all(np.isfinite(change)):
                 return
             self._add(self._layout.v, -change)
-
-    def _multiplier(self, j: int) -> float:
-        return float(self._multipliers([j])[0])
-
-    def _multipliers(self, guards: Sequence[int]) -> Array:
-        """The multipliers of guards, infinite where limits are 0."""
-        found = np.empty(len(guards))
-        for i, guard in enumerate(self._rows.guards[j] for j in guards):
-            if guard.limit:
-                above, below = self._coefficients_of(guard.limit, guard.limit + 2)[:, 0]
-                whole = above + below
-                found[i] = (above - below) / whole if whole != 0.0 else np.inf
-            else:
-                found[i] = self._coefficients(guard.multiplier)[0]
-        return found
-
-    def _holding(self, guards: Sequence[int]) -> Array:
-        """The sizes of multipliers, infinite where the motion passes u = 0 with a velocity."""
-        if not guards:
-            return np.zeros(0)
-        rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards, 1]
-        sizes = np.abs(self._multipliers(guards))
-        still = (np.abs(rates) <= ROUNDING * self.scale()[1]) & np.isfinite(sizes)
-        return np.where(still, sizes, np.inf)
-
-    def _leads(self, j: int) -> bool:
-        """Whether the motion leads to the side of a guard's mode; or along u = 0."""
-        return not self._misled([j])
-
-    def _misled(self, guards: Sequence[int]) -> list[int]:
-        """The guards to whose sides the motion does not lead, nor along u = 0."""
-        found = list[int]()
-        for some in few_or_all(guards):
-            self.modes[some] = -self.modes[some]
-            self._series()
-            others = [self._coefficients(self._rows.first + j) for j in some]
-            self.modes[some] = -self.modes[some]
-            self._series()
-            usual = self.scale()
-            for j, other in zip(some, others):
-                u = self._coefficients(self._rows.first + j)
-                scale = ROUNDING * np.fmax(usual[: len(u)], np.abs(u - other))
-                clear = np.flatnonzero(~(np.abs(u[1:]) <= scale[1:]))
-                leads = u[1 + clear[0]] * self.modes[j] > 0.0 if len(clear) else np.all(np.isfinite(u))
-                if not leads:
-                    found.append(j)
-        return found
-
-
-def few_or_all(guards: Sequence[int]) -> list[list[int]]:
-    """A few guards one by one, many of them together: a series costs as much as there are of them."""
-    if len(guards) <= FEW:
-        return [[j] for j in guards]
-    return [[*guards]]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.integrate.arrays import Array, beside_one_another
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.guards import INFO
 from lagrange_cli.native.interface import Interface, Stop
@@ -27,14 +27,15 @@ class Workspace:
     def __init__(self, machine: Machine, state: Array, start: float, size: int) -> None:
         program = machine.program
         self.machine, self.layout, self.outer = machine, program.inner, outer_rows(program)
-        self.constants = aligned(max(1, program.constants))
-        self.memory, self.work = aligned(self.layout.memory), aligned(program.work)
-        self.trial = aligned(program.trial)
+        rows, columns = program.parts * self.layout.rows, size + LANES
+        self.constants, self.memory, self.work, self.trial, samples = beside_one_another(
+            max(1, program.constants), self.layout.memory, program.work, program.trial, rows * columns
+        )
         self.info = np.zeros(INFO, dtype=np.int64)
         for part, given in enumerate(state.reshape(program.parts, -1)):
             self.memory[self.layout.part(part)][self.outer] = given
         self.memory[self.layout.time] = start
-        self.samples = np.empty((program.parts * self.layout.rows, size + LANES))
+        self.samples = samples.reshape(rows, columns)
         self._spare: Array | None = None
         self.resume: Callable[[], None] = lambda: None
         """Called when ``memory`` has become that of another time: constants may depend on modes in it."""

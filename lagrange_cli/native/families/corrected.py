@@ -3,15 +3,16 @@ members together: each order is computed without these, and then corrected."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term
-from lagrange_cli.native.families.evaluation import Evaluation
+from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Source, Term, Total
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import SeriesJet
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.series import LoopSeries
@@ -41,6 +42,21 @@ class Local:
     change: Sequence[Node]
 
 
+def in_series(
+    slots: Slots, node: Node, domain: Domain, places: Mapping[Array, Array]
+) -> tuple[Node, Mapping[Node, Slot]]:
+    """An expression of places and velocities as one of places and their rates, whose series are two orders
+    ahead, and these places; ``places`` has them by their velocities."""
+    rates, found = dict[Node, Node](), dict[Node, Slot]()
+    for symbol, slot in slots.inside(node):
+        if slot.array in places:
+            place = slots.symbol(domain, places[slot.array], slot.table)
+            rates[symbol], found[place] = slots.graph.ddt(place), slots.of[place]
+        elif slot.array in places.values():
+            found[symbol] = slot
+    return substituted(slots.graph, [node], rates)[0], found
+
+
 @dataclass(frozen=True, eq=False)
 class CorrectedSeries(LoopSeries):
     """The series of members of one kind, whose coordinates are two orders ahead."""
@@ -52,7 +68,7 @@ class CorrectedSeries(LoopSeries):
         assert self.local is not None
         nodes = [term.node for term, _ in self.local.terms]
         return lower_functions(
-            self.slots.graph, self.moving, self.local.coordinates, self.time, nodes, self.local.unknowns
+            self.slots.graph, self.moving, self.local.coordinates, self.time, nodes, self.local.unknowns, 2
         )
 
     @cached_property
@@ -153,6 +169,8 @@ class CorrectedJet(SeriesJet):
     """The code is longer."""
     members: list[tuple[CorrectedSeries, int]]
     """Their series, with places in ``%work``."""
+    kept: Total | None = None
+    """The multipliers, if what is followed beside the motion contains them."""
 
     @property
     def ahead(self) -> Collection[Array]:
@@ -180,6 +198,21 @@ class CorrectedJet(SeriesJet):
         for local in locals:
             series = series_of(local, self.slots, self.system.time, self.order, alone)
             self.members.append((series, self.take(series.doubles)))
+
+    @property
+    def carried(self) -> Sequence[Array]:
+        return () if self.kept is None else (self.kept,)
+
+    def keep(self, multipliers: Array, k: int | Integer) -> None:
+        """Keep coefficients k of the multipliers, if that is asked for."""
+        if self.kept is not None:
+            self.copy(self.at(multipliers, 0), self.at(self.kept, k), multipliers.count)
+
+    def place_kept(self) -> None:
+        """Find a place for these."""
+        if self.kept is not None:
+            step = room(self.kept.count)
+            self.planes[self.kept] = self.take((self.order + 1) * step), step
 
     def moving(self, totals: Sequence[Array]) -> list[Any]:
         """Those that are no constants of the motion."""

@@ -15,11 +15,11 @@ from lagrange_cli.native.families.series_places import SeriesPlaces
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling
+from lagrange_cli.native.families.vector_dots import AHEAD
 from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
-from lagrange_cli.native.recurrences.vector_dots import AHEAD
 from lagrange_cli.records import dataclass
 
 MOST_NUMBERS = whole("numbers")
@@ -62,6 +62,13 @@ class SeriesJet(SeriesPlaces, ABC):
     """The name of those beside the motion's (``BesideJet``), which follow from these, if there are any."""
     many = 2**16
     """Coefficients from which on the second copy of the code pays."""
+    copied = True
+    """Whether there may be one."""
+
+    @property
+    def carried(self) -> Sequence[Array]:
+        """What has series besides, which are kept."""
+        return ()
 
     def bounded(self) -> None:
         """Raise ``TooManyNumbers`` where the series take too much memory."""
@@ -103,7 +110,7 @@ class SeriesJet(SeriesPlaces, ABC):
         f, end = self.f, self.order - 1
         first = min(max((one.unrolled for one, _ in self.series), default=1), end)
         many = self.vectors.parts == 1 and sum(one.doubles for one, _ in self.series) >= self.many
-        rounds = max(0, end - max(first, BEGUN)) // AHEAD if many else 0
+        rounds = max(0, end - max(first, BEGUN)) // AHEAD if many and self.copied else 0
         begun = end - rounds * AHEAD
         operations = sum(self.counted(k, None, windows) for k in range(first))
         if first < begun:

@@ -26,7 +26,7 @@ from lagrange_cli.native.families.series_places import BRIEF, velocity_planes
 from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
-from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
+from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, rests
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.guards import EXPLICIT, SIMPLE, Role
@@ -37,12 +37,11 @@ from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.motions import RATES, RatesFunction
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
-from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
@@ -65,13 +64,17 @@ def write_family_program(
     factor: int | None = None,
     proven: bool = False,
     integrands: Observed = NOTHING,
+    concise: bool = False,
 ) -> Program:
     """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``, and integrals of
     ``integrands``; one of ``RATES`` gives the accelerations alone, with the steps of a ``scheme`` on these,
     in doubles. With a ``factor`` it is that of a companion, whose numbers are of a kind beside those of the
     run (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no
-    constraints, and numbers are doubles."""
-    return _Writer(system, observed, tolerance, order, scheme, kind, factor, proven, integrands).program()
+    constraints, and numbers are doubles. A ``concise`` program has no second copy of the code for many
+    coefficients: it is compiled in less time, and slower."""
+    return _Writer(
+        system, observed, tolerance, order, scheme, kind, factor, proven, integrands, concise
+    ).program()
 
 
 class _Writer(Returning, Observation, MotionJets):
@@ -195,7 +198,7 @@ class _Writer(Returning, Observation, MotionJets):
         return Given(
             interface.inner, work, self.tolerance, (self.proving(), None, None),
             interface.rows_of_guards if interface.guarded else None,
-            project=self.projection(), timed=not self.system.steady, floors=floors,
+            project=self.projection(), timed=not self.system.steady, floors=floors, jointed=self.system.mixed,
         )  # fmt: skip
 
     def numbered(self) -> tuple[tuple[int, int, int], ...]:

@@ -1,6 +1,7 @@
 """The equations for accelerations and multipliers with constraints, as totals, where M is diagonal.
 
-With A for the slopes of the constraints f and c for the rest of their second derivatives,
+With A for the slopes of the constraints f and c for the rest of their second derivatives, or of the first
+ones of constraints g on velocities,
 
     M a = F + A^T lambda,    A a + c = 0,    so that    A M^-1 A^T lambda = -c - A M^-1 F.
 """
@@ -12,11 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.corrected import Local, in_series
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.saddle_tables import SaddleTables
 
@@ -26,10 +28,9 @@ class Restraint:
     before."""
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
-        assert system.bonds is not None
-        self.system, self.lasting, self.bonds = system, lasting, system.bonds
+        self.system, self.lasting, self.bonds = system, lasting, self.bonds_of(system)
         self.slots, self.graph, self.everyone = system.slots, system.slots.graph, system.everyone
-        bonds: Bonds = system.bonds
+        bonds = self.bonds
         self.bounds, self.count, self.size = bonds.bounds, bonds.count, system.q.count
         self.multipliers = Array(Source.TOTAL, self.count)
         self.rest = Array(Source.TOTAL, self.count)
@@ -37,6 +38,15 @@ class Restraint:
         self.slopes = [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
         """A, of each bound a column for each of its coordinates."""
         self.square = self._square()
+
+    def bonds_of(self, system: FamilySystem) -> Bonds:
+        """The constraints of a system."""
+        assert system.bonds is not None
+        return system.bonds
+
+    def hold(self, domain: Domain, first: Places, second: Places) -> Node:
+        """1 where two constraints hold the motion."""
+        return self.graph.one
 
     def column(self, bound: Bound, slope: Node) -> Array:
         """A column of A, which may be computed elsewhere."""
@@ -98,19 +108,27 @@ class Restraint:
 
     def _square(self) -> Total:
         """The entries of A M^-1 A^T, and behind them 0 and 1."""
-        pairs, places = self.bonds.pairs
+        end = len(self.entries) + 1
+        one = Term(self.system.root, self.graph.one, np.array([end]))
+        return self.total(end + 1, [*self.square_terms(), one])
+
+    def square_terms(self) -> list[Term]:
+        """What these entries are made of."""
         terms = []
-        for pair in pairs:
+        for pair in self.bonds.pairs[0]:
             domain = Domain(len(pair.rows))
             one, other = (
                 self.slots.symbol(domain, self.slopes[b][a], which)
                 for (b, a), which in zip((pair.first, pair.second), pair.members)
             )
             inverse = self.slots.symbol(domain, self.lasting.inverses, pair.rows)
-            terms.append(Term(domain, inverse * one * other, pair.entries))
-        end = np.array([len(places) + 1])
-        terms.append(Term(self.system.root, self.graph.one, end))
-        return self.total(len(places) + 2, terms)
+            numbers = (
+                self.bounds[b].numbers[which]
+                for (b, _), which in zip((pair.first, pair.second), pair.members)
+            )
+            both = self.hold(domain, *numbers)
+            terms.append(Term(domain, both * inverse * one * other, pair.entries))
+        return terms
 
     @cached_property
     def entries(self) -> Mapping[tuple[int, int], int]:
@@ -176,22 +194,22 @@ class AlongMotion(Restraint):
             (term,) = self.total(domain.count, [Term(domain, node, every)]).terms
             return term.node
 
-        node, multiplier = simple(bound.node), self.own(number, self.multipliers)
+        own, multiplier = simple(bound.node), self.own(number, self.multipliers)
+        node, places = in_series(self.slots, own, domain, {self.system.v: self.system.q})
         moving = self.system.time.symbols
-        for one in bound.coordinates:
+        for one in places:
             moving |= one.symbols
+        rate = graph.ddt(node)
         terms: list[tuple[Term, Array]] = [
-            (Term(domain, graph.ddt(graph.ddt(node)), bound.numbers), self.rest)
+            (Term(domain, graph.ddt(rate) if bound.holonomic else rate, bound.numbers), self.rest)
         ]
         slopes: list[tuple[Term, Array]] = []
         bent = False
-        for a, (symbol, rows) in enumerate(zip(bound.coordinates, bound.rows)):
-            slope = graph.diff(node, symbol)
+        for a, (symbol, rows) in enumerate(zip(bound.symbols, bound.rows)):
+            slope = graph.diff(own, symbol)
             slopes.append((Term(domain, slope, every), self.slopes[number][a]))
             if slope.symbols & moving:
                 bent = True
                 terms.append((Term(domain, slope * multiplier, rows), self.pull))
-        change = [self.slots.symbol(domain, self.rates, rows) for rows in bound.rows]
-        return Local(
-            domain, [*terms, *slopes], len(slopes), bound.coordinates, [multiplier] if bent else [], change
-        )
+        change = [self.slots.symbol(domain, self.rates, one.table) for one in places.values()]
+        return Local(domain, [*terms, *slopes], len(slopes), [*places], [multiplier] if bent else [], change)

@@ -19,7 +19,7 @@ from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
-from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.rate_places import HEADER, Places, span_of
 from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
 
@@ -39,7 +39,7 @@ LEAST = 0.8
 """A step is taken again that should have been shorter by this factor."""
 BESIDE = 2.0**-10
 """Beside constraints a velocity is measured by this part of the largest one at least: the accelerations of
-what rests are rounding errors of its forces of constraint."""
+what rests are rounding errors of its forces of constraint. So it is where joints have several coordinates."""
 UNMOVED = 2.0**-52
 """No velocity is measured by less than the one that changes its coordinate by this part within a step."""
 AHEAD = 8.0
@@ -101,7 +101,7 @@ class GaussRadauSteps(RateSteps):
             powers.append(powers[-1] * ratio)
         wide, rows = [f.splat(one, lanes) for one in powers], inverse(products())
         length, zero = f.splat(h, lanes), f.zero(lanes)
-        least = f.splat(self._largest(f, length) * BESIDE, lanes) if self.constrained else zero
+        least = f.splat(self._largest(f, length) * BESIDE, lanes) if self.mutual else zero
         with self._each(f, self._count) as i:
             before = layout.carried_at + HEADER
             b = [f.load_row("%state", i + (before + k * self.span), lanes) * wide[k] for k in range(TERMS)]
@@ -116,7 +116,7 @@ class GaussRadauSteps(RateSteps):
             a = f.larger(f.magnitude(self._term(f, at.begin, 0, i)), f.magnitude(b[0]))
             if self.lengths.floor:
                 v = f.larger(v, f.load_row("%work", i + (self.lengths.floor + layout.degrees), lanes))
-            size = f.larger(f.larger(v, a * length), least) if self.constrained else f.larger(v, a * length)
+            size = f.larger(f.larger(v, a * length), least) if self.mutual else f.larger(v, a * length)
             place = f.magnitude(f.load_row("%state", i, lanes))
             still = f.select(self._among(f, i, self.lengths.degrees), place / length * UNMOVED, zero)
             size = f.larger(size, still)
