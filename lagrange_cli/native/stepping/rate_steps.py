@@ -168,6 +168,16 @@ class RateSteps(RatesAtNodes):
             fail(Stop.NOT_FINITE)
         return now, h, Bit(f, "true")
 
+    def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
+        """Where there are guards, the last step is taken again with its own length. Ends of steps are more
+        precise than what is within: where forces cancel, what happens there is told by its last digits."""
+        if not self.watching:
+            return super().vet(f, now, h, left, free)
+        length = f.variable(h)
+        with f.when(h > left), f.when(self.retried(f, left) > 0.0):
+            length.set(left)
+        return length.get()
+
     def retried(self, f: Function, exact: Real) -> Real:
         """A call of ``@tried``."""
         places = f.pointer("%constants"), f.pointer("%state"), f.pointer("%work")
