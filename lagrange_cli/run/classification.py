@@ -177,9 +177,12 @@ def integrable(found: Classification) -> list[str]:
     if found.integrability is None:
         return []
     lines, alone = [], found.integrability.alone
-    for name, is_so in alone.items():
-        if is_so:
-            lines.append(f"{name} is integrable (Frobenius), so it is holonomic: {kept_by(found, name)}")
+    each_so = {
+        name: f"{name} is integrable (Frobenius), so it is holonomic: {kept_by(found, name)}"
+        for name, is_so in alone.items()
+        if is_so
+    }
+    lines += cut(by_template(each_so, found.spec))
     others = [name for name, is_so in alone.items() if is_so is False]
     for name in in_short(others, found.spec, ("nonholonomic",)):
         each = "" if name in alone else "each of "
@@ -278,9 +281,30 @@ def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
     return [*dict.fromkeys(shown.values())]
 
 
+def by_template(lines: Mapping[str, str], spec: Spec) -> list[str]:
+    """The ``lines`` of constraints, with one for a family with one index if all of its members say the same,
+    each of what has its own index."""
+    shown = dict(lines)
+    for family in spec.families.get("nonholonomic", {}).values():
+        if len(family.shape) != 1 or len(family.members) < 2 or not lines.keys() >= {*family.members}:
+            continue
+        found = {
+            lines[member].replace(f"[{k}]", family.label.removeprefix(family.name))
+            for k, member in enumerate(family.members)
+        }
+        if len(found) == 1:
+            range_ = f"   [for i in range({family.shape[0]})]"
+            shown |= dict.fromkeys(family.members, f"{found.pop()}{range_}")
+    return [*dict.fromkeys(shown.values())]
+
+
+def cut(lines: Sequence[str]) -> list[str]:
+    """The lines, and how many more there are, if they are many."""
+    left = len(lines) - MOST_LINES
+    return [*lines[:MOST_LINES], *([f"and {left} more, see --json"] if left > 0 else [])]
+
+
 def section(title: str, lines: Sequence[str], none: str) -> list[str]:
     """A titled list, one line for each entry as long as there are not too many; ``none`` if it is empty."""
-    left = len(lines) - MOST_LINES
-    more = [f"    and {left} more, see --json"] if left > 0 else []
-    shown = [f"    {line}" for line in lines[:MOST_LINES]]
-    return [f"  {title}:", *shown, *more] if lines else [f"  {title}: {none}"]
+    shown = [f"    {line}" for line in cut(lines)]
+    return [f"  {title}:", *shown] if lines else [f"  {title}: {none}"]
