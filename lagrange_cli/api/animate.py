@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.api.folder import Folder
+from lagrange_cli.api.given import number_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.plot import Shown, file_of, words
 from lagrange_cli.errors import UsageError
@@ -145,6 +146,8 @@ def animate(
         The file cannot be read, or is no output of lagrange.
     """
     check_film("animate")
+    fps = number_of("fps", fps)
+    speed = None if speed is None else number_of("speed", speed)
     if not fps > 0 or (speed is not None and not speed > 0):
         raise UsageError("speed and fps must be positive")
     even = None if size is None else (size[0] + size[0] % 2, size[1] + size[1] % 2)

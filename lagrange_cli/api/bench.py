@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.api.given import Value, Values, check_lengths, text_of, texts_of
+from lagrange_cli.api.given import Value, Values, check_lengths, count_of, number_of, text_of, texts_of
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS
@@ -113,10 +113,12 @@ def bench(
     """
     from lagrange_cli.spec.values import resolve_values
 
+    error, budget = number_of("error", error), number_of("budget", budget)
     if not SMALLEST_ERROR <= error <= LARGEST_ERROR:
         raise UsageError(f"error must be from {SMALLEST_ERROR:g} to {LARGEST_ERROR:g}, not {error:g}")
-    if runs < 1 or not budget > 0:
-        raise UsageError("runs must be at least 1, and budget a positive number of seconds")
+    runs = count_of("runs", runs)
+    if not budget > 0:
+        raise UsageError(f"budget must be a positive number of seconds, not {budget:g}")
     if isinstance(methods, str):
         methods = methods.split(",")
     overrides = texts_of("set", set)

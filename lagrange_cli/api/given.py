@@ -92,11 +92,12 @@ def names_of(outputs: str | Iterable[str] | None) -> tuple[str, ...] | None:
     """``"q,v"`` or ``["q", "v"]`` as a tuple of names."""
     if outputs is None:
         return None
-    listed = outputs.split(",") if isinstance(outputs, str) else [*outputs]
-    found = tuple(str(name).strip() for name in listed if str(name).strip())
+    listed = outputs.split(",") if isinstance(outputs, str) else outputs
+    found = [str(name).strip() for name in listed] if isinstance(listed, Iterable) else []
+    found = [name for name in found if name]
     if not found:
         raise UsageError("outputs must be a list of names, as in outputs=['q', 'h']")
-    return found
+    return tuple(found)
 
 
 def request_of(
@@ -116,13 +117,11 @@ def request_of(
     threads: int | None = None,
 ) -> Request:
     """The request for a run; raises ``UsageError`` for arguments of a wrong type."""
-    if samples is not None and (isinstance(samples, bool) or not isinstance(samples, Integral)):
+    if samples is not None and not is_whole(samples):
         raise UsageError(f"samples must be a whole number, not {samples!r:.60}")
-    if tolerance is not None and (isinstance(tolerance, bool) or not isinstance(tolerance, Real)):
-        raise UsageError(f"tolerance must be a number, not {tolerance!r:.60}")
     options = SolveDefaults(
         samples=None if samples is None else int(samples),
-        tolerance=None if tolerance is None else float(tolerance),
+        tolerance=None if tolerance is None else number_of("tolerance", tolerance),
         method=None if method is None else str(method),
         outputs=names_of(outputs),
     )
@@ -140,11 +139,23 @@ def request_of(
     )
 
 
+def is_whole(given: object) -> bool:
+    """Whether it is an integer, of Python or of numpy."""
+    return isinstance(given, Integral) and not isinstance(given, bool)
+
+
 def count_of(name: str, given: int) -> int:
-    """A number of threads; raises ``UsageError`` for anything else."""
-    if not isinstance(given, int) or isinstance(given, bool) or given < 1:
+    """How many there are of something, 1 or more; raises ``UsageError`` for anything else."""
+    if not is_whole(given) or given < 1:
         raise UsageError(f"{name} must be a whole number greater than 0, not {given!r:.60}")
-    return given
+    return int(given)
+
+
+def number_of(name: str, given: float) -> float:
+    """A number; raises ``UsageError`` for anything else."""
+    if isinstance(given, bool) or not isinstance(given, Real):
+        raise UsageError(f"{name} must be a number, not {given!r:.60}")
+    return float(given)
 
 
 def demand_of(certify: bool, digits: float | None, target_error: float | None) -> Demand | None:
@@ -153,8 +164,10 @@ def demand_of(certify: bool, digits: float | None, target_error: float | None) -
         return None
     from lagrange_cli.run.certify import Demand
 
-    if digits is not None and not 1 <= digits <= 15:
-        raise UsageError(f"digits must be a number from 1 to 15, not {digits:g}")
-    if target_error is not None and not target_error > 0:
-        raise UsageError(f"the target error must be a positive number, not {target_error:g}")
-    return Demand(DIGITS if digits is None else float(digits), target_error)
+    wanted = DIGITS if digits is None else number_of("digits", digits)
+    if not 1 <= wanted <= 15:
+        raise UsageError(f"digits must be a number from 1 to 15, not {wanted:g}")
+    error = None if target_error is None else number_of("target_error", target_error)
+    if error is not None and not error > 0:
+        raise UsageError(f"the target error must be a positive number, not {error:g}")
+    return Demand(wanted, error)

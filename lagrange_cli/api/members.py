@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.api.given import count_of
+from lagrange_cli.api.given import count_of, is_whole
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.processors import processors
 from lagrange_cli.run.ensembles.draws import KINDS, Draws
@@ -28,23 +28,23 @@ def draws_of(
     for name, given in (("over", over), ("random", random)):
         if given is not None and not isinstance(given, Mapping):
             raise UsageError(f"{name} must be a mapping from names to values, not {given!r:.60}")
-    if members is not None and (not isinstance(members, int) or members < 1):
-        raise UsageError(f"members must be a whole number greater than 0, not {members!r:.60}")
-    if not isinstance(seed, int) or seed < 0:
+    if not is_whole(seed) or seed < 0:
         raise UsageError(f"seed must be a whole number, 0 or greater, not {seed!r:.60}")
     found: Any = table
     if isinstance(table, Mapping):
         found = {str(name): numbers(f"table: {name}", column) for name, column in table.items()}
         if not found:
             raise UsageError("table: it has no columns")
-    elif table is not None:
+    elif isinstance(table, (str, os.PathLike)):
         found = os.fspath(table)
+    elif table is not None:
+        raise UsageError(f"table must be the name of a CSV file, or columns by name, not {table!r:.60}")
     return Draws(
         tuple((name, values_of(name, given)) for name, given in (over or {}).items()),
         tuple((name, distribution(name, given)) for name, given in (random or {}).items()),
         found,
-        members,
-        seed,
+        None if members is None else count_of("members", members),
+        int(seed),
     )
 
 

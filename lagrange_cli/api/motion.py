@@ -132,7 +132,7 @@ class Motion(Pictured):
     def error(self) -> Group:
         """The estimated error of each sample by path (``motion.error["q/theta"]``), if it was requested."""
         if self.certificate is None:
-            raise AttributeError("no errors were estimated: solve with certify=True")
+            raise AttributeError("error")
         return Group("diagnostics/error/", self._followed.samples)
 
     @property
@@ -142,7 +142,8 @@ class Motion(Pictured):
 
     def __getattr__(self, name: str) -> Any:
         if name not in OUTPUTS:
-            raise AttributeError(f"a motion has no {name!r}")
+            without = "there is no estimated error: solve with certify=True"  # Python asks here, too
+            raise AttributeError(without if name == "error" else f"a motion has no {name!r}")
         return self._group(name) if is_group(name) else self._dataset(name)
 
     def __dir__(self) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from lagrange_cli.api.ensembles import ended, noted, watching
 from lagrange_cli.api.folder import Folder
-from lagrange_cli.api.given import Value, Values, check_lengths, request_of, text_of
+from lagrange_cli.api.given import Value, Values, check_lengths, count_of, request_of, text_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.members import Over, Random, Table, draws_of, threads_of
 from lagrange_cli.api.solve import check_precision
@@ -112,8 +112,8 @@ def section(
         raise UsageError("direction belongs to where: leave it out with every")
     if direction is not None and direction not in DIRECTIONS:
         raise UsageError(f"direction must be one of {', '.join(DIRECTIONS)}, not {direction!r:.60}")
-    if not isinstance(crossings, int) or crossings < 1:
-        raise UsageError(f"crossings must be a whole number greater than 0, not {crossings!r:.60}")
+    if where is not None and not (isinstance(where, str) and where.strip()):
+        raise UsageError(f"where must be an expression, as in where='x', not {where!r:.60}")
     request = request_of(
         set=set,
         size=size,
@@ -127,6 +127,7 @@ def section(
     )
     check_precision(request, None)
     period = "" if every is None else text_of("every", every)
+    crossings = count_of("crossings", crossings)
     asked = SectionRequest(where or "", period, direction or next(iter(DIRECTIONS)), crossings)
     draws = draws_of(over, random, table, members, seed)
     content, filename = content_of(system)

@@ -64,11 +64,15 @@ class Page:
         ------
         FileError
             The file exists, or cannot be written.
+        UsageError
+            The name is that of another kind of file.
         """
+        from lagrange_cli.run.request import check_page
         from lagrange_cli.run.view.page import write
         from lagrange_cli.store.find_target import find_target
 
-        write(self._page, find_target(os.fspath(path), force=force))
+        check_page(os.fspath(path))
+        write(self._page, find_target(os.fspath(path), force=force, ending=".html"))
 
     def _repr_html_(self) -> str:
         style = f"width: 100%; height: {HEIGHT}px; border: 0"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 INTERRUPTED = 130
 UNEXPECTED = 1
 MEMORY = KILLED = 4
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What the system says where nothing more can be written."""
 EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "interrupted": INTERRUPTED}
 """The exit status for each way a motion can end; what was computed is written in every case."""
 
@@ -56,6 +59,12 @@ def emit(text: str) -> None:
     except OSError as error:
         discard_output()
         raise FileError(f"standard output could not be written: {error.strerror or error}") from error
+
+
+def colored() -> bool:
+    """Whether standard output is a terminal that shows colours, and whose user wants them (no-color.org)."""
+    refused = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb"
+    return sys.stdout is not None and sys.stdout.isatty() and not refused
 
 
 def discard_output() -> None:
@@ -98,6 +107,8 @@ def describe(error: BaseException, system: str = "") -> tuple[str, int]:
         return "Interrupted.", INTERRUPTED
     if isinstance(error, MemoryError):
         return f"Error: {where}not enough memory: use smaller sizes or fewer samples", MEMORY
+    if isinstance(error, OSError) and error.errno in FULL:
+        return f"Error: {where}the output could not be written: {error.strerror}", FileError.exit_code
     if os.environ.get("LAGRANGE_DEBUG") == "1":
         import traceback
 

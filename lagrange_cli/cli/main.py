@@ -50,6 +50,16 @@ class LazyGroup(click.Group):
         assert isinstance(command, click.Command)
         return command
 
+    def resolve_command(
+        self, context: click.Context, arguments: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name = arguments[0]
+        if name not in COMMANDS and not name.startswith("-"):
+            from lagrange_cli.expression.near import suggest
+
+            raise click.UsageError(f"there is no command {name!r}; {suggest(name, COMMANDS)}", context)
+        return super().resolve_command(context, arguments)
+
     def shell_complete(self, context: click.Context, incomplete: str) -> list[CompletionItem[str]]:
         from click.shell_completion import CompletionItem
 

@@ -156,10 +156,10 @@ def flat(places: Sequence[Whole], shape: Sequence[int], count: int) -> Places:
     if len(places) != len(shape):
         raise Unsuited
     made: Whole = 0
-    for place, size in zip(places, shape):
-        if np.any(np.less(place, 0)) or np.any(np.greater_equal(place, size)):
+    for i, (place, size) in enumerate(zip(places, shape)):
+        if np.size(place) and (np.min(place) < 0 or np.max(place) >= size):
             raise Unsuited
-        made = made * size + place
+        made = made * size + place if i else place
     return np.broadcast_to(np.asarray(made, dtype=np.int64), count)
 
 

@@ -88,6 +88,10 @@ class Operands(Sums):
                     self.name_of(self.advance())
             self.error(span, "index after the component", hint)
             return Number("0", span) if parts == [POINT] else Name(f"{name}.{parts[0]}", span, indices)
+        if parts[0] == POINT:
+            component = ".".join([f"{name}.{POINT}(a, b, c)", *parts[1:]])
+            self.error(span, f"'{name}.{POINT}' without coordinates", f"write {component}")
+            return Number("0", span)
         if len(parts) > 1:
             self.error(span, f"'{name}.{parts[0]}' has no components", f"write {name}.{parts[0]}")
         return Name(f"{name}.{parts[0]}", span, indices)

@@ -222,8 +222,6 @@ class Parser(Operands):
 
 def _product_hint(factors: Sequence[str], *, divided: bool) -> str:
     left, right = factors[:2]
-    if right.startswith("_") and left.isdigit():
-        return f"write {left}{right.replace('_', '')}"
     product = "*".join(map(_factor, factors))
     if divided:
         return f"write {product}, or ({product}) to divide by the whole product"

@@ -6,11 +6,13 @@ import re
 from collections.abc import Iterator
 
 from lagrange_cli.expression.confusions import CHARACTERS, POWERS, STRANGERS
+from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.syntax import Span
 from lagrange_cli.records import dataclass
 
 _TOKEN = re.compile(
-    r"(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
+    r"(?P<literal>0[xob][0-9a-f][0-9a-f_]*|[0-9]+(?:_[0-9]+)+(?:\.[0-9_]*)?(?:e[+-]?[0-9]+)?)(?!\w)"
+    r"|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     r"|(?P<name>[^\W\d]\w*)"
     r"|(?P<sign>\*\*|//|[=!<>]=|[-+*/%<>,.()\[\]=])"
     r"|(?P<space>\s+)"
@@ -19,6 +21,7 @@ _TOKEN = re.compile(
 )
 _TIMES_POWER_OF_TEN = re.compile(r"\s*[×·⋅∙]\s*10\s*(?:\^|\*\*)\s*\{?([-+−]?[0-9]+)\}?(?![\w.])")
 """What follows the 1.602 of ``1.602×10^-19``."""
+_SHOWN_DIGITS = 60
 WORDS = frozenset({"for", "in", "if", "and", "or", "not", "else"})
 """Words of sums and their conditions: no names."""
 
@@ -49,6 +52,8 @@ def tokens(text: str, offset: int = 0) -> Iterator[Token]:
             number = f"{match.group()}e{power[1].replace('−', '-')}"
             complaint = "power of ten written as a product", f"write {number}"
             yield Token(kind, number, Span(start, end + offset), complaint)
+        elif kind == "literal":
+            yield _literal(match.group(), start)
         elif kind == "name" and not match.group().isidentifier():
             yield from _pieces(match.group(), start)
         elif kind == "name":
@@ -62,6 +67,18 @@ def tokens(text: str, offset: int = 0) -> Iterator[Token]:
         elif kind != "space":
             yield Token(kind, match.group(), Span(start, start + len(match.group())))
     yield Token("end", "", Span(len(text) + offset, len(text) + offset))
+
+
+def _literal(text: str, start: int) -> Token:
+    """A number in the notation of a programming language: ``0x10``, ``1_000``."""
+    number = text.replace("_", "")
+    if text[1:2] in ("x", "o", "b"):
+        try:
+            number = str(int(number, 0))
+        except ValueError:  # no such digit, as in 0b12
+            number = "0"
+    complaint = f"unknown notation of a number: {shown(text)}", f"write {number[:_SHOWN_DIGITS]}"
+    return Token("number", number, Span(start, start + len(text)), complaint)
 
 
 def _pieces(text: str, start: int) -> Iterator[Token]:

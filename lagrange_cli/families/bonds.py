@@ -1,5 +1,7 @@
 """Constraints of families: expressions that stay 0, each once for all members that are written alike.
 
+Holonomic ones f(q, t) act by A = df/dq, those g(q, q_dot, t) on velocities, which are linear in these, by A =
+dg/dq_dot (d'Alembert's principle; see ``mechanics.constraints``). All of them make one system of equations.
 Multipliers are found from A M^-1 A^T, where A has the slopes of the constraints and M is diagonal: it couples
 constraints that have a coordinate in common. A constraint that contains a sum over members has a term for
 each of these. It is coupled to many others, and eliminated last, as the border of the matrix.
@@ -7,11 +9,12 @@ each of these. It is coupled to many others, and eliminated last, as the border 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node
@@ -19,11 +22,12 @@ from lagrange_cli.families.arrays import NONE, Chain, Domain, Source, Term, Tota
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.joints import Articulation
-from lagrange_cli.families.reach import Reach, reach_of
+from lagrange_cli.families.responses import Responses, responses, trees_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.model.sparse import SparseElimination, eliminated
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.spec import Spec, grouped
+from lagrange_cli.spec.family import Family
+from lagrange_cli.spec.spec import Expression, Spec, grouped
 
 MOST = 64
 """Constraints that are coupled to each, and numbers of L for each in L D L^T, up to which members are not
@@ -33,7 +37,7 @@ written out."""
 @dataclass(frozen=True, eq=False)
 class Hold:
     """Nodes of chains that constraints contain: a ``component`` of those at these ``places``, its ``symbol``
-    in the constraints, and the derivative by it."""
+    in the constraints, or that of its velocity, and the derivative by it."""
 
     component: int
     places: Places
@@ -43,20 +47,27 @@ class Hold:
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """Constraints that are alike, the members of a ``domain``: ``node`` = 0, of these ``numbers``. ``rows``
-    are the coordinates that each contains, and ``coordinates`` their symbols; ``slopes`` has the derivatives
-    by these, and ``speed`` is the rate of ``node``. Where they are not ``whole``, they are terms of
-    constraints: all of those with the same number add up to 0. ``holds`` has the nodes of chains in them."""
+    """Constraints that are alike, the members of a ``domain``: ``node`` = 0, of these ``numbers``. They act
+    on the coordinates at these ``rows``: ``symbols`` are those of coordinates, or of velocities if they are
+    not ``holonomic``, and ``slopes`` the derivatives by these. ``speed`` is the rate of ``node``, or itself.
+    Where they are not ``whole``, they are terms of constraints: all of those with the same number add up to
+    0. ``holds`` has the nodes of chains in them."""
 
     domain: Domain
     node: Node
     numbers: Places
     rows: tuple[Places, ...]
-    coordinates: tuple[Node, ...]
+    symbols: tuple[Node, ...]
     slopes: tuple[Node, ...]
     speed: Node
     whole: bool = True
     holds: tuple[Hold, ...] = ()
+    holonomic: bool = True
+
+    def at_rest(self, graph: Graph) -> Node:
+        """A constraint on velocities where these are 0."""
+        symbols = [*self.symbols, *(one.symbol for one in self.holds)]
+        return substituted(graph, [self.node], dict.fromkeys(symbols, graph.zero))[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,14 +85,15 @@ class CoupledMembers:
 
 @dataclass(frozen=True, eq=False)
 class Bonds:
-    """The ``bounds`` of a system, and the ``names`` of all constraints. The ``multipliers`` are computed from
-    all equations together, and have no terms. On chains and trees, ``reach`` says which of them act on each
-    other."""
+    """The ``bounds`` of a system, and the ``names`` of all constraints, so many ``holonomic`` ones first.
+    The ``multipliers`` are computed from all equations together, and have no terms. On chains and trees,
+    the ``responses`` say what is coupled."""
 
     bounds: tuple[Bound, ...]
     names: Sequence[str]
     multipliers: Total
-    reach: Reach | None = None
+    holonomic: int
+    responses: Responses | None = None
 
     @property
     def count(self) -> int:
@@ -109,6 +121,10 @@ class Bonds:
     def pulls(self) -> Sequence[tuple[int, int]]:
         """All slopes, each the number of a bound and its own."""
         return [(b, a) for b, one in enumerate(self.bounds) for a, _ in enumerate(one.slopes)]
+
+    def idle(self, graph: Graph) -> bool:
+        """Whether those on velocities hold at rest, where their forces do no work."""
+        return all(one.holonomic or one.at_rest(graph).is_zero for one in self.bounds)
 
     @property
     def nodes(self) -> Iterator[Node]:
@@ -152,8 +168,8 @@ class Bonds:
     def elimination(self) -> SparseElimination:
         """How A M^-1 A^T is factored. Raises ``Unsuited`` where L has too many numbers."""
         neighbours: list[set[int]] = [set() for _ in range(self.count)]
-        pairs = self.pairs[1].tolist() if self.reach is None else self.reach.pairs
-        for i, j in pairs:
+        places = self.pairs[1] if self.responses is None else self.responses.places
+        for i, j in places.tolist():
             if i != j:
                 neighbours[i].add(j)
                 neighbours[j].add(i)
@@ -163,42 +179,61 @@ class Bonds:
         return found
 
 
+def bound_families(spec: Spec) -> Iterator[tuple[Family, Mapping[str, Expression], bool]]:
+    """The families of constraints, the section that each is in, and whether that has the holonomic ones."""
+    for part, holonomic in (("constraints", True), ("nonholonomic", False)):
+        section = getattr(spec, part)
+        for family in grouped(section, spec.families.get(part, {})):
+            yield family, section, holonomic
+
+
 def bonds(builder: FamilyBuilder, spec: Spec, joints: Articulation | None = None) -> Bonds | None:
     """The constraints without those that are left out; None where there are none. On chains and trees they
-    may contain the places of the nodes of ``joints``. Raises ``Unsuited`` where they are of another kind, or
-    many act on the same tree."""
-    found, names = list[Bound](), list[str]()
+    may contain the places of nodes. Raises ``Unsuited`` where they are of another kind, or many there."""
+    found, names, count = list[Bound](), list[str](), 0
     left = {*spec.left_out}
-    for family in grouped(spec.constraints, spec.families.get("constraints", {})):
-        group = group_of(family, spec.constraints)
+    for family, section, holonomic in bound_families(spec):
+        group = group_of(family, section)
         kept = [i for i, name in enumerate(family.members) if name not in left]
         own, numbers = np.array(kept, dtype=np.int64), np.zeros(group.count, dtype=np.int64)
         numbers[own] = np.arange(len(names), len(names) + len(own))
         names += [family.members[i] for i in kept] if left else family.members
+        count += holonomic * len(own)
         for domain, value, which in builder.pieces(group, own) if len(own) else ():
             if isinstance(value, tuple):
                 raise Unsuited
-            found += bounds_of(builder, domain, value, numbers[which], joints.nodes if joints else ())
+            found += bounds_of(builder, domain, value, numbers[which], joints, holonomic)
     bound = [np.zeros(0, dtype=np.int64), *(one.numbers for one in found if one.rows or one.holds)]
     if len(np.unique(np.concatenate(bound))) < len(names):
         raise Unsuited  # no coordinate is in one of them
-    if not names:
-        return None
-    reach = None
-    if joints is not None:
-        size = builder.q.count
-        tables = [(one, [*one.rows, *(hold.places + size for hold in one.holds)]) for one in found]
-        holding = [(one.numbers, held) for one, some in tables for held in some]
-        reach = reach_of(joints, size, holding, len(names), MOST)
-    return Bonds(tuple(found), names, Total(Source.TOTAL, len(names)), reach)
+    multipliers = Total(Source.TOTAL, len(names))
+    felt = responses_of(found, len(names), builder, joints) if names and joints is not None else None
+    return Bonds(tuple(found), names, multipliers, count, felt) if names else None
+
+
+def responses_of(
+    found: Sequence[Bound], count: int, builder: FamilyBuilder, joints: Articulation
+) -> Responses:
+    """Which of so many constraints are coupled on chains and trees."""
+    nodes, coordinates = trees_of(joints, builder.q.count)
+    touched = [(one.numbers, coordinates[rows]) for one in found for rows in one.rows]
+    touched += [(one.numbers, nodes[hold.places]) for one in found for hold in one.holds]
+    forest = 1 + max(int(one.max(initial=NONE)) for one in (nodes, coordinates))
+    return responses(touched, count, forest, MOST)
 
 
 def bounds_of(
-    builder: FamilyBuilder, domain: Domain, value: Node, numbers: Places, nodes: Sequence[Chain]
+    builder: FamilyBuilder,
+    domain: Domain,
+    value: Node,
+    numbers: Places,
+    joints: Articulation | None,
+    holonomic: bool,
 ) -> Iterator[Bound]:
     """Constraints that are alike, and those terms of them that are sums."""
     graph, slots = builder.graph, builder.slots
-    inside = [(s, slot) for s, slot in slots.inside(value) if slot.array not in nodes]
+    chains = () if joints is None else (*joints.nodes, *joints.rates)
+    inside = [(s, slot) for s, slot in slots.inside(value) if slot.array not in chains]
     sums = [(s, slot) for s, slot in inside if isinstance(slot.array, Total)]
     for s, slot in sums:
         factor, total = graph.diff(value, s), slot.array
@@ -212,10 +247,10 @@ def bounds_of(
             mine = number[term.targets]
             if np.any(mine == NONE):
                 raise Unsuited
-            yield bound_of(builder, term.domain, factor * term.node, mine, nodes, whole=False)
+            yield bound_of(builder, term.domain, factor * term.node, mine, joints, holonomic, whole=False)
     (rest,) = substituted(graph, [value], {s: graph.zero for s, _ in sums})
     if not rest.is_zero:
-        yield bound_of(builder, domain, rest, numbers, nodes, whole=not sums)
+        yield bound_of(builder, domain, rest, numbers, joints, holonomic, whole=not sums)
 
 
 def bound_of(
@@ -223,23 +258,33 @@ def bound_of(
     domain: Domain,
     node: Node,
     numbers: Places,
-    nodes: Sequence[Chain],
+    joints: Articulation | None,
+    holonomic: bool,
     *,
     whole: bool,
 ) -> Bound:
     """Constraints, or terms of them, without sums."""
     graph, slots = builder.graph, builder.slots
-    inside = [(s, slot) for s, slot in slots.inside(node) if slot.array is builder.q]
+    nodes = joints.nodes if joints else ()
+    rates = joints.rates if joints else ()
+    own, chains = (builder.q, nodes) if holonomic else (builder.v, rates)
+    inside = [(s, slot) for s, slot in slots.inside(node) if slot.array is own]
     holds = tuple(
-        Hold(nodes.index(slot.array), slot.table, s, graph.diff(node, s))
+        Hold(chains.index(slot.array), slot.table, s, graph.diff(node, s))
         for s, slot in slots.inside(node)
-        if isinstance(slot.array, Chain) and slot.array in nodes
+        if isinstance(slot.array, Chain) and slot.array in chains
     )
     known = builder.q, builder.given, builder.whole, *nodes
-    if any(slot.array not in known for _, slot in slots.inside(node)):
+    moving = () if holonomic else (builder.v, *rates)
+    if any(slot.array not in (*known, *moving) for _, slot in slots.inside(node)):
         raise Unsuited
-    if not inside and not holds and (whole or node.symbols & builder.time.symbols):
+    still = not (node.symbols & builder.time.symbols or slots.moving(node, {builder.q, *nodes}))
+    if not inside and not holds and (whole or not still):
         raise Unsuited
     symbols, rows = tuple(s for s, _ in inside), tuple(slot.table for _, slot in inside)
     slopes = tuple(graph.diff(node, one) for one in symbols)
-    return Bound(domain, node, numbers, rows, symbols, slopes, builder.rate(node, domain), whole, holds)
+    curving = (*slopes, *(one.slope for one in holds))
+    if any(slot.array in moving for one in curving for _, slot in slots.inside(one)):
+        raise Unsuited  # not linear in the velocities
+    speed = builder.rate(node, domain) if holonomic else node
+    return Bound(domain, node, numbers, rows, symbols, slopes, speed, whole, holds, holonomic)

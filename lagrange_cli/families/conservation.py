@@ -151,7 +151,7 @@ def constants_of(system: FamilySystem) -> ConservedQuantities:
         kept = free & idle
         found = [kept_momentum(names[k], constrained=constrained) for k in np.flatnonzero(kept).tolist()]
         idle_power = all(one.vanishes(one.v, applied=True, inside=False) for one in states)
-        if system.steady_potential and system.steady_bonds and idle_power:
+        if system.steady_potential and system.idle_bonds and idle_power:
             fixed = "positions" if system.spec.lagrangian is None else ""
             found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
         found += further(system, states, kept)

@@ -20,10 +20,10 @@ from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
 from lagrange_cli.families.articulation import articulation, weights_of
-from lagrange_cli.families.bonds import Bonds, bonds
+from lagrange_cli.families.bonds import Bonds, bonds, bound_families
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.constraint_values import JointedState, State, Whole
-from lagrange_cli.families.masses import components, particles
+from lagrange_cli.families.masses import components, particles, separated
 from lagrange_cli.families.values import DOUBLES, Doubles
 from lagrange_cli.model import sparse
 from lagrange_cli.model.start.consistent import Start
@@ -32,7 +32,7 @@ from lagrange_cli.model.start.linear import CLEAR, DENSE, FILLED
 from lagrange_cli.model.start.nearest import ROUND
 from lagrange_cli.model.start.search import NEARBY, Generic, Given, away
 from lagrange_cli.spec.content import bases_of, names_of
-from lagrange_cli.spec.spec import Spec, grouped
+from lagrange_cli.spec.spec import Spec
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 FEWEST = 50
 """Coordinates of chains and trees below which few constraints are looked at member by member."""
-UNKNOWN = "nonholonomic", "replaced", "left_out"
+UNKNOWN = "replaced", "left_out"
 """Parts of a system with which constraints are looked at member by member."""
 
 
@@ -61,18 +61,16 @@ def whole(spec: Spec, *, exact: bool = False) -> Whole | None:
 
 def examined(spec: Spec, *, exact: bool) -> Whole | None:
     """The same of a system that has not been looked at."""
-    if not spec.families.get("coordinates") or spec.lagrangian is not None:
+    if not spec.families.get("coordinates"):
         return None
-    if len(spec.constraints) <= DENSE and len(spec.coordinates) < FEWEST:
+    if len(spec.all_constraints) <= DENSE and len(spec.coordinates) < FEWEST:
         return None
     speeds = {velocity_name(family_name(name)) for name in bases_of(names_of(spec.coordinates))}
     if any(getattr(spec, part) for part in UNKNOWN):
         return None
     if any(depends(spec, one, speeds) for one in spec.potential.values()):
         return None
-    names = [*spec.constraints]
-    families = grouped(spec.constraints, spec.families.get("constraints", {}))
-    if [name for one in families for name in one.members] != names:
+    if [name for one, _, _ in bound_families(spec) for name in one.members] != [*spec.all_constraints]:
         return None
     for made in (separate, jointed):
         with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
@@ -94,14 +92,19 @@ def algebra_of(*, exact: bool) -> GraphAlgebra:
 def separate(spec: Spec, builder: ChainBuilder) -> Whole:
     """The constraints where M is diagonal and constant. Raises ``Unsuited`` where it is not, or there are
     few."""
-    found = None if spec.bodies else bonds(builder, spec)
-    if found is None or len(spec.constraints) <= DENSE:
+    if spec.bodies or len(spec.all_constraints) <= DENSE:
         raise Unsuited
-    moving = particles(builder, spec)
-    terms = [Term(one.domain, one.mass * one.slope * one.slope, one.rows) for one in moving]
+    if spec.lagrangian is not None:
+        _, masses = separated(builder, builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices))
+    else:
+        moving = particles(builder, spec)
+        terms = [Term(one.domain, one.mass * one.slope * one.slope, one.rows) for one in moving]
+        masses = total_of(builder.q.count, terms, builder.graph)
     placed = [(domain, x, mass) for _, _, domain, x, mass in components(builder, spec)]
-    masses = total_of(builder.q.count, terms, builder.graph)
-    return Whole([*spec.constraints], builder, found, masses, extent_of(placed))
+    found = bonds(builder, spec)
+    if found is None:
+        raise Unsuited
+    return Whole([*spec.all_constraints], builder, found, masses, extent_of(placed))
 
 
 def jointed(spec: Spec, builder: ChainBuilder) -> Whole:
@@ -112,7 +115,7 @@ def jointed(spec: Spec, builder: ChainBuilder) -> Whole:
         raise Unsuited
     placed = weights_of(builder, spec)
     none = Total(Source.TOTAL, builder.q.count)
-    return Whole([*spec.constraints], builder, found, none, extent_of(placed), joints)
+    return Whole([*spec.all_constraints], builder, found, none, extent_of(placed), joints)
 
 
 def extent_of(placed: Iterable[tuple[Domain, Node, Node]]) -> Total:
@@ -190,7 +193,9 @@ class WholeEquations:
             whole = math.sqrt(max(float(np.sum(mass * here.q**2)), here.extent))
             scale = whole / np.sqrt(mass)
             steep = np.sqrt(here.squares(scale))
-            if not np.all((steep > 0.0) & (np.abs(here.values) <= 2 * ROUND * steep)):
+            off = np.abs(here.values)
+            off[bonds.holonomic :] = 0.0
+            if not np.all((steep > 0.0) & (off <= 2 * ROUND * steep)):
                 return None
             rates = here.rates(here.v) + here.drifts
             fastest = here.squares(math.sqrt(float(np.sum(mass * here.v**2))) / np.sqrt(mass))

@@ -13,6 +13,7 @@ from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joint_masses import JointMasses, along
 from lagrange_cli.families.joints import Articulation
+from lagrange_cli.families.responses import trees_of
 from lagrange_cli.families.values import Doubles, FamilyValues
 from lagrange_cli.model.start.equations import Equations, Masses, Matter
 from lagrange_cli.model.start.generic import FAINT
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lagrange_cli.expression.graph import Graph
+    from lagrange_cli.expression.index_arrays import Places
 
     Values = NDArray[Any]
 
@@ -42,10 +43,21 @@ class Whole:
     joints: Articulation | None = None
 
     @cached_property
-    def contained(self) -> Sequence[Sequence[int]]:
-        """The coordinates in each constraint, on chains and trees."""
-        assert self.joints is not None
-        return contained(self.bonds, self.joints, self.builder.graph, self.builder.q.count)
+    def contained(self) -> NDArray[np.bool_]:
+        """Which coordinates constraints on chains and trees contain (coordinates, colors)."""
+        return contained(self)
+
+    @property
+    def colors(self) -> Places:
+        """The colors of constraints on chains and trees (see ``responses``)."""
+        assert self.bonds.responses is not None
+        return self.bonds.responses.colors
+
+    @cached_property
+    def owners(self) -> Places:
+        """The constraint of each color that may contain a coordinate (coordinates, colors)."""
+        assert self.joints is not None and self.bonds.responses is not None
+        return self.bonds.responses.trees[trees_of(self.joints, self.builder.q.count)[1]]
 
 
 class State:
@@ -76,7 +88,12 @@ class State:
     def _drifts(self) -> Values:
         """The rates of constraints where nothing moves."""
         builder = self.system.builder
-        return self._of([builder.graph.diff(one.node, builder.time) for one in self.system.bonds.bounds])
+        return self._of(
+            [
+                builder.graph.diff(one.node, builder.time) if one.holonomic else one.at_rest(builder.graph)
+                for one in self.system.bonds.bounds
+            ]
+        )
 
     @property
     def masses(self) -> Matter:
@@ -158,9 +175,10 @@ class JointedState(State):
         with np.errstate(all="ignore"):
             return JointMasses(found, builder.graph, self.numbers, builder.q.count, self.extent)
 
-    @property
+    @cached_property
     def masses(self) -> Matter:
-        return self.joints if self.joints.nodes else Masses(self.joints.blocks, self.extent)
+        joints = self.joints
+        return joints if joints.nodes else Masses(joints.blocks(), self.extent)
 
     @cached_property
     def inertia(self) -> Values:
@@ -172,32 +190,38 @@ class JointedState(State):
         if not self.joints.nodes:
             return super().rows
         bonds, kind, count = self.system.bonds, self.kind, self.system.builder.q.count
-        assert bonds.reach is not None
-        turn, turns = bonds.reach.turn, bonds.reach.turns
+        colors, owners = self.system.colors, self.system.owners
         with np.errstate(all="ignore"):
-            pushes = kind.zeros(self.joints.nodes, len(self.joints.axes), turns)
-            direct = kind.zeros(count, turns)
+            pushes = kind.zeros(self.joints.nodes, len(self.joints.axes), owners.shape[1])
+            direct = kind.zeros(count, owners.shape[1])
             for one, slopes in zip(bonds.bounds, self.slopes):
+                color = colors[one.numbers]
                 for hold in one.holds:
                     values = self.numbers.node(hold.slope)
-                    np.add.at(pushes[:, hold.component], (hold.places, turn[one.numbers]), values)
+                    np.add.at(pushes[:, hold.component], (hold.places, color), values)
                 for rows, values in zip(one.rows, slopes):
-                    np.add.at(direct, (rows, turn[one.numbers]), values)
-            columns = (direct + self.joints.felt(pushes)).T.tolist()
-        return [{k: columns[t][k] for k in some} for t, some in zip(turn.tolist(), self.system.contained)]
+                    np.add.at(direct, (rows, color), values)
+            columns = direct + self.joints.felt(pushes)
+        made: list[dict[int, Any]] = [{} for _ in range(bonds.count)]
+        found = self.system.contained
+        listed = zip(owners[found].tolist(), np.nonzero(found)[0].tolist(), columns[found].tolist())
+        for i, k, a in listed:
+            made[i][k] = a
+        return made
 
 
-def contained(bonds: Bonds, joints: Articulation, graph: Graph, count: int) -> list[list[int]]:
-    """The coordinates, of so many, that each constraint on chains and trees contains."""
-    reach = bonds.reach
-    assert reach is not None
-    pushes = np.zeros((joints.count, len(joints.nodes), reach.turns))
-    found = np.zeros((count, reach.turns), dtype=bool)
+def contained(whole: Whole) -> NDArray[np.bool_]:
+    """Which coordinates constraints on chains and trees contain (coordinates, colors)."""
+    bonds, joints, graph, count = whole.bonds, whole.joints, whole.builder.graph, whole.builder.q.count
+    assert joints is not None
+    colors, many = whole.colors, whole.owners.shape[1]
+    pushes = np.zeros((joints.count, len(joints.nodes), many))
+    found = np.zeros((count, many), dtype=bool)
     for one in bonds.bounds:
         for hold in one.holds:
-            pushes[hold.places, hold.component, reach.turn[one.numbers]] = 1.0
+            pushes[hold.places, hold.component, colors[one.numbers]] = 1.0
         for rows in one.rows:
-            found[rows, reach.turn[one.numbers]] = True
+            found[rows, colors[one.numbers]] = True
     if joints.nodes:
         along(joints.nodes[0].tree, pushes, back=True)
     for kind in joints.joints:
@@ -205,8 +229,4 @@ def contained(bonds: Bonds, joints: Articulation, graph: Graph, count: int) -> l
             for symbol, rows in zip(kind.coordinates, kind.rows):
                 if kind.nodes is not None and not graph.diff(move, symbol).is_zero:
                     found[rows] |= pushes[kind.nodes, axis] > 0
-    whose = {(tree, t): i for i, t in enumerate(reach.turn.tolist()) for tree in reach.trees[i]}
-    made: list[list[int]] = [[] for _ in range(bonds.count)]
-    for k, t in np.argwhere(found).tolist():
-        made[whose[int(reach.tree_of[k]), t]].append(k)
-    return made
+    return found

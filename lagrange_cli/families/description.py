@@ -149,6 +149,11 @@ class FamilySystem:
         return not any(one.symbols & self.time.symbols for one in (self.bonds.nodes if self.bonds else ()))
 
     @property
+    def idle_bonds(self) -> bool:
+        """Whether the forces of constraint do no work: what is at rest satisfies all constraints."""
+        return self.steady_bonds and (self.bonds is None or self.bonds.idle(self.slots.graph))
+
+    @property
     def moved_in_time(self) -> bool:
         """Whether positions on chains depend on t besides coordinates."""
         moved = self.joints.moved if self.joints else ()
@@ -201,4 +206,5 @@ class FamilySystem:
                 acted[rows] = True
         names = names_of(self.spec.coordinates)
         momenta = [f"p_{names[k]}" for k in np.flatnonzero(~acted).tolist()]
-        return (*momenta, "h") if self.steady and not self.driven else tuple(momenta)
+        idle = self.steady and self.idle_bonds and not self.driven
+        return (*momenta, "h") if idle else tuple(momenta)

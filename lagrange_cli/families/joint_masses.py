@@ -89,6 +89,19 @@ class JointMasses:
     def axes(self) -> range:
         return range(len(self.inertia))
 
+    def blocks(self) -> Mapping[int, Mapping[int, Any]]:
+        """M where there are no nodes: a block for each joint."""
+        found: dict[int, dict[int, Any]] = {}
+        for kind in self.kinds:
+            for b, rows in enumerate(kind.rows):
+                for c, others in enumerate(kind.rows):
+                    whole = self.numbers.kind.zeros(kind.count)
+                    for _, slopes, mass in kind.weights:
+                        whole += mass * slopes[:, b] * slopes[:, c]
+                    for j, k, m in zip(rows.tolist(), others.tolist(), whole.tolist()):
+                        found.setdefault(j, {})[k] = m
+        return found
+
     def felt(self, pushes: Numbers) -> Numbers:
         """Forces on nodes (nodes, axes, columns), as coordinates feel them (coordinates, columns)."""
         along(self.tree, pushes, back=True)
@@ -132,19 +145,6 @@ class JointMasses:
         """M, column by column."""
         columns = [self.product(column).tolist() for column in self.numbers.kind.array(np.eye(self.count))]
         return {k: {j: m for j, m in enumerate(column) if m} for k, column in enumerate(columns)}
-
-    @cached_property
-    def blocks(self) -> Mapping[int, Mapping[int, Any]]:
-        """The same where there are no nodes: the few entries of each joint."""
-        made: dict[int, dict[int, Any]] = {}
-        for kind in self.kinds:
-            size = len(kind.rows)
-            own = self.numbers.kind.zeros(kind.count, size, size)
-            for _, slopes, mass in kind.weights:
-                own += mass[:, None, None] * slopes[:, :, None] * slopes[:, None, :]
-            for coordinates, block in zip(zip(*(rows.tolist() for rows in kind.rows)), own.tolist()):
-                made |= {k: dict(zip(coordinates, row)) for k, row in zip(coordinates, block)}
-        return made
 
     def diagonal(self, count: int) -> list[Any]:
         carried = self.numbers.kind.zeros(self.nodes + 1, len(self.axes))

@@ -43,10 +43,13 @@ FEWEST_TURNING = 50
 """Coordinates of rigid bodies that hang on none below which they are, too."""
 FEWEST_SWITCHED = 50
 """The same where there are switches, which cost more one by one."""
+FEWEST_NONHOLONOMIC = 60
+"""Coordinates of chains and trees with constraints on velocities below which they are, too: what these
+conserve is looked for in systems of up to so many (``mechanics.constrained.frobenius``)."""
 FEWEST_BOUND = 75
 """Constraints, or terms of sums in them, below which they are, too."""
 Reason: TypeAlias = "tuple[str, ...]"
-UNKNOWN = "nonholonomic", "replaced"
+UNKNOWN = ("replaced",)
 """Parts of a system that are derived member by member."""
 
 _LATEST: list[tuple[Spec, type[GraphAlgebra], FamilySystem | None, Reason]] = []
@@ -57,7 +60,9 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
     who goes through its members finds what. Numbers are those of an ``algebra``."""
     found = any_family_system(spec, algebra)
-    if found is None or (found.joints and found.joints.count):
+    if found is None or (spec.nonholonomic and found.joints and found.q.count < FEWEST_NONHOLONOMIC):
+        return None
+    if found.joints and found.joints.count:
         return found
     if found.bodies:
         few = found.q.count < FEWEST_TURNING
@@ -99,7 +104,7 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
 def without_constraints(spec: Spec) -> FamilySystem | None:
     """The system that a file with constraints describes without them, if it is of this kind and its
     coordinates are places of particles."""
-    found = any_family_system(replace(spec, constraints={}, left_out=()))
+    found = any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=()))
     return None if found is None or found.joints is not None else found
 
 

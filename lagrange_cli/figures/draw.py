@@ -26,11 +26,15 @@ LETTERS_PER_INCH, KEY = 14.0, 6
 STEADY, AROUND = 1e-12, 0.1
 """A quantity that varies by less than this fraction is drawn as a line in the middle of a range of this
 fraction."""
-TICKS, TICKS_IN_SPACE = 7, 4
-"""Ticks along a horizontal axis, and along the longest one in space."""
+TICKS, TICKS_IN_SPACE, LETTERS_IN_SPACE = 7, 4, 18
+"""Ticks along a horizontal axis, along the longest one in space, and the letters that have room beside it."""
+MOST_ZEROS = 4
+"""The least power of ten, or of a tenth, that is part of the name of an axis in space."""
 SLIM, ZOOM, CORNER = 0.5, 0.95, 0.15
 """The shortest axis of a frame in space, as a part of the longest; how large the frame is, which leaves room
 for labels; and the part of an axis without any, where another one ends."""
+BELOW = 0.25
+"""How much smaller a frame is for each part of its longest axis that x or y is shorter."""
 PAD, DISTANCE = 1.6, 4.6
 """Points between the upright axis and its numbers, and its name, for each letter of a number."""
 STEPS = [1, 2, 5, 10]
@@ -128,7 +132,8 @@ def draw_legend(axes: Any, title: str) -> None:
         place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
         axes.legend(ncols=len(labels), columnspacing=1.2, handlelength=1.5, frameon=False, **place, **look)
     else:
-        axes.legend(framealpha=0.8, ncols=2 if len(labels) > 4 else 1, **look)
+        beside = {"loc": "upper right", "bbox_to_anchor": (0.0, 0.95)} if hasattr(axes, "get_zlim") else {}
+        axes.legend(framealpha=0.8, ncols=2 if len(labels) > 4 and not beside else 1, **beside, **look)
 
 
 def steady(axes: Any, panel: Panel) -> None:
@@ -163,16 +168,39 @@ def frame_space(axes: Any, equal: bool) -> None:
         spans.append(share)
         locator = axis.get_major_locator()
         locator.set_params(nbins=round(TICKS_IN_SPACE * share), steps=STEPS)
+        shown = [float(one) for one in locator()]
+        first, last = axis.get_view_interval()
         if axis is axes.yaxis:  # where it begins are the last numbers of x
-            first, last = axis.get_view_interval()
-            axis.set_ticks([one for one in locator() if first + CORNER * (last - first) < one <= last])
+            shown = [one for one in shown if first + CORNER * (last - first) < one <= last]
+        room = math.inf if axis is axes.zaxis else LETTERS_IN_SPACE * share
+        numbered(axis, [one for one in shown if first <= one <= last], room)
     tall = spans[2] / math.hypot(*spans)
-    axes.set_box_aspect(spans, zoom=ZOOM * min(1.0, 3**-0.5 / tall))  # not taller than a cube
+    below = 1 - BELOW * (1 - min(spans[:2]))  # the name of a short axis is near the lowest corner
+    axes.set_box_aspect(spans, zoom=ZOOM * below * min(1.0, 3**-0.5 / tall))  # not taller than a cube
     upright = axes.zaxis
-    ticks = upright.get_major_formatter().format_ticks(upright.get_major_locator()())
+    ticks = [one.get_text() for one in upright.get_ticklabels()]
     letters = max(map(len, ticks), default=0)
     upright.set_tick_params(pad=PAD * letters)
     upright.labelpad = DISTANCE * letters + 2
+
+
+def numbered(axis: Any, ticks: list[float], room: float) -> None:
+    """Number an axis in space at ``ticks``, or at every second one where their letters have no ``room``.
+    A power of ten is part of the name of the axis, as beside that it would be in the way."""
+    size = max(map(abs, ticks), default=0.0)
+    power = math.floor(math.log10(size)) if size else 0
+    if -MOST_ZEROS < power < MOST_ZEROS:
+        power = 0
+    else:
+        name, _, unit = axis.get_label_text().removesuffix(")").partition(" (")
+        axis.set_label_text(f"{name} ($10^{{{power}}}$ {unit})" if unit else f"{name} ($10^{{{power}}}$)")
+    step = float(min(np.diff(ticks), default=size)) / 10.0**power
+    digits = max(0, -math.floor(math.log10(step) + 1e-9)) if step else 0
+    labels = [f"{one / 10.0**power + 0.0:.{digits}f}".replace("-", "\N{MINUS SIGN}") for one in ticks]
+    if sum(map(len, labels)) > room:
+        first = (len(ticks) + 1) % 2
+        ticks, labels = ticks[first::2], labels[first::2]
+    axis.set_ticks(ticks, labels)
 
 
 def draw_curve(axes: Any, curve: Curve) -> None:

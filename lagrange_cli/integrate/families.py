@@ -64,15 +64,17 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
 def known(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the outputs can be computed with families."""
     found = OUTPUTS | OF_BODIES
-    if not spec.all_constraints:
+    if not spec.constrained:
         found |= {"constraints", "multipliers"}  # there are none
-    return (found | OF_CONSTRAINTS if spec.constraints and not spec.left_out else found).issuperset(outputs)
+    elif not spec.left_out:
+        found |= OF_CONSTRAINTS
+    return found.issuperset(outputs)
 
 
 def integrable(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
     not known there.)"""
-    return INTEGRALS.isdisjoint(outputs) or not spec.constraints
+    return INTEGRALS.isdisjoint(outputs) or not spec.constrained
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
@@ -108,6 +110,8 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):
         return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
+    if compilation.backward and not system.idle_bonds:
+        return WrittenOut("motion backward in time where constraints do work", "let it go forward")
     acting = system.events is not None and bool(system.events.changed)
     if acting and compilation.backward:
         return WrittenOut("motion backward in time through actions of events", "let it go forward")

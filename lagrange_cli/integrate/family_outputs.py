@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.slopes import slopes
@@ -25,7 +26,7 @@ Element = tuple[Total, int]
 
 
 def of_time(system: FamilySystem) -> list[Term]:
-    """The terms of dU/dt, at fixed coordinates: each term of U with t, times what U has of its sum."""
+    """The terms of dU/dt, at moving coordinates: each term of U with t, times what U has of its sum."""
     slots, graph, root = system.slots, system.slots.graph, system.root
     alone = np.zeros(1, dtype=np.int64)
     found = [Term(root, graph.diff(system.potential, system.time), alone)]
@@ -52,6 +53,10 @@ class FamilyPlanner(Planner):
         found = constants_of(system).conserved
         return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
 
+    def kept_by_constraints(self) -> Sequence[tuple[Conserved, Any]]:
+        """Whether constraints are integrable is looked at in smaller systems only."""
+        return ()
+
     @property
     def bodies(self) -> BodiesOfFamilies:
         return BodiesOfFamilies(self.residual.system)  # type: ignore[attr-defined]
@@ -63,6 +68,12 @@ class FamilyPlanner(Planner):
     def balanced(self) -> tuple[Any, str]:
         """No term of L is a total time derivative of velocities."""
         return self.energetics, ""
+
+    def continuous_energy(self, energetics: Any) -> tuple[str, Any, Any]:
+        """h and its rate, or T and its rate where the potential may jump at times; and the name."""
+        if energetics.may_jump_at_times:
+            return "T", energetics.kinetic_energy, energetics.kinetic_rate
+        return "h", energetics.energy_function, energetics.energy_rate(None)
 
     def torques(self, energetics: Any) -> Mapping[str, Any]:
         """dL/dq_k + Q_k."""
@@ -168,7 +179,8 @@ class Described:
         bonds = self.system.bonds
         for i, name in enumerate(bonds.names if bonds else ()):
             assert bonds is not None
-            yield Constraint(name, (bonds.values, i), (bonds.multipliers, i), holonomic=True)
+            holonomic = i < bonds.holonomic
+            yield Constraint(name, (bonds.values, i), (bonds.multipliers, i), holonomic=holonomic)
 
     def particles(self) -> list[tuple[tuple[Total, ...], Sequence[str]]]:
         """The positions of each family of particles, and the members' names."""
@@ -211,7 +223,12 @@ class Quantities:
     @property
     def kinetic(self) -> Element | None:
         """T."""
-        return None if self.system.spec.lagrangian is not None else self.whole(self.system.kinetic)
+        return None if self.system.spec.lagrangian is not None else self.kinetic_energy
+
+    @property
+    def kinetic_energy(self) -> Element:
+        """The part of L that is quadratic in velocities."""
+        return self.whole(self.system.kinetic)
 
     @property
     def potential(self) -> Element | None:
@@ -239,10 +256,32 @@ class Quantities:
 
     def energy_rate(self, time: Any) -> Element:
         """dh/dt: the power of the forces outside L, less dL/dt."""
+        terms = [self._power(1.0, self.system.applied)] if self.system.driven else []
+        return Total(Source.TOTAL, 1, (*terms, *of_time(self.system))), 0
+
+    @property
+    def kinetic_rate(self) -> Element:
+        """dT/dt: the power of all forces."""
+        terms = [self._power(1.0, self.system.applied)] if self.system.driven else []
+        return Total(Source.TOTAL, 1, (*terms, self._power(-1.0, self.system.slopes))), 0
+
+    def _power(self, factor: float, forces: Total) -> Term:
+        """What forces on all coordinates do."""
         system, places = self.system, np.arange(self.system.q.count)
-        power, v = (system.slots.symbol(system.everyone, one, places) for one in (system.applied, system.v))
-        terms = [Term(system.everyone, power * v, np.zeros_like(places))] if system.driven else []
-        return Total(Source.TOTAL, 1, (*terms, *of_time(system))), 0
+        force, v = (system.slots.symbol(system.everyone, one, places) for one in (forces, system.v))
+        return Term(system.everyone, factor * (force * v), np.zeros_like(places))
+
+    @property
+    def may_jump_at_times(self) -> bool:
+        """Whether the potential contains switches that are decided by t, not by coordinates."""
+        system = self.system
+        moving = 0
+        for symbol, slot in system.slots.of.items():
+            if slot.array in (system.q, system.v):
+                moving |= symbol.symbols
+        nodes = [system.potential, *(one.node for total in system.energies for one in total.terms)]
+        switches = (one.arguments[0] for one in reachable(nodes) if one.kind is Kind.SWITCH)
+        return any(u.symbols & system.time.symbols and not u.symbols & moving for u in switches)
 
     @property
     def torques(self) -> tuple[Element, ...]:

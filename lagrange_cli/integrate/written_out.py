@@ -54,7 +54,7 @@ def unsuited(spec: Spec) -> WrittenOut:
         events = [*spec.events.values()]
         acting = [one.when for one in events if one.changes] or [one.when for one in events]
         return WrittenOut(what, "let them record or stop only", kinked(acting))
-    for part in ("constraints", "observables"):
+    for part in ("constraints", "nonholonomic", "observables"):
         given = getattr(spec, part)
         if given and any_family_system(replace(spec, **{part: {}})) is not None:
             way = "write it in terms of neighbours, without kinks"

@@ -21,8 +21,16 @@ def graph_of(model: Model[Node]) -> Graph:
 
 def variables(model: Model[Node]) -> int:
     """Bit set of the symbols that change along a motion: q, q_dot, t, and the multipliers of constraints."""
+    bits = state_symbols(model)
+    for one in model.constraints:
+        bits |= one.multiplier.symbols
+    return bits
+
+
+def state_symbols(model: Model[Node]) -> int:
+    """Those of them that are not multipliers."""
     bits = model.time.symbols
-    for symbol in (*model.q, *model.v, *(one.multiplier for one in model.constraints)):
+    for symbol in (*model.q, *model.v):
         bits |= symbol.symbols
     return bits
 

@@ -18,6 +18,8 @@ from lagrange_cli.records import dataclass
 
 SLACK = 1
 """How many more than the fewest others an unknown may meet to belong to a round."""
+PART = 1 / 16
+"""The part of all unknowns that a round should have."""
 
 
 @dataclass(frozen=True)
@@ -74,12 +76,20 @@ def eliminated(neighbours: Sequence[set[int]], coordinates: int, most: int) -> S
 
 
 def independent(neighbours: Sequence[set[int]], left: set[int]) -> list[int]:
-    """Some of those ``left`` that meet few others, and not each other."""
+    """Some of those ``left`` that meet few others, and not each other: where these are a small ``PART`` of
+    all, as the ends of a wide chain, some of those that meet no more than most do."""
     degrees = {p: len(neighbours[p]) for p in left}
-    most = min(degrees.values()) + SLACK
+    chosen = apart(neighbours, degrees, min(degrees.values()) + SLACK)
+    if len(chosen) < PART * len(left):
+        chosen = apart(neighbours, degrees, sorted(degrees.values())[len(degrees) // 2])
+    return chosen
+
+
+def apart(neighbours: Sequence[set[int]], degrees: Mapping[int, int], most: int) -> list[int]:
+    """Some that meet at ``most`` so many others, and not each other."""
     chosen: list[int] = []
     barred: set[int] = set()
-    for p in sorted((p for p in left if degrees[p] <= most), key=lambda p: (degrees[p], p)):
+    for p in sorted((p for p in degrees if degrees[p] <= most), key=lambda p: (degrees[p], p)):
         if p not in barred:
             chosen.append(p)
             barred |= neighbours[p]

@@ -13,6 +13,8 @@ from lagrange_cli.records import dataclass
 AT_REST = 2.0**-80
 """An argument that rests at 0, with no force that holds it, moves again where it has become so large; or as
 large as its negative mark, where it is known less well."""
+HELD = 1.0 + 2.0**-40
+"""Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 CHANGES, EACH = 64.0, 4.0
 """If so many modes change while t hardly does, or so many for each guard, the motion is held there, or
 ends."""

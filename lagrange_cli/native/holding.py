@@ -7,13 +7,12 @@ from functools import reduce
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.explicit import Unknowns
+from lagrange_cli.native.guards import HELD
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.unknowns import solved_for
 
-HELD = 1.0 + 2.0**-40
-"""Multipliers up to this hold a motion, as in ``integrate.methods.settling``."""
 ROUNDING = 2.0**8
 """Where the argument of a switch is no more than so many units of rounding of its terms, or of what it would
 change by in the time t, it is 0."""

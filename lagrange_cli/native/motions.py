@@ -23,8 +23,8 @@ from lagrange_cli.series.program import SeriesProgram
 if TYPE_CHECKING:
     from lagrange_cli.native.followed import FollowedEquations
     from lagrange_cli.native.stepping.doubles import DoubleSteps
+    from lagrange_cli.native.stepping.given import Given
     from lagrange_cli.native.stepping.lengths import Lengths
-    from lagrange_cli.native.stepping.motion import Given
     from lagrange_cli.native.stepping.proof import Proving
 
 BRIEF = "rates"
@@ -128,7 +128,7 @@ def provings_of(equations: Specification) -> Sequence[Proving | None]:
 
 def given_of(equations: Specification, work: int, project: str = "") -> Given:
     """The code for steps, which work on so many doubles."""
-    from lagrange_cli.native.stepping.motion import Given
+    from lagrange_cli.native.stepping.given import Given
 
     given = equations.state, work, equations.tolerance, provings_of(equations), equations.guards
     more = equations.in_two, equations.followed.multipliers, project, equations.residual.timed

@@ -144,7 +144,8 @@ OUTPUTS = {
             "h(t) - h(0) + int dL/dt - int Q.q_dot, and p_k(t) - p_k(0) - int (dL/dq_k + Q_k): the "
             "*ledgers*, or balances of work and energy, and of force and momentum. They are zero for an "
             "exact solution of any system, driven or damped. Terms of a given L that are a total time "
-            "derivative are left out, as they balance identically",
+            "derivative are left out, as they balance identically. If an energy jumps at a time, `ledger/h` "
+            "contains the jump",
             lambda known: {
                 "diagnostics/ledger/h": known.balance,
                 **under("diagnostics/ledger/p", known.momenta(known.balance)),

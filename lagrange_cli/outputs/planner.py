@@ -120,6 +120,14 @@ class Planner:
             return self.energetics, ""
         return Energetics(replace(model, lagrangian=left)), "acting "
 
+    def continuous_energy(self, energetics: Energetics) -> tuple[str, Node, Node]:
+        """h and its rate, without what jumps at times in both of them, if anything does; and its name."""
+        from lagrange_cli.mechanics.switching.times import switched_energy
+
+        h, rate = energetics.energy_function, energetics.energy_rate(self.model.time)
+        jumping, own = switched_energy(self.model, energetics.lagrangian)
+        return ("h", h, rate) if jumping.is_zero else ("h between jumps", h - jumping, rate - own)
+
     def torques(self, energetics: Energetics) -> Mapping[str, Node]:
         """dL/dq_k + Q_k by coordinate; 0 where p_k is constant wherever the constraints hold, as that of a
         coordinate without mass is: the forces on these cancel to the last bit, and rounding would be all

@@ -31,7 +31,7 @@ FEW = 60
 
 def check_domain(spec: Spec, values: Values, t: float) -> None:
     """Raise ``SpecError`` if an energy, a force or a position is certain to have no value where the motion
-    begins."""
+    begins, or a force no series."""
     if may_end(spec) and without_value(spec, values.parameters, (*values.q, *values.v), t, 1):
         raise refusal(spec, values, t)
     if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in spec.in_equations):
@@ -40,6 +40,12 @@ def check_domain(spec: Spec, values: Values, t: float) -> None:
     lost = written_without_value(spec, known)
     if lost is not None and not has_values(spec, known):
         raise refusal(spec, values, t, lost)
+    if lost is None:
+        from lagrange_cli.run.roots import without_series
+
+        lost = without_series(spec, known)
+        if lost is not None:
+            raise lost
 
 
 def may_lack_value(tree: Tree) -> bool:
@@ -53,7 +59,7 @@ def may_lack_value(tree: Tree) -> bool:
             return True
         if isinstance(one, Binary) and one.operator == "**" and not one.right.text.isdecimal():  # type: ignore[union-attr]
             return True
-        if isinstance(one, Call) and one.function in ("sqrt", "log", "asin", "acos"):
+        if isinstance(one, Call) and one.function in ("sqrt", "norm", "log", "asin", "acos"):
             return True
         pending += children(one)
     return False

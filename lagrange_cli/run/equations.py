@@ -1,16 +1,16 @@
-"""``equations``: the printed equations of motion, and their comparison with the compiled ones."""
+"""``equations``: the printed equations of motion."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import LagrangeError, SpecError, TooLargeSystem
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.derive import derive_system, located
+from lagrange_cli.run.derive import located
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
@@ -19,13 +19,9 @@ if TYPE_CHECKING:
     from lagrange_cli.model.model import Model
     from lagrange_cli.run.coordinates import Covariance
     from lagrange_cli.spec.spec import Spec
-    from lagrange_cli.spec.values import Values
     from lagrange_cli.symbolic.equations import Conserved, Equations
-    from lagrange_cli.symbolic.verify import Verification
 
 FORMATS = ("text", "unicode", "latex", "json", "python")
-MOTION, SPAN, PATIENCE = 8, 10.0, 2.0
-"""States along the motion that are compared; its end if the file gives none; the seconds that it may take."""
 STEPS_A_PAIR = 150
 """Steps of work that each entry of the mass matrix takes at least."""
 STEPS_A_MEETING = 1500
@@ -245,76 +241,3 @@ def as_page(derived: Derived) -> str:
         from lagrange_cli.symbolic.mathml import as_mathml
 
         return as_mathml(derived.equations)
-
-
-def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verification:
-    """Compare the printed equations with the compiled ones, and with the file differentiated directly, near
-    the start, along the motion and on both sides of switches and poles; only this needs the compiler."""
-    from lagrange_cli.integrate.single_state import compiled_values
-    from lagrange_cli.run.coordinates import start_in
-    from lagrange_cli.run.start import consistent_values
-    from lagrange_cli.spec.values import resolve_values
-    from lagrange_cli.symbolic.admissible import admissible
-    from lagrange_cli.symbolic.direct import Direct, directly
-    from lagrange_cli.symbolic.states import State, sides
-    from lagrange_cli.symbolic.verify import verify
-
-    if derived.original is None:
-        given = resolve_values(derived.spec, overrides)
-        spec, values, _ = consistent_values(derived.spec, given, derived.spec.solve.start or 0.0, overrides)
-    else:
-        spec, values = start_in(derived.original, derived.spec, overrides)
-    spec = spec.independent
-    residual = derive_system(spec)
-
-    def direct(state: State, a: Sequence[Any], multipliers: Sequence[Any], exact: bool) -> Direct:
-        return directly(spec, state.parameters, state.t, state.q, state.v, a, multipliers, exact)
-
-    def bound(state: State) -> State | None:
-        return admissible(spec, state)
-
-    parameters = dict(values.parameters)
-    start = State(parameters, spec.solve.start or 0.0, tuple(values.q), tuple(values.v))
-    reached = [State(parameters, t, q, v, "along the motion") for t, q, v in along(spec, values)]
-    others = [*reached, *sides(residual.model, [start, *reached], bound)]
-    return verify(derived.equations, compiled_values(residual), start, others, direct, bound)
-
-
-def along(spec: Spec, values: Values) -> list[tuple[float, tuple[float, ...], tuple[float, ...]]]:
-    """t, q and v at some times of the motion, as far as it goes in ``PATIENCE`` seconds; none if there is no
-    motion."""
-    import time
-
-    import numpy as np
-
-    from lagrange_cli.errors import UsageError
-    from lagrange_cli.integrate.run import integrate
-    from lagrange_cli.integrate.times import Times
-    from lagrange_cli.run.prepare import prepare_run
-    from lagrange_cli.run.request import Request
-    from lagrange_cli.spec.spec import SolveDefaults
-
-    found: list[tuple[float, tuple[float, ...], tuple[float, ...]]] = []
-
-    def emit(chunk: dict[str, np.ndarray]) -> None:
-        rows = [
-            np.concatenate([chunk[path][i].reshape(-1) for path in paths]) for i in range(len(chunk["t"]))
-        ]
-        for t, row in zip(chunk["t"].tolist(), rows):
-            state = row.tolist()
-            found.append((t, tuple(state[: len(values.q)]), tuple(state[len(values.q) :])))
-
-    options = SolveDefaults(samples=MOTION + 1, outputs=("q", "v"), method="taylor")
-    try:
-        try:
-            settings = Request(options=options).settings(spec, values.parameters)
-        except UsageError:
-            settings = Request(options=replace(options, stop=SPAN)).settings(spec, values.parameters)
-        prepared = prepare_run(spec, settings, cached=True)
-        paths = [dataset.path for dataset in prepared.recording.states]
-        until = time.monotonic() + PATIENCE
-        times = Times(settings.start, settings.stop, settings.count, settings.step)
-        integrate(prepared, values, times, emit, lambda: time.monotonic() > until)
-    except LagrangeError:
-        return []
-    return [one for one in found[1:] if all(map(math.isfinite, (*one[1], *one[2])))]

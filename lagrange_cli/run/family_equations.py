@@ -18,7 +18,6 @@ from lagrange_cli.run.equations import (
     as_written,
     derive,
     least_steps,
-    verify_system,
 )
 from lagrange_cli.run.equations import as_page as members_as_page
 from lagrange_cli.run.monitor import Stage, untimed
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from lagrange_cli.limits import Work
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.symbolic.families.equations import FamilyEquations
-    from lagrange_cli.symbolic.verify import Verification
 
 INDEXED = FORMS[:5]
 """Forms in which families are printed with their indices."""
@@ -263,14 +261,6 @@ def written(derived: Printed, format_: str, form: str, parameters: Mapping[str, 
         return as_written(derived, format_, form, parameters)
 
 
-def verify_printed(derived: Printed, overrides: Mapping[str, str]) -> Verification:
-    """Compare the printed equations with the compiled ones."""
-    if isinstance(derived, DerivedFamilies):
-        return verify_families(derived, overrides)
-    with by_members(derived.spec, FORMS[0], derived.coordinates):
-        return verify_system(derived, overrides)
-
-
 def families_as_data(
     derived: DerivedFamilies, parameters: Mapping[str, float], form: str = FORMS[0]
 ) -> dict[str, Any]:
@@ -308,14 +298,3 @@ def as_page(spec: Spec, most: float) -> str:
 
     with found.bounded():
         return as_mathml(found.equations)
-
-
-def verify_families(derived: DerivedFamilies, overrides: Mapping[str, str]) -> Verification:
-    """Compare the printed equations, read back, with those of the system and with the compiled ones."""
-    from lagrange_cli.integrate.families import compiled_accelerations
-    from lagrange_cli.spec.values import resolve_values
-    from lagrange_cli.symbolic.families.verify import verify
-
-    system, start = derived.system, resolve_values(derived.system.spec, overrides)
-    compiled = None if derived.constrained else compiled_accelerations(system)
-    return verify(system, derived.equations, compiled, start, derived.spec)

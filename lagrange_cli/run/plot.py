@@ -37,6 +37,8 @@ WORDS: dict[str, tuple[dict[str, What], tuple[str, ...]]] = {
 }
 """For each kind of output the words of ``--what``, and those that are drawn by default."""
 ALL_WORDS = tuple(dict.fromkeys(word for words, _ in WORDS.values() for word in words))
+PARTS = {"path": "particles", "positions": "particles"}
+"""What a system lacks that has no such outputs, where it is not called like these."""
 MOST_PANELS = 40
 SMOOTH = 4001
 """Samples of a plotted motion: some hundred oscillations appear as smooth curves."""
@@ -171,6 +173,8 @@ def missing(run: Run, word: str, what: What, option: str) -> str:
     """The hint where an output lacks datasets for a plot."""
     if word == "error":
         return f"{option} error: {run.result.name} has no estimated errors: solve again with --certify"
+    if run.result.solved_for_this:
+        return f"{option} {word}: {run.result.title} has no {PARTS.get(word, word)}"
     needed = ",".join(what.outputs)
     if run.result.kind == "section":
         return f"{option} {word}: {run.result.name} does not contain it"
@@ -244,5 +248,5 @@ def solved(
         target = find_target(str(Path(folder) / f"{Path(name).stem}.h5"), force=True)
         save(followed, target, HDF5)
         with Result(str(target.path)) as result:
-            result.name = name
+            result.name, result.solved_for_this = name, True
             yield result, followed.outcome

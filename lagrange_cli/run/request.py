@@ -20,6 +20,8 @@ HDF5, CSV = "hdf5", "csv"
 FORMATS = HDF5, CSV
 """The formats of an output."""
 ENDINGS = {HDF5: ".h5", CSV: ".csv"}
+PAGES = (".html", ".htm")
+"""How the name of a page ends."""
 OTHERS = frozenset(
     (
         ".txt", ".tsv", ".json", ".jsonl", ".yaml", ".yml", ".npy", ".npz", ".mat", ".xls", ".xlsx", ".ods",
@@ -73,6 +75,12 @@ class Request:
 
             asked = with_times(asked, self.times, spec, parameters, exact=exact)
         return resolve_settings(spec, asked, self.precision, self.portable, self.proven)
+
+
+def check_page(name: str) -> None:
+    """Raise ``UsageError`` for the name of a page that ends like that of another kind of file."""
+    if os.path.splitext(name)[1].lower() not in ("", *PAGES):
+        raise UsageError(f"--output {name}: a page is written as HTML: give a name that ends in {PAGES[0]}")
 
 
 def format_of(output: str | None, asked: str | None = None) -> str:

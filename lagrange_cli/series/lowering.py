@@ -66,9 +66,10 @@ def lower_functions(
     t: Node,
     nodes: Sequence[Node],
     multipliers: Sequence[Node] = (),
+    ahead: int = FREE,
 ) -> SeriesProgram:
-    """The series program of the functions ``nodes`` of ``symbols`` whose series are known, of t, and of
-    ``multipliers`` that are found with the accelerations."""
+    """The series program of the functions ``nodes`` of ``symbols`` whose series are known, so many orders
+    ``ahead``, of t, and of ``multipliers`` that are found with the accelerations."""
     builder = SeriesBuilder(graph, variables)
     builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
     known = [builder.add(Series(Op.COORDINATE, data=i, node=one, order=0)) for i, one in enumerate(symbols)]
@@ -77,6 +78,6 @@ def lower_functions(
     builder.by_node.update(zip(multipliers, unknown))
     builder.lower_all(nodes)
     roots = [builder.by_node[node] for node in nodes]
-    set_levels(builder.series, [(roots, 0)])
+    set_levels(builder.series, [(roots, 0), (known, ahead)])
     needed = [index for index, one in enumerate(builder.series) if one.level > FREE]
     return sort(builder.series, known, [], unknown, roots, [], 0, needed)

@@ -18,7 +18,7 @@ from lagrange_cli.expression.near import shown
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.source import MAX_DEPTH, TOO_DEEP, WHOLE_FILE, Passage, Place, Source
+from lagrange_cli.spec.source import HDF5_SIGNATURE, MAX_DEPTH, TOO_DEEP, WHOLE_FILE, Passage, Place, Source
 
 MAX_BYTES = whole("bytes")
 MAX_NODES = whole("values")
@@ -80,6 +80,9 @@ def decode(data: bytes | str, filename: str) -> Source:
         SpecError: where it is not.
     """
     hint = "a system file is text in UTF-8"
+    if isinstance(data, bytes) and data.startswith(HDF5_SIGNATURE):
+        shown_by = "'plot', 'animate' and 'view' show outputs"
+        raise _unreadable(filename, "the file is an HDF5 file, not a system file", shown_by)
     if len(data) > MAX_BYTES:
         raise _unreadable(
             filename, f"the file is larger than {MAX_BYTES} bytes", f"{hint}, {way_out('bytes')}"

@@ -38,8 +38,7 @@ SOLVE = Table(
             "samples",
             read_count,
             "the number of samples, evenly spaced [1001]",
-            also="n N points npoints n_points num_points n_samples num_samples num count steps n_steps "
-            "sample",
+            also="n N points npoints n_points num_points n_samples num_samples num count n_steps sample",
         ),
         Row(
             "step",
@@ -61,6 +60,7 @@ SOLVE = Table(
         "write 'start: 0' and 'stop: 10'": "t_span tspan span time_span interval range",
         "it is an option of the command line: see 'lagrange solve --help'": "format file filename jobs "
         "certify digits checkpoint portable resume force parallel target_error",
+        "write 'samples: 1001' for the number of samples, or 'step: 0.1' for the time between them": "steps",
         "the steps of the integration follow from 'tolerance'": "max_step min_step first_step maxstep order",
         "write 'step' or 'samples': samples are evenly spaced": "times t_eval saveat grid every",
         "they are a section of their own, beside 'solve'": "events event",

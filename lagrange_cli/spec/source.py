@@ -11,6 +11,9 @@ from lagrange_cli.records import dataclass, field, replace
 
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # what YAML takes for the end of a line
 
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+"""The first bytes of an HDF5 file, which is no system file."""
+
 
 @dataclass(frozen=True)
 class Place:

@@ -237,6 +237,11 @@ class Spec:
         return {**self.constraints, **self.nonholonomic} if self.nonholonomic else self.constraints
 
     @property
+    def constrained(self) -> bool:
+        """Whether there are constraints."""
+        return bool(self.constraints or self.nonholonomic)
+
+    @property
     def moving(self) -> Iterator[Expression]:
         """What the equations of motion and the events are made of; of members of a family that are written
         alike the first."""

@@ -15,18 +15,27 @@ if TYPE_CHECKING:
     from lagrange_cli.store.notes import Origin, Stamp
 
 
-def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin | None = None) -> Target:
+def find_target(
+    name: str,
+    *,
+    force: bool,
+    resume: bool = False,
+    origin: Origin | None = None,
+    ending: str = ".h5",
+) -> Target:
     """The target called ``name``, checked before any work is done for it.
 
     Raises ``FileError`` if no file can be made there, if the name is that of something other than a regular
     file, or if it is that of a file that a run of this ``origin`` may not replace and neither ``force`` nor
-    ``resume`` is given.
+    ``resume`` is given. ``ending`` is that of an example of a name.
     """
     replaces: Stamp | None = None
     try:
+        if not name:
+            raise FileError("the output has no name: give --output a name, or leave it out")
         path = Path(os.path.realpath(name))
         if path.is_dir():
-            example = f"NAME{path.suffix or '.h5'}"
+            example = f"NAME{path.suffix or ending}"
             raise FileError(f"{name} is a directory: name a file in it, such as {Path(name) / example}")
         if path.exists() and not path.is_file():
             raise FileError(f"{name} is not a regular file and cannot be replaced")

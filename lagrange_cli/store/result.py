@@ -47,6 +47,8 @@ class Result:
 
     def __init__(self, name: str) -> None:
         self.name = name
+        self.solved_for_this = False
+        """Whether all that is wanted of it was asked for when it was made: what it lacks does not exist."""
         self._links: dict[str, str] = {}
         path = Path(os.path.realpath(name))
         if not path.exists():

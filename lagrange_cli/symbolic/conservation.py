@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
+from lagrange_cli.expression.symbolic_switches import Sign, Switch
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
@@ -84,19 +85,21 @@ def balance_energy(
     power = tidy(sympy.Add(*(Q * v for Q, v in zip(forces, model.v, strict=True))), order)
     drawn = tidy(-sympy.Add(*(each.multiplier * each.drift for each in constraints)), order)
     identity = describe_energy(model, energies, order)
-    if slip == 0 and branches_on(lagrangian, model.time, order):
-        return
-    if slip == power == drawn == 0:
+    branching = branches_on(lagrangian, model.time, order)
+    if slip == power == drawn == 0 and not branching:
         because = "`L` does not contain `t` explicitly"
         because += without_work(any(force != 0 for force in forces), bool(constraints))
         conserved.append(Conserved("h", h, f"{because}{identity}"))
     else:
         working = "generalized forces or friction" * (power != 0), "forces of constraint" * (drawn != 0)
-        reasons = ["`L` contains `t` explicitly"] if slip != 0 else []
+        reasons = ["`L` contains `t` explicitly"] if slip != 0 or branching else []
         if any(working):
             reasons.append(" and ".join(filter(None, working)) + " do work")
         rate = tidy(slip + power + drawn, order)
-        changing.append(Changing("h", rate, " and ".join(reasons) + identity))
+        jumping = lagrangian.atoms(Sign, Switch)
+        jumps = (slip == 0 and branching) or any(model.time in node.free_symbols for node in jumping)
+        jump = "; where `L` jumps at a time, `h` changes by the opposite" if jumps else ""
+        changing.append(Changing("h", rate, " and ".join(reasons) + jump + identity))
     if kinetic is None or potential is None or depends_on(potential, model.v):
         return
     difference = tidy(kinetic + potential - h, order)

@@ -84,6 +84,6 @@ def test_a_motion_is_a_film(tmp_path):
     film = lagrange.animate(tmp_path / "a.h5", fps=5, size=(64, 48))
     film.save(tmp_path / "b.mp4")
     assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
-    for wrong in ({"fps": 0}, {"speed": -1}, {"panels": ["fase"]}, {"begin": 3}):
+    for wrong in ({"fps": 0}, {"speed": -1}, {"fps": "few"}, {"panels": ["fase"]}, {"begin": 3}):
         with pytest.raises(lagrange.UsageError):
             motion.animate(**wrong)

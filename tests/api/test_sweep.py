@@ -81,6 +81,7 @@ def test_members_are_drawn_and_listed(tmp_path):
         ({"random": {"l": ("cauchy", 0, 1)}, "members": 2}, "random: l must be a distribution"),
         ({"random": {"l": "uniform(1,2)"}, "members": 0}, "members must be a whole number"),
         ({"table": {}}, "no columns"),
+        ({"table": [[1, 2]]}, "table must be the name of a CSV file, or columns by name"),
         ({"table": {"l": [1, 2], "theta": [1]}}, "its columns must have the same length"),
         ({"over": {"l": [1, 2]}, "samples": 10}, "without outputs"),
         ({"over": {"l": [1, 2]}, "set": {"l": 1}}, "more than once"),
@@ -127,7 +128,9 @@ def test_a_section_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
         ({}, "give one of where"),
         ({"where": "x", "direction": "up"}, "direction must be one of rising"),
         ({"every": 1, "direction": "rising"}, "direction belongs to where"),
-        ({"where": "x", "crossings": 0}, "crossings must be a whole number"),
+        ({"where": 3}, "where must be an expression"),
+        ({"where": ""}, "where must be an expression"),
+        ({"where": "x", "crossings": np.int32(0)}, "crossings must be a whole number"),
     ):
         with pytest.raises(lagrange.UsageError, match=message):
             lagrange.section(HENON, **given)

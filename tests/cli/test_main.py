@@ -67,6 +67,11 @@ def test_wrong_usage_ends_with_status_2_and_a_hint(arguments, capsys):
     assert captured.out == "" and "--help" in captured.err
 
 
+def test_a_command_that_was_perhaps_meant_is_named(capsys):
+    assert main(["slove", "x.yaml"]) == 2
+    assert "there is no command 'slove'; did you mean 'solve'?" in capsys.readouterr().err
+
+
 RAISED = {
     "usage": (UsageError("wrong option"), 2, "Error: wrong option\n"),
     "spec": (SpecError("a.yaml", [Problem(0, 0, "it is empty")]), 3, "a.yaml: it is empty\n"),
@@ -168,17 +173,20 @@ def test_a_reader_that_hangs_up_is_no_error(arguments, tmp_path):
     assert (run.returncode, run.stderr) == (0, "")
 
 
-def test_standard_output_on_a_full_disk(tmp_path):
+@pytest.mark.parametrize(
+    ("arguments", "what"), [(["systems"], "standard output"), (["--help"], "the output")]
+)
+def test_standard_output_on_a_full_disk(arguments, what):
     with open("/dev/full", "w") as full:
         run = subprocess.run(
-            [sys.executable, "-m", "lagrange_cli", "systems"],
+            [sys.executable, "-m", "lagrange_cli", *arguments],
             env=environment(),
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
         )
     assert run.returncode == 5
-    assert run.stderr == "Error: standard output could not be written: No space left on device\n"
+    assert run.stderr == f"Error: {what} could not be written: No space left on device\n"
 
 
 def test_standard_output_in_an_encoding_that_lacks_a_letter(tmp_path):

@@ -51,6 +51,22 @@ def test_few_samples_of_a_file_make_no_polygon(tmp_path, monkeypatch, sampling, 
         assert min(abs(curve.x - 1.8)) < 1e-12
 
 
+def test_outputs_of_different_systems_share_what_both_have(tmp_path, monkeypatch):
+    """Each phase portrait has the curves of those that have its coordinate."""
+    for name, other in (("a", "z"), ("b", "y")):
+        (tmp_path / f"{name}.yaml").write_text(
+            f"coordinates: {{x: {{initial: 1}}, {other}: {{initial: 2}}}}\n"
+            f"lagrangian: (x_dot**2 + {other}_dot**2 - x**2 - {other}**2)/2\nsolve: {{stop: 1}}\n"
+        )
+    pages = []
+    monkeypatch.setattr("lagrange_cli.figures.draw.draw", lambda page, *_: pages.append(page) or b"")
+    with working_in(tmp_path):
+        assert main(["solve", "a.yaml", "b.yaml", "--quiet"]) == 0
+        assert main(["plot", "a.h5", "b.h5", "--what", "phase", "--quiet"]) == 0
+    curves = {panel.x: [curve.label for curve in panel.items] for panel in pages[0].panels}
+    assert curves == {"$x$": ["a", "b"], "$z$": ["a"], "$y$": ["b"]}
+
+
 def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):
     shown = []
     monkeypatch.setattr(plot, "Progress", lambda *given, quiet: shown.append((*given, quiet)) or Silence())
@@ -80,6 +96,22 @@ def test_mistakes(tmp_path, capsys, arguments, status, message):
         assert main(["plot", *arguments]) == status
     assert message in capsys.readouterr().err
     assert (tmp_path / "kept.png").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("system", "options", "message"),
+    [
+        ("pendulum", ("--what", "constraints"), "pendulum has no constraints"),
+        ("chaplygin_sleigh", ("--what", "path"), "Chaplygin's sleigh has no particles"),
+        ("henon_heiles", ("--y", "bob.x"), "has no such quantity; known: t, x,"),
+    ],
+)
+def test_what_a_system_lacks_cannot_be_asked_for(tmp_path, capsys, system, options, message):
+    """To solve it again would not help."""
+    with working_in(tmp_path):
+        assert main(["plot", str(SYSTEMS / f"{system}.yaml"), "--stop", "0.1", *options]) == 2
+    told = capsys.readouterr().err
+    assert message in told and "solve again" not in told
 
 
 def test_a_package_that_is_missing_is_named(tmp_path, capsys, monkeypatch):

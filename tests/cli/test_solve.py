@@ -272,6 +272,10 @@ BAD = {
     "directory as input": (["."], 5, "is a directory"),
     "empty file": (["empty.yaml"], 3, "empty.yaml"),
     "binary file": (["binary.yaml"], 3, "binary.yaml"),
+    "an output as input": (["out.h5"], 3, "the file is an HDF5 file, not a system file"),
+    "no name of an output": ([PENDULUM, "-o", ""], 5, "the output has no name"),
+    "several names in a set": ([PENDULUM, "--set", "m=1,l=2"], 2, "for each name: --set m=1 --set l=2"),
+    "a long step": ([PENDULUM, "--step", "100"], 2, "give a shorter step"),
     "directory as output": ([PENDULUM, "-o", "folder"], 5, "is a directory"),
     "output in no directory": ([PENDULUM, "-o", "no/where.h5"], 5, "no directory"),
     "output in a file": ([PENDULUM, "-o", "empty.yaml/out.h5"], 5, "no directory"),
@@ -309,6 +313,7 @@ def test_bad_input_gives_one_clear_message_and_leaves_nothing(tmp_path, argument
     (tmp_path / "pendulum.yaml").write_text(PENDULUM.read_text(encoding="utf-8"))
     (tmp_path / "empty.yaml").touch()
     (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
+    (tmp_path / "out.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(256)))
     (tmp_path / "folder").mkdir()
     before = sorted(tmp_path.rglob("*"))
     run = lagrange("solve", *arguments, cwd=tmp_path)

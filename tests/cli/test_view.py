@@ -7,6 +7,7 @@ from html import unescape
 
 import h5py
 import numpy as np
+import pytest
 
 from lagrange_cli.integrate.methods import stepper
 from lagrange_cli.run.request import Request
@@ -93,6 +94,12 @@ def test_a_directory_is_no_page(tmp_path):
     found = lagrange("view", str(SYSTEMS / "pendulum.yaml"), "-o", "d.html", cwd=tmp_path)
     assert found.returncode == 5
     assert "d.html is a directory: name a file in it, such as d.html/NAME.html" in found.stderr
+
+
+@pytest.mark.parametrize(("name", "hint"), [(".", "such as NAME.html"), ("x.png", "ends in .html")])
+def test_a_page_has_the_name_of_a_page(tmp_path, name, hint):
+    found = lagrange("view", str(SYSTEMS / "pendulum.yaml"), "-o", name, cwd=tmp_path)
+    assert found.returncode in (2, 5) and hint in found.stderr and not list(tmp_path.iterdir())
 
 
 def test_a_page_that_cannot_compute_says_why_and_replays(tmp_path):

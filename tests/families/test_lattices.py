@@ -174,3 +174,10 @@ def test_coefficients_that_are_not_needed_again_are_not_kept() -> None:
     )
     others = 24
     assert more.work - few.work <= 80 * (4 * (few.order + 1) + others)
+
+
+def test_constants_of_quantities_that_no_output_has_are_not_computed() -> None:
+    plain = ready(SPRINGS.format(count=40, potential="sum(u[i]**2 for i in range(N))"))
+    modes = '\nobservables: {"a[j in range(9)]": "sum(u[i]*sin(i*j) for i in range(N))"}\n'
+    observed = ready(SPRINGS.format(count=40, potential="sum(u[i]**2 for i in range(N))") + modes)
+    assert observed.machine.program.constants == plain.machine.program.constants

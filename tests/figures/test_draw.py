@@ -71,6 +71,19 @@ def test_the_frame_of_a_slender_path_has_room_for_its_labels(slender):
     np.testing.assert_allclose(aspect / max(aspect), np.array(spans) / max(spans), rtol=1e-9)
     ticks = [axis.get_major_locator()() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
     assert all(1 <= len(one) <= 7 for one in ticks)
+    axes.figure.draw_without_rendering()
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        box, page = axis.label.get_window_extent(), axes.figure.bbox
+        assert page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
+
+
+def test_a_power_of_ten_in_space_is_in_the_name_of_the_axis():
+    """Beside the axis it would be written over that name."""
+    axes = only(Curve(7e6 * X, 7e6 * X, z=2e-7 * X), z="z (m)", equal=False)
+    axes.figure.draw_without_rendering()
+    assert [axis.get_label_text() for axis in (axes.xaxis, axes.zaxis)] == ["x ($10^{6}$)", "z ($10^{-7}$ m)"]
+    assert [one.get_text() for one in axes.xaxis.get_ticklabels()] == ["0", "2", "4", "6"]
+    assert [one.get_text() for one in axes.zaxis.get_ticklabels()][-1] == "2.0"
 
 
 def test_what_is_constant_but_for_rounding_is_a_straight_line():
@@ -97,6 +110,9 @@ def test_a_legend_is_beside_the_title_where_it_has_room():
         box = axes.get_legend().get_window_extent()
         assert (box.y0 >= axes.bbox.y1 - 1) == above
         assert box.x1 <= axes.bbox.x1 + 1
+    space = only(*(Curve(X, X * k, f"$q_{k}$", k, z=X) for k in range(4)), z="z")
+    space.figure.draw_without_rendering()
+    assert space.get_legend().get_window_extent().x1 <= space.bbox.x0 + 1
 
 
 @pytest.mark.exhaustive(keep=3)

@@ -204,15 +204,41 @@ def test_balls_that_are_all_lifted_swing_as_one_pendulum() -> None:
     assert motion.outcome.steps < alone.outcome.steps + 10
 
 
-def test_what_ends_for_lack_of_digits_goes_on_with_dop853() -> None:
-    """As the message says: under the root of a depth that is a difference of much larger numbers."""
-    text = cradle("angles", 4, 1, "3/2", "1e5")
-    motion = follow(text, 0.3, 3)
-    assert motion.outcome.ending is Ending.TOUCHING
-    assert "--method, such as DOP853" in motion.outcome.message
-    other = follow(text, 0.3, 3, method="DOP853", tolerance=1e-10)
-    assert other.outcome.ending is Ending.COMPLETE
-    assert other.outcome.h_drift < 1e-9
+@pytest.mark.exhaustive(keep=3)
+@pytest.mark.parametrize("count", [2, 3, 4, 5])
+@pytest.mark.parametrize("p", ["1.3", "3/2", "1.75"])
+def test_roots_of_depths_that_rounding_hides_are_followed(p: str, count: int, source: random.Random) -> None:
+    """The depth is a difference of much larger numbers, and the force a root of it. All samples, even those
+    that are taken while a contact begins, have the same energy."""
+    k, lifted, sign = 10 ** source.uniform(2, 6), source.randint(1, count - 1), source.choice("-+")
+    text = cradle("angles", count, lifted, p, f"{k:.3g}", sign)
+    text = text.replace("0.3*1", f"{source.uniform(0.1, 0.5):.3f}*1").replace(
+        "l: 0.2", f"l: {source.uniform(0.1, 1):.3g}"
+    )
+    motion = follow(text, 1.0, 11)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.h_drift < 1e-11 * motion.outcome.h_size
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(("k", "lifted"), [("1e3", 1), ("1e4", 2), ("1e5", 2)])
+def test_they_move_as_in_double_double(k: str, lifted: int) -> None:
+    """Up to what rounding of the depth changes the force by."""
+    text = cradle("angles", 4, lifted, "3/2", k)
+    ready = prepared(text, tolerance=FULL_DOUBLE_DOUBLE, precision=DOUBLE_DOUBLE)
+    exact = run(ready, resolve_long_values(spec_of(text), {}), 0.0, 0.35, 2)
+    np.testing.assert_allclose(follow(text, 0.35, 2)["q/x"], exact["q/x"], atol=2e-10)
+
+
+def test_samples_that_are_taken_while_a_contact_begins() -> None:
+    """Two balls that touch are let go: the series that follows does not converge back to where they were."""
+    text = (
+        cradle("angles", 5, 2, "1.3", "1.18e6").replace("d: 0.03", "d: 0.064").replace("l: 0.2", "l: 0.756")
+    )
+    motion = follow(text.replace("0.3*1", "0.101*1").replace("-l*cos", "0.1 - l*cos"), 1e-5, 5)
+    np.testing.assert_array_equal(motion["q/x"][0], [-0.101, -0.101, 0, 0, 0])
+    np.testing.assert_allclose(motion["q/x"], np.tile([-0.101, -0.101, 0, 0, 0], (5, 1)), atol=1e-9)
+    assert motion.outcome.h_drift < 1e-14
 
 
 def test_energy_of_a_ball_that_bounces_often() -> None:

@@ -8,6 +8,8 @@ import mpmath
 import numpy as np
 import pytest
 
+from lagrange_cli import solve
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from tests.support.motion import CONSTRAINED, DIGITS, NAMES, Motion, error, follow, residual_of, samples_of
 
 LEDGER = ("q", "v", "p", "h", "ledger", "action")
@@ -189,3 +191,52 @@ constraints: {lemniscate: (x**2 + y**2)**2 - x**2 + y**2}
     assert motion["q/x"].min() < -0.9
     for name in ("h", "p/x", "p/y"):
         assert largest(motion, f"diagnostics/ledger/{name}") < 1e-12
+
+
+AT_TIMES = {
+    "spring": "potential: where(t < 1, 1, 4)*x**2/2",
+    "square wave": "potential: sign(sin(5*t))*cos(x) + where(t < 0.5, 0, 3)",
+    "support": "potential: where(t < 1, 1, 3)*(p.x - s.x)**2/2",
+}
+
+
+@pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
+@pytest.mark.parametrize("potential", [*AT_TIMES.values()])
+def test_energies_that_jump_at_times_are_in_the_ledger(potential: str, precision: str) -> None:
+    """A spring becomes stiffer at once: h jumps by the opposite of L, p does not."""
+    text = f"""
+coordinates: {{x: {{initial: 1, velocity: 0.3}}}}
+masses: {{p: 1, s: 2}}
+positions: {{p: [x], s: ["max(0, t - 1)"]}}
+{potential}
+"""
+    motion = solve(text, stop=2, samples=41, outputs=LEDGER, precision=precision)
+    bound = 1e-14 if precision == DOUBLE else 1e-30
+    assert np.ptp(motion.h) > 0.1
+    assert abs(motion.ledger["h"]).max() < bound
+    assert abs(motion.ledger["p/x"]).max() < bound
+
+
+def test_the_jump_of_h_is_that_of_the_potential() -> None:
+    """x = cos(t) until k = 4 instead of 1 from t = 1 on, then x'' = -4 x: h gains 3 x(1)^2/2."""
+    text = "coordinates: {x: {initial: 1}}\nmasses: {p: 1}\npositions: {p: x}\n" + AT_TIMES["spring"]
+    motion = follow(text, 2.0, 41, outputs=LEDGER)
+    assert abs(np.diff(motion["diagnostics/h"][[0, -1]]) - 1.5 * np.cos(1.0) ** 2) < 1e-14
+    exact = np.cos(1.0) * np.cos(2.0) - np.sin(1.0) * np.sin(2.0) / 2
+    assert abs(motion["q/x"][-1] - exact) < 1e-14
+
+
+@pytest.mark.parametrize("count", [3, 60])
+def test_families_whose_springs_change_at_times_keep_their_ledgers(count: int) -> None:
+    """Written out and in loops: each spring has its own time."""
+    text = f"""
+sizes: {{N: {count}}}
+coordinates: {{"x[i in range(N)]": {{initial: cos(i), velocity: 0.1}}}}
+masses: {{"p[i in range(N)]": 1}}
+positions: {{"p[i in range(N)]": "x[i]"}}
+potential: sum(where(t < 0.3 + i/N/2, 1, 2)*(x[i + 1] - x[i])**2/2 for i in range(N - 1))
+generalized_forces: {{"x[i in range(N)]": -x_dot[i]/9}}
+"""
+    motion = solve(text, stop=1, samples=11, outputs=LEDGER)
+    assert abs(motion.ledger["h"]).max() < 1e-15 * count * count
+    assert abs(motion.ledger["p/x"]).max() < 1e-14

@@ -11,8 +11,9 @@ import pytest
 from lagrange_cli.errors import SpecError
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.run.derive import derive_system
-from lagrange_cli.run.equations import derive, verify_system
+from lagrange_cli.run.equations import derive
 from lagrange_cli.run.start import consistent_values
+from lagrange_cli.run.verification import verify_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.support.motion import follow, prepared, run, spec_of

@@ -8,8 +8,9 @@ import pytest
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.records import replace
 from lagrange_cli.run.coordinates import AGREES, STATES, covariance, in_coordinates, old_state, start_in
-from lagrange_cli.run.equations import along, derive, verify_system
+from lagrange_cli.run.equations import derive
 from lagrange_cli.run.start import consistent_values
+from lagrange_cli.run.verification import along, verify_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from lagrange_cli.symbolic.states import State

@@ -101,3 +101,43 @@ def test_what_cancels_or_does_not_count_is_no_obstacle(potential, folder):
     (folder / "a.yaml").write_text(PLANE.format(potential=potential, force="-x_dot/norm((1, x))"))
     assert main(["check", "a.yaml"]) == 0
     assert main(["solve", "a.yaml", "--stop", "0.1"]) == 0
+
+
+BEYOND = ", or write max(0, x) if there is no force beyond"
+
+
+@pytest.mark.parametrize(
+    ("potential", "column", "told", "hint"),
+    [
+        ("y + x**1.5", 16, "x**1.5 has no Taylor series where the motion begins: x is 0", BEYOND),
+        ("y + sqrt(x)", 16, "sqrt(x) has no derivative where the motion begins: x is 0", ""),
+        ("abs(x)**0.5", 12, "abs(x)**0.5 has no derivative where the motion begins: abs(x) is 0", ""),
+        ("norm((x, y - 1))", 12, "norm((x, y - 1)) has no derivative where the motion begins: it is 0", ""),
+        ("acos(y)", 12, "acos(y) has no derivative where the motion begins: y is 1", ""),
+    ],
+)
+def test_so_are_forces_without_a_series(potential, column, told, hint, capsys, folder):
+    (folder / "a.yaml").write_text(PLANE.format(potential=potential, force=0))
+    for command in (["check", "a.yaml"], ["solve", "a.yaml", "--stop", "1"]):
+        assert main(command) == 3
+        error = capsys.readouterr().err
+        assert error.startswith(f"a.yaml:4:{column}: {told}\n")
+        assert error.endswith(f"start from another state{hint}\n")
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        "max(0, x)**1.5",
+        "abs(x)**1.5",
+        "where(x > 0, x**1.5, 0)",
+        "sqrt(t)",
+        "sqrt(x**2)",
+        "sqrt(1 - cos(x))",
+        "x*sqrt(max(0, t))",
+    ],
+)
+def test_roots_that_go_on_beyond_and_those_without_a_force_are_no_obstacle(potential, folder):
+    (folder / "a.yaml").write_text(PLANE.format(potential=f"y**2 + {potential}", force="-x_dot"))
+    assert main(["check", "a.yaml"]) == 0
+    assert main(["solve", "a.yaml", "--stop", "0.1"]) == 0

@@ -45,6 +45,7 @@ embedding:
   r[i in range(N)]: ["x[i] + cos(a[i])", "y[i] + sin(a[i])"]
 nonholonomic: {"blade[i in range(N)]": "x_dot[i]*sin(a[i]) - y_dot[i]*cos(a[i])"}
 """
+TIED = SLEDGES.replace("x_dot[i]*sin(a[i])", "x_dot[i]*sin(sum(a[j] for j in range(N)))")
 TEXTS = {
     "friction": FRICTION, "impacts": IMPACTS, "some": SOME, "sledges": SLEDGES,
     "pendulums": (SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8"),
@@ -150,7 +151,7 @@ def test_other_sizes_are_kept_and_what_is_wrong_with_small_ones_is_not_told() ->
     foresee_sizes(fixed, lambda smaller, most: pytest.fail("two sizes are large"))
 
 
-@pytest.mark.parametrize(("text", "line"), [(FRICTION, 9), (IMPACTS, 9), (SLEDGES, 9)])
+@pytest.mark.parametrize(("text", "line"), [(FRICTION, 9), (IMPACTS, 9), (TIED, 9)])
 def test_the_message_points_at_what_members_are_written_out_for(
     text: str, line: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -191,10 +191,29 @@ def test_a_long_motion_keeps_its_extremes(folder, monkeypatch):
     with Result(str(folder / "run.h5")) as result:
         known = quantities(result)
         whole = result.read("v/theta")
-        t, x = reading.over_time(result, known["t"], known["theta_dot"])
+        ((t, x),) = reading.over_time(result, known["t"], [known["theta_dot"]])
         times = result.read("t")
     assert len(x) <= 44 and (x.min(), x.max()) == (whole.min(), whole.max())
     assert set(zip(t, x)) <= set(zip(times, whole)) and (np.diff(t) >= 0).all()
+
+
+def test_columns_of_a_dataset_are_read_together(tmp_path, monkeypatch):
+    """A pass over the samples for all coordinates of a panel, however long the motion; all values stay."""
+    chain = SYSTEMS / "n_pendulum.yaml"
+    lagrange("solve", chain, "--stop", "2", "--samples", "401", "-o", "chain.h5", cwd=tmp_path)
+    monkeypatch.setattr(reading, "BUCKETS", 40)
+    monkeypatch.setattr(reading, "PIECE", 500)
+    read, seen = Result.read, []
+    with Result(str(tmp_path / "chain.h5")) as result:
+        known = quantities(result)
+        wanted = [known[f"theta[{i}]"] for i in range(5)]
+        alone = [reading.over_time(result, known["t"], [one])[0] for one in wanted]
+        monkeypatch.setattr(Result, "read", lambda *given: seen.append(given[1]) or read(*given))
+        both = reading.over_time(result, known["t"], wanted)
+        pieces = seen.count("t")
+    assert 1 < pieces == seen.count("q/theta")
+    for one, other in zip(alone, both):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_units_are_written_as_they_are_read():
@@ -225,6 +244,6 @@ def test_a_long_output_is_not_kept_while_it_is_read(folder, monkeypatch):
         np.testing.assert_array_equal(columns[0], read(result, "q/theta")[::step])
         seen.clear()
         most = 0
-        reading.over_time(result, known["t"], known["theta"])
+        reading.over_time(result, known["t"], [known["theta"]])
         reading.extremes(result, known["theta"])
         assert len(seen) > 20 and most <= 4

@@ -13,11 +13,12 @@ from lagrange_cli.run.check import classify
 from lagrange_cli.run.ensembles.ensemble import make_ensemble
 from lagrange_cli.run.ensembles.members import Axis, Distribution, combine
 from lagrange_cli.run.ensembles.sweep import sweep
-from lagrange_cli.run.equations import as_written, derive, verify_system
+from lagrange_cli.run.equations import as_written, derive
 from lagrange_cli.run.monitor import Monitor
 from lagrange_cli.run.motion import Motion, read_motion
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.solve import solve
+from lagrange_cli.run.verification import verify_system
 from lagrange_cli.spec.spec import SolveDefaults
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.work_precision.measure import Rules

@@ -27,11 +27,11 @@ def compile_once() -> None:
     """A text is compiled once for a processor and a level."""
     compile_text, known = llvm.compile_text, dict[bytes, bytes]()
 
-    def remembered(text: str, optimize: int) -> bytes:
-        made_for = f"{llvm.processor_name()} {llvm.features()} {optimize} {llvm.suited(text)}"
+    def remembered(text: str, optimize: int, loops: bool = False) -> bytes:
+        made_for = f"{llvm.processor_name()} {llvm.features()} {optimize} {loops} {llvm.suited(text)}"
         key = sha256(made_for.encode()).digest()
         if key not in known:
-            known[key] = compile_text(text, optimize)
+            known[key] = compile_text(text, optimize, loops)
         return known[key]
 
     llvm.compile_text = remembered

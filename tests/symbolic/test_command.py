@@ -5,7 +5,7 @@ import json
 import pytest
 
 from lagrange_cli.cli.main import main
-from lagrange_cli.run import family_equations
+from lagrange_cli.run import verification
 from lagrange_cli.symbolic.verify import Verification
 from tests.support.command import SYSTEMS, lagrange, lagrange_process
 from tests.support.systems import NAMES, SIZES
@@ -86,7 +86,7 @@ def test_what_is_printed_is_what_is_integrated(name, capsys):
 @pytest.mark.parametrize("difference", [1e-16, 1e-3])
 @pytest.mark.parametrize("arguments", [[], ["--json"], ["--format", "python"]])
 def test_verify_decides_the_status(difference, arguments, monkeypatch, capsys):
-    monkeypatch.setattr(family_equations, "verify_system", lambda *_: Verification(difference, "h", 20))
+    monkeypatch.setattr(verification, "verify_system", lambda *_: Verification(difference, "h", 20))
     status = main(["equations", str(PENDULUM), "--verify", *arguments])
     output = capsys.readouterr().out
     assert status == (0 if difference < 1e-12 else 4)

@@ -11,7 +11,8 @@ from lagrange_cli.errors import NotLinear, UsageError
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.records import replace
 from lagrange_cli.run import equations as printed
-from lagrange_cli.run.equations import as_data, as_written, derive, verify_system
+from lagrange_cli.run.equations import as_data, as_written, derive
+from lagrange_cli.run.verification import verify_system
 from lagrange_cli.symbolic.admissible import admissible
 from lagrange_cli.symbolic.direct import directly
 from lagrange_cli.symbolic.states import State

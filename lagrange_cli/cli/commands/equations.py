@@ -71,7 +71,7 @@ def equations(
     lagrange equations pendulum.yaml --format python > pendulum.py
     """
     if given.as_json and format_ not in (None, "json"):
-        raise click.UsageError(f"--json and --format {format_} contradict each other")
+        raise click.UsageError(f"--json and --format {format_} contradict each other: give one of them")
     chosen = "json" if given.as_json else format_ or "text"
     many = len(systems) > 1 and chosen != "json"
 
@@ -88,7 +88,7 @@ def show_system(
     system: str, given: Given, format_: str, form: str, coordinates: str, *, verifying: bool
 ) -> int:
     """Print one system's equations; returns the exit status."""
-    from lagrange_cli.run.family_equations import data_of, derive_printed, verify_printed, written
+    from lagrange_cli.run.family_equations import data_of, derive_printed, written
     from lagrange_cli.spec.values import resolve_parameters
 
     waiting = Waiting(stem(system), quiet=given.quiet)
@@ -97,6 +97,8 @@ def show_system(
     verification = None
     if verifying:
         with waiting.stage("verify"):
+            from lagrange_cli.run.verification import verify_printed
+
             verification = verify_printed(derived, given.overrides)
     with waiting.stage("print"):
         if format_ == "json":

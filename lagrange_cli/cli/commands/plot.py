@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -16,6 +15,7 @@ import click
 
 from lagrange_cli.cli.console import (
     INTERRUPTED,
+    colored,
     complain,
     count_of,
     display_name,
@@ -159,7 +159,7 @@ def plot(
                 from lagrange_cli.figures.terminal import as_text
 
                 width = shutil.get_terminal_size((TERMINAL, 24)).columns
-                emit(as_text(page, width, colored=sys.stdout.isatty()))
+                emit(as_text(page, width, colored=colored()))
             else:
                 from lagrange_cli.figures.draw import draw
                 from lagrange_cli.run.plot import write
@@ -238,9 +238,11 @@ def opened(
     progress = partial(Progress, spec.name, settings.start, settings.stop, quiet=given.quiet)
     monitor = Monitor(waiting.stage, progress, tell, Interrupts)
     with solved(motion, request, demand, monitor) as (result, outcome):
+        interrupted = outcome.ending is Ending.INTERRUPTED
         if outcome.ending.status not in ("complete", "stopped"):
-            tell(f"{spec.name}: {outcome.message}")
-        yield result, outcome.ending is Ending.INTERRUPTED
+            drawn = "; the motion up to then is drawn (Ctrl-C again ends at once)" if interrupted else ""
+            tell(f"{spec.name}: {outcome.message}{drawn}")
+        yield result, interrupted
 
 
 def motion_of(source: str, given: Given, run: Mapping[str, Any]) -> tuple[bytes, Given, Mapping[str, Any]]:

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
 STANDARD_OUTPUT = "-"
 ENDING = ".html"
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
-"""The first bytes of an HDF5 file."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +85,10 @@ def view(
     For an output of 'lagrange solve', the page replays its motion. For a sweep, it has a slider for the
     members, and computes their motions.
     """
-    from lagrange_cli.run.request import TIMES, Request
+    from lagrange_cli.run.request import TIMES, Request, check_page
     from lagrange_cli.spec.spec import SolveDefaults
 
+    check_page(output or "")
     if output == STANDARD_OUTPUT and given.as_json:
         raise UsageError("--json and the page would both go to standard output: give --output a name")
     if output == STANDARD_OUTPUT and opening:
@@ -150,7 +149,9 @@ def view_one(file: str, asked: ViewRequest) -> int:
 
 def is_output(content: bytes) -> bool:
     """Whether a file is an HDF5 file, by what it begins with."""
-    return content.startswith(SIGNATURE)
+    from lagrange_cli.spec.source import HDF5_SIGNATURE
+
+    return content.startswith(HDF5_SIGNATURE)
 
 
 def refuse_changes(asked: ViewRequest) -> None:
@@ -179,7 +180,7 @@ def target_of(file: str, asked: ViewRequest, began: float) -> Target:
     origin = None
     if file != STANDARD_INPUT:
         origin = Origin(os.path.realpath(file), {"command": "'lagrange view'"}, began, asked.request.cache)
-    return find_target(name, force=asked.force, origin=origin)
+    return find_target(name, force=asked.force, origin=origin, ending=ENDING)
 
 
 def show(path: Path) -> None:

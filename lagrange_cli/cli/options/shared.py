@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
@@ -43,6 +45,11 @@ def parse_pairs(
         if not (name and equals and value):
             example = EXAMPLES[parameter.name or ""]
             raise click.BadParameter(f"{pair!r} is not NAME=VALUE, as in {example}", context, parameter)
+        if further := re.search(r",\s*([^\W\d]\w*(?:\[.*?\])?\s*=(?!=).*)", value):
+            option = parameter.opts[0]
+            pairs = (f"{name}={value[: further.start()]}", further[1])
+            example = " ".join(f"{option} {shlex.quote(pair)}" for pair in pairs)
+            raise click.BadParameter(f"give {option} for each name: {example}", context, parameter)
         found.append((name, value))
     return tuple(found)
 

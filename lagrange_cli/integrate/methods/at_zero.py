@@ -13,6 +13,7 @@ from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.trial_states import TOLD
 from lagrange_cli.native.guards import AT_REST, Role
 from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.native.stepping.noise import LASTS
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -24,10 +25,16 @@ SMALL = 2.0**-36
 """An argument that is a larger part of what it may be computed from is not 0 up to rounding."""
 FEW = 2.0**12
 """An argument up to so many rounding errors is known to few digits."""
+MANY = 2.0**40
+"""Steps do not predict a force better than to this part of it."""
 ROUNDED_OFF = 2.0**-52, 2.0**-104
 """The unit of rounding of coordinates."""
 TRIALS = 8
 """How often their rounding errors are drawn."""
+GROWTHS = 64
+"""How often changes of coordinates are doubled until arguments change by their rounding errors."""
+BLUR = 4.0
+"""The largest effect of rounding is so many times as large as that of those drawn, at most."""
 
 
 class AtZero(Crossing):
@@ -37,6 +44,7 @@ class AtZero(Crossing):
         super().__init__(machine, constants, memory, work)
         self.left: tuple[Array, int] | None = None
         """The memory before a guard was left last that had rested at 0, and which one."""
+        self._blurred: tuple[float, ...] = ()
 
     def let_rest(self, guards: Sequence[int]) -> None:
         """Set the modes of guards to 0 whose arguments stay 0. If they do so up to rounding, forces act as
@@ -139,10 +147,44 @@ class AtZero(Crossing):
         self.prepare()
         return False
 
-    def touches(self) -> bool:
-        """Whether a force contains a root of an argument that rounding hardly tells from 0."""
+    def touching(self, few: float = FEW) -> list[int]:
+        """The guards whose arguments are at most so many rounding errors, while forces contain their
+        roots."""
         rooted = [j for j in range(self.count) if self._rows.guards[j].rooted and self.modes[j] != 0.0]
-        return bool(rooted and np.any((np.abs(self._arguments()) <= FEW * self._noise())[rooted]))
+        if not rooted:
+            return []
+        near = np.abs(self._arguments()) <= few * self._noise()
+        return [j for j in rooted if near[j]]
+
+    def blur(self) -> bool:
+        """Let accelerations differ from those predicted by what rounding changes them, for some steps, where
+        a force contains a root of an argument that is known to few digits; whether that is new."""
+        own, layout, now = self._layout.degrees, self._layout, self.now
+        rooted = self.touching(MANY)
+        if now == self._blurred or own < 2 or self.machine.program.parts > 1 or not rooted:
+            return False
+        self._blurred = now
+        memory, noise, found = self.memory.copy(), self._noise(), np.zeros(own)
+        unit = ROUNDED_OFF[0] * np.max(np.abs(memory[layout.part(0)][layout.motion]))
+        before, arguments = self._series()[:own], self._values(rooted)
+        for _ in range(GROWTHS):
+            source, changed = np.random.default_rng(0), np.zeros(len(rooted))
+            for _ in range(TRIALS):
+                self._add(layout.q, unit * source.uniform(-1.0, 1.0, own))
+                with np.errstate(invalid="ignore"):
+                    found = np.fmax(found, np.abs(self._series()[:own] - before))
+                changed = np.fmax(changed, np.abs(self._values(rooted) - arguments))
+                self.memory[:] = memory
+            if np.all(changed >= noise[rooted]):
+                break
+            unit *= 2.0
+        first = layout.errors + layout.v.start
+        self.memory[first : first + own] = BLUR * found
+        self.memory[layout.errors] = LASTS
+        for number in BEGINNING:
+            self.memory[layout.at(number)] = 0.0
+        self.prepare()
+        return bool(np.any(found))
 
     def leave_out(self) -> bool:
         """Let arguments rest that are not told from 0 by much, where no step leads on otherwise, and the

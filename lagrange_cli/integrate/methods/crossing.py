@@ -47,6 +47,8 @@ FAR, GROWS, SEVERAL = 2.0**12, 4.0, 64.0
 times a negligible error may be rounding."""
 LATER = [2.0**k for k in range(0, -28, -4)]
 """Fractions of the time after which a force is looked for where none acts yet."""
+TOGETHER = 4
+"""So many arguments are taken across 0 at once, at most."""
 NODES, POWER = 16, 6
 """The nodes of Gauss's rule, and the power of s in the time."""
 QUADRATURE = 2.0**-46
@@ -107,9 +109,16 @@ class Crossing(TrialStates):
             )
         if not ahead:
             return False
-        j = min(ahead, key=lambda j: abs(ahead[j]))
-        left, mode = abs(float(ahead[j])), self.modes[[j]]
-        return self._crossed_by([j], left, mode, -mode) or self._crossed_by([j], 2.0 * left, mode, mode)
+        order = sorted(ahead, key=lambda j: abs(ahead[j]))
+        j, left, mode = order[:1], abs(float(ahead[order[0]])), self.modes[order[:1]]
+        if self._crossed_by(j, left, mode, -mode) or self._crossed_by(j, 2.0 * left, mode, mode):
+            return True
+        for last in range(1, min(len(order), TOGETHER)):  # several contacts may end almost at once
+            j, left = order[: last + 1], abs(float(ahead[order[last]]))
+            mode = self.modes[j]
+            if self._crossed_by(j, left, mode, -mode):
+                return True
+        return False
 
     @property
     def now(self) -> tuple[float, ...]:

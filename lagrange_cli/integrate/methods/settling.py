@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.methods.at_zero import AtZero
+from lagrange_cli.integrate.methods.leading import Leading, few_or_all
 from lagrange_cli.integrate.methods.modes import ROUNDING, SMALLEST
-from lagrange_cli.native.guards import Role
+from lagrange_cli.native.guards import HELD, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
-HELD = 1.0 + 2.0**-40
-"""Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
 SOON = 2.0**-30
@@ -32,15 +30,13 @@ ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
-FEW = 8
-"""So many guards are looked at one by one."""
 EXACT = 2
 """How often a velocity that is 0 up to rounding is set to 0."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
 
-class Settling(AtZero):
+class Settling(Leading):
     """The choice of the modes of switches."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
@@ -84,7 +80,7 @@ class Settling(AtZero):
             return False
         if self.rests_on() or self.rest() or self.cross():
             return True
-        return self.rests_on() or self.goes_farther() or self.leave_out()
+        return self.rests_on() or self.goes_farther() or self.leave_out() or self.blur()
 
     def begins_beyond(self) -> bool:
         """Whether the motion begins at y = 0 and leads below, where an energy jumps."""
@@ -267,57 +263,3 @@ class Settling(AtZero):
             if u[0] == 0.0 or not np.all(np.isfinite(change)):
                 return
             self._add(self._layout.v, -change)
-
-    def _multiplier(self, j: int) -> float:
-        return float(self._multipliers([j])[0])
-
-    def _multipliers(self, guards: Sequence[int]) -> Array:
-        """The multipliers of guards, infinite where limits are 0."""
-        found = np.empty(len(guards))
-        for i, guard in enumerate(self._rows.guards[j] for j in guards):
-            if guard.limit:
-                above, below = self._coefficients_of(guard.limit, guard.limit + 2)[:, 0]
-                whole = above + below
-                found[i] = (above - below) / whole if whole != 0.0 else np.inf
-            else:
-                found[i] = self._coefficients(guard.multiplier)[0]
-        return found
-
-    def _holding(self, guards: Sequence[int]) -> Array:
-        """The sizes of multipliers, infinite where the motion passes u = 0 with a velocity."""
-        if not guards:
-            return np.zeros(0)
-        rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards, 1]
-        sizes = np.abs(self._multipliers(guards))
-        still = (np.abs(rates) <= ROUNDING * self.scale()[1]) & np.isfinite(sizes)
-        return np.where(still, sizes, np.inf)
-
-    def _leads(self, j: int) -> bool:
-        """Whether the motion leads to the side of a guard's mode; or along u = 0."""
-        return not self._misled([j])
-
-    def _misled(self, guards: Sequence[int]) -> list[int]:
-        """The guards to whose sides the motion does not lead, nor along u = 0."""
-        found = list[int]()
-        for some in few_or_all(guards):
-            self.modes[some] = -self.modes[some]
-            self._series()
-            others = [self._coefficients(self._rows.first + j) for j in some]
-            self.modes[some] = -self.modes[some]
-            self._series()
-            usual = self.scale()
-            for j, other in zip(some, others):
-                u = self._coefficients(self._rows.first + j)
-                scale = ROUNDING * np.fmax(usual[: len(u)], np.abs(u - other))
-                clear = np.flatnonzero(~(np.abs(u[1:]) <= scale[1:]))
-                leads = u[1 + clear[0]] * self.modes[j] > 0.0 if len(clear) else np.all(np.isfinite(u))
-                if not leads:
-                    found.append(j)
-        return found
-
-
-def few_or_all(guards: Sequence[int]) -> list[list[int]]:
-    """A few guards one by one, many of them together: a series costs as much as there are of them."""
-    if len(guards) <= FEW:
-        return [[j] for j in guards]
-    return [[*guards]]

@@ -24,6 +24,7 @@ from lagrange_cli.native.state import CARRIED_COUNT, Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.methods.earlier_times import EarlierTimes
     from lagrange_cli.integrate.methods.happenings import Finished, Happenings
     from lagrange_cli.integrate.methods.helping import Helpers
     from lagrange_cli.integrate.methods.settling import Settling
@@ -36,9 +37,6 @@ FIRST_STEPS = 0.5, 0.8
 """Parts of their first step that companions take."""
 FIRST = 256
 """Steps that are taken before the first."""
-MARK = 256
-"""After so many steps the memory is kept: neither a clock nor samples decide from where a singular
-configuration is passed."""
 
 
 @dataclass(frozen=True)
@@ -110,27 +108,29 @@ class Stepper:
         self._helpers: Helpers | None = None
         self.steps, self._every = 0, every
         self._start, self._marked = times.start, 0
-        self._earlier: tuple[Array, ...] = ()
-        """The last memories that are kept, since a singular configuration was passed."""
-        self.singular: tuple[float, ...] = ()
-        """The times at which the motion passed singular configurations."""
+        self._earlier: EarlierTimes | None = None
+        if program.constraints and program.parts == 1:
+            from lagrange_cli.integrate.methods.earlier_times import EarlierTimes
+
+            self._earlier = EarlierTimes(space)
 
     def snapshot(self, samples: int) -> Snapshot:
         """The present place of the motion, after that many samples."""
         actions = () if self._happenings is None else self._happenings.state()
         taken = self.space.memory.copy(), self.space.t, self.steps, samples, self.limited
-        return Snapshot(*taken, actions, self._earlier, self.singular)
+        earlier = self._earlier.memories if self._earlier else ()
+        return Snapshot(*taken, actions, earlier, self.singular)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from there; raises ``Unfit``."""
         if any(one.shape != self.space.memory.shape for one in (snapshot.memory, *snapshot.marks)):
             raise Unfit
-        self._earlier = snapshot.marks
+        if self._earlier is not None:
+            self._earlier.memories, self._earlier.singular = snapshot.marks, snapshot.singular
         self.space.memory[:], self.steps, self.limited = snapshot.memory, snapshot.steps, snapshot.limited
         self._marked = self.steps
         if self._settling is not None:
             self._settling.resume()
-        self.singular = snapshot.singular
         if self._happenings is not None:
             self._happenings.restore(snapshot.actions)
 
@@ -146,13 +146,18 @@ class Stepper:
         """How often the state was moved back to the constraints."""
         return int(self.space.memory[self.space.layout.at(Clock.PROJECTIONS)])
 
+    @property
+    def singular(self) -> tuple[float, ...]:
+        """The times at which the motion passed singular configurations."""
+        return self._earlier.singular if self._earlier else ()
+
     def finite(self) -> bool:
         """Whether the accelerations are finite at the state reached."""
         return bool(np.all(np.isfinite(self.space.rates()[self.space.layout.q])))
 
     def touching(self) -> bool:
         """Whether a contact has just begun, or is just ending."""
-        return self._settling is not None and self._settling.touches()
+        return self._settling is not None and bool(self._settling.touching())
 
     def accelerations(self) -> Array:
         """The accelerations of the coordinates at the state reached."""
@@ -178,12 +183,12 @@ class Stepper:
         space, times, done = self.space, padded(wanted), 0
         while True:
             began, used, computed = time.perf_counter(), time.thread_time(), self.evaluations
-            if self._passes:
-                self._keep()
+            if self._earlier is not None:
+                self._earlier.keep(self.steps)
             if self._first is None:
                 pause = min(self._pause, steps_to_mark(self.steps))
-                if self._passes:
-                    pause = min(pause, MARK - self.steps % MARK)
+                if self._earlier is not None:
+                    pause = min(pause, self._earlier.steps_to_mark(self.steps))
                 if self._every:
                     pause = min(pause, self._every - self.steps % self._every)
                 stop = space.advance(self._stop, times, done, len(wanted) - done, last, pause)
@@ -199,15 +204,21 @@ class Stepper:
             self.limited |= bool(space.info[2])
             if stop is Stop.PAUSE and self._marks(self.steps):
                 return Stop.CRAWL, done
-            if self._settling is not None and self._goes_on(stop, before, first + done):
+            reached = space.memory.copy() if self._settling is not None else None
+            if reached is not None and self._goes_on(stop, before, first + done):
+                if space.t > reached[space.layout.time]:
+                    crossed = space.between(reached, wanted[done:])
+                    space.samples[:, done : done + crossed.shape[1]] = crossed
+                    done += crossed.shape[1]
                 if not interrupt(space.t):
                     continue
                 stop = Stop.PAUSE
-            if self._passes and stop in (Stop.SINGULAR, Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
-                on_the_way = self._passed(times[done : len(wanted)])
+            if self._earlier and stop in (Stop.SINGULAR, Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
+                given = times[done : len(wanted)], self._stop
+                on_the_way, self.limited = self._earlier.passed(*given, limited=self.limited)
                 if on_the_way is not None:
                     space.samples[:, done : done + on_the_way.shape[1]] = on_the_way
-                    done += on_the_way.shape[1]
+                    done, self.steps = done + on_the_way.shape[1], self.steps + 1
                     stop = Stop.PAUSE
             if stop is not Stop.PAUSE or interrupt(space.t) or self._halted(interrupt):
                 return stop, done
@@ -265,44 +276,13 @@ class Stepper:
         self.space.info[HALTED] = 0
         return False
 
-    @property
-    def _passes(self) -> bool:
-        """Whether it is tried to pass singular configurations: in doubles."""
-        program = self.space.machine.program
-        return program.constraints > 0 and program.parts == 1
-
-    def _keep(self) -> None:
-        """Keep the memory, if that is due after so many steps."""
-        place = self.space.layout.time
-        due = self.steps % MARK == 0 and self._earlier[-1:] and self._earlier[-1][place] != self.space.t
-        if due or not self._earlier:
-            from lagrange_cli.integrate.methods.passing import thinned
-
-            self._earlier = thinned((*self._earlier, self.space.memory.copy()), place)
-
-    def _passed(self, wanted: Array) -> Array | None:
-        """Pass a singular configuration; the samples (rows, n) on the way."""
-        from lagrange_cli.integrate.methods.passing import passed
-
-        singular, place = self.space.t, self.space.layout.time
-        origins = [one for one in self._earlier if one[place] < singular]
-        if not origins:
-            return None
-        way, self.limited = passed(self.space, origins, self._stop, limited=self.limited)
-        if way is None:
-            return None
-        self.steps += 1
-        self.singular = (*self.singular, singular)
-        self._earlier = ()
-        return way.at(wanted[wanted <= way.stop])
-
     def _goes_on(self, stop: Stop, began: int, sample: int) -> bool:
         """Whether the motion goes on from where compiled code has stopped, before that sample; it was called
         before the one where it ``began``."""
         assert self._settling is not None
         due = int(self.space.info[DUE])
-        if stop is Stop.GUARD:
-            self._earlier = ()  # what leads up to a singular configuration begins behind all that happens
+        if stop is Stop.GUARD and self._earlier:
+            self._earlier.memories = ()  # singular configurations are passed from behind all that happens
         if self._happenings is not None:
             self.finished = self._happenings.drain(began)
             if stop is Stop.GUARD and due >= self._settling.count and self.finished is None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.integrate.arrays import Array, beside_one_another
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.guards import INFO
 from lagrange_cli.native.interface import Interface, Stop
@@ -27,14 +27,15 @@ class Workspace:
     def __init__(self, machine: Machine, state: Array, start: float, size: int) -> None:
         program = machine.program
         self.machine, self.layout, self.outer = machine, program.inner, outer_rows(program)
-        self.constants = aligned(max(1, program.constants))
-        self.memory, self.work = aligned(self.layout.memory), aligned(program.work)
-        self.trial = aligned(program.trial)
+        rows, columns = program.parts * self.layout.rows, size + LANES
+        self.constants, self.memory, self.work, self.trial, samples = beside_one_another(
+            max(1, program.constants), self.layout.memory, program.work, program.trial, rows * columns
+        )
         self.info = np.zeros(INFO, dtype=np.int64)
         for part, given in enumerate(state.reshape(program.parts, -1)):
             self.memory[self.layout.part(part)][self.outer] = given
         self.memory[self.layout.time] = start
-        self.samples = np.empty((program.parts * self.layout.rows, size + LANES))
+        self.samples = samples.reshape(rows, columns)
         self._spare: Array | None = None
         self.resume: Callable[[], None] = lambda: None
         """Called when ``memory`` has become that of another time: constants may depend on modes in it."""
@@ -97,6 +98,26 @@ class Workspace:
         self.memory[:], self.info[:], self.samples = memory, info, samples
         self.resume()
         return found if complete else None
+
+    def between(self, origin: Array, wanted: Array) -> Array:
+        """The states (rows of every part, n) at those of the ``wanted`` times that the motion has passed
+        since the memory ``origin``, on a way along which rates are constant but for rounding."""
+        from lagrange_cli.native.numbers.error_free import two_sum
+
+        layout, parts = self.layout, self.machine.program.parts
+        begin, end = (one[[layout.time, layout.at(Clock.TIME_LOW)]] for one in (origin, self.memory))
+        length = float((end - begin).sum())
+        passed = (wanted - begin[0]) - begin[1]
+        s = passed[passed < length] / length
+        lows = [layout.part(1), slice(layout.third, layout.third + layout.rows)][:parts]
+        change = self.memory[layout.part(0)] - origin[layout.part(0)]
+        for low in lows:
+            change = change + (self.memory[low] - origin[low])
+        moved = np.outer(change, s)
+        moved[layout.q] -= np.outer(change[layout.v] * (length / 2), s * (1 - s))
+        high, rest = (origin[layout.part(part)][:, None] for part in (0, 1))
+        found, error = two_sum(high, moved)
+        return np.concatenate([found + (error + rest)] if parts == 1 else two_sum(found, error + rest))
 
     def taken(self, done: int) -> Array:
         """The first samples: rows q, v and the integrals, of every part."""

@@ -31,6 +31,7 @@ from lagrange_cli.mechanics.conserved.ansatz import (
 )
 from lagrange_cli.mechanics.conserved.columns import Columns, conserved_sums, independent, name_of
 from lagrange_cli.mechanics.conserved.noether import Noether
+from lagrange_cli.mechanics.conserved.pairs import sums_of_pairs
 from lagrange_cli.mechanics.conserved.reasons import term as term_text
 from lagrange_cli.mechanics.conserved.residue_states import States
 from lagrange_cli.mechanics.conserved.separable import functions_of, separable
@@ -73,13 +74,19 @@ class PolynomialIntegrals:
 
     def found(self) -> Iterator[Integral]:
         """The integrals that do not follow from the known ones."""
-        freedoms = len(self.model.q) - len(self.model.constraints)
-        if self.states.eliminated is None or not has_smooth_forces(self.model, self.noether):
+        model = self.model
+        freedoms = len(model.q) - len(model.constraints)
+        if self.states.eliminated is None or not has_smooth_forces(model, self.noether):
             return
         self.known += self._uniform()
         rank = self.rank(self.known)
         if rank is None:
             return
+        for one in self.of_pairs():
+            yield one
+            if one.degree == freedoms:  # as many as there are degrees of freedom
+                return
+        rank = self.rank(self.known) or rank
         for given, ansatz in self._tried(integrable=rank >= freedoms):
             if rank >= 2 * freedoms - 1:
                 return
@@ -89,6 +96,17 @@ class PolynomialIntegrals:
                     rank = now
                     self.known.append(one.node)
                     yield one
+
+    def of_pairs(self) -> Iterator[Integral]:
+        """Those of many equal particles that act on each other in pairs."""
+        if self.states.eliminated is None or not has_smooth_forces(self.model, self.noether):
+            return
+        for degree, node in sums_of_pairs(self.model, self.states.matrix):
+            if not self.states.conserves(node):
+                return
+            self.known.append(node)
+            text = f"the sum of all products of {degree} velocities of different particles, with "
+            yield Integral(node, f"{text}-V_ij/m in place of v_i*v_j, where U = sum of V_ij", degree)
 
     # ------------------------------------------------------------------ what is tried
 

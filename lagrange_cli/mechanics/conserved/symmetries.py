@@ -34,7 +34,7 @@ from lagrange_cli.records import replace
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.conserved.polynomial_integrals import Integral
 
-MOST_IN_POLYNOMIALS, MOST_WITH_BODIES = 5, 7
+MOST_IN_POLYNOMIALS, MOST_WITH_BODIES, MOST_ON_A_LINE = 5, 7, 8
 """The largest numbers of coordinates for which polynomials are tried, without and with a rigid body."""
 MOST_TURNED = 3
 """The largest number of coordinates for which they are tried in other axes."""
@@ -177,12 +177,14 @@ def polynomials(found: Found) -> None:
     turning = any(one.body for one in found.model.particles)
     if "h" not in found.names or freedoms < 2:
         return
-    if len(found.model.q) > (MOST_WITH_BODIES if turning else MOST_IN_POLYNOMIALS):
+    if len(found.model.q) > (MOST_WITH_BODIES if turning else MOST_ON_A_LINE):
         return
     from lagrange_cli.mechanics.conserved.polynomial_integrals import PolynomialIntegrals
 
     known = [*found.kept, *(one.node for one in found.symmetries)]
-    for one in PolynomialIntegrals(found.model, found.noether, known).found():
+    search = PolynomialIntegrals(found.model, found.noether, known)
+    few = turning or len(found.model.q) <= MOST_IN_POLYNOMIALS
+    for one in search.found() if few else search.of_pairs():
         hidden_symmetry(found, one)
 
 

@@ -23,8 +23,13 @@ class Engine:
         return address
 
 
-def compile_text(text: str, optimize: int) -> bytes:
-    """The object code of LLVM IR for this processor; ``optimize`` is the code generation level, 0 to 3."""
+def compile_text(text: str, optimize: int, loops: bool = False) -> bytes:
+    """The object code of LLVM IR for this processor; ``optimize`` is the code generation level, 0 to 3.
+
+    If its time is that of ``loops`` over members of families, LLVM does not look for fewer addresses in them:
+    that took a third of its time, and the code was hardly faster.
+    """
+    llvm.set_option("", f"-disable-lsr={'true' if loops else 'false'}")
     machine = target_machine(optimize)
     code: bytes = machine.emit_object(llvm.parse_assembly(complete(suited(text))))
     return code

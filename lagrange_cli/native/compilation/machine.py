@@ -87,10 +87,10 @@ def compile_object(program: Program, optimize: int = FULL) -> bytes:
 
     text = with_short_blocks(program.text) if optimize == QUICK else program.text
     if len(text) <= LARGE:
-        return compile_text(text, optimize)
+        return compile_text(text, optimize, program.loops)
     if limited():
-        return compile_apart(text, optimize, COMPILER_STACK)
-    return with_stack(compile_text, COMPILER_STACK)(text, optimize)
+        return compile_apart(text, optimize, COMPILER_STACK, program.loops)
+    return with_stack(compile_text, COMPILER_STACK)(text, optimize, program.loops)
 
 
 def load_machine(code: bytes, program: Interface) -> Machine:

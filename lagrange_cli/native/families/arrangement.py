@@ -73,8 +73,6 @@ class Arrangement:
         self.settings = len(self.parameters) + guards
         """The numbers of all parameters and of all modes."""
         self.layout = StateLayout(self.degrees, len(self.integrals))
-        for total in system.totals:
-            self.lasting.arranged(total)
         self.closure = self.balance = self.motion = None
         if system.joints is not None and system.bonds is not None:
             self.closure = Closure(system, self.lasting)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.articulated import ArticulatedJet, swept
 from lagrange_cli.native.families.balance import Balance
@@ -58,22 +60,31 @@ class ClosedJet(ArticulatedJet):
         super().follow_forces(evaluation, first=first)
 
     def _couple(self, evaluation: Evaluation) -> None:
-        """A M^-1 A^T, turn by turn, and its factors."""
+        """A M^-1 A^T, the columns of each color together, and its factors."""
         f, vectors, closure, where = self.f, self.vectors, self.closure, evaluation.where
-        many, square, turns = closure.count, where(closure.square), closure.reach.turns
-        zero, one = (vectors.constant(float(k)) for k in range(2))
-        listed, ends = (self.tables.of_array(one) for one in closure.reach.listed)
-        with f.loop(0, turns, tested=False) as j:
-            with f.loop(0, many, tested=False) as i:
-                vectors.store(zero, where(closure.multipliers), i)
-            with f.loop(place_at(f, j + ends), place_at(f, j + 1 + ends), tested=False) as p:
-                vectors.store(one, where(closure.multipliers), place_at(f, p + listed))
+        felt, square, multipliers = closure.responses, where(closure.square), where(closure.multipliers)
+        owners = felt.colors[felt.places[:, 1]]
+        members, listed = (np.argsort(one, kind="stable") for one in (felt.colors, owners))
+        tables = [self.tables.of_array(one) for one in (members, felt.places[listed, 0], listed)]
+        colors = np.arange(int(felt.colors.max()) + 2)
+        begins = [
+            self.tables.of_array(np.searchsorted(np.sort(one), colors)) for one in (felt.colors, owners)
+        ]
+        with f.loop(0, len(colors) - 1, tested=False) as color:
+            with f.loop(0, closure.count, tested=False) as i:
+                vectors.store(vectors.constant(0.0), multipliers, i)
+            mine, entries = (
+                (place_at(f, color + begin), place_at(f, color + (begin + 1))) for begin in begins
+            )
+            with f.loop(*mine, tested=False) as k:
+                vectors.store(vectors.constant(1.0), multipliers, place_at(f, k + tables[0]))
             self._act(evaluation, closure.alone, closure.reply)
             evaluation.write([closure.column])
-            with f.loop(0, many, tested=False) as i:
-                vectors.store(vectors.load(where(closure.column), i), square, j * many + i)
-        for k, value in enumerate((zero, one)):
-            vectors.store(value, square, turns * many + k)
+            with f.loop(*entries, tested=False) as k:
+                row, place = (place_at(f, k + table) for table in tables[1:])
+                vectors.store(vectors.load(where(closure.column), row), square, place)
+        for number in range(2):
+            vectors.store(vectors.constant(float(number)), square, len(felt.places) + number)
         regular = f.variable(Bit(f, "true", 1))
         self.saddle.factor(square, closure.placed(self.tabled), regular)
         self.good.append(regular.get())

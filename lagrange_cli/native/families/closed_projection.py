@@ -13,7 +13,7 @@ import numpy as np
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Chain, Domain, Source, Term, Total
-from lagrange_cli.families.bonds import Hold
+from lagrange_cli.families.bonds import Bound, Hold
 from lagrange_cli.native.families.closed import ClosedJet, respond, solve
 from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.constrained import MemberTabled
@@ -45,8 +45,8 @@ class Added:
 
 
 class Residuals:
-    """The totals of what should be 0: ``off`` f, and then df/dt, each with the square of its ``sizes``. They
-    are computed with what rounding loses if they are ``careful``, as with doubles, and else plainly."""
+    """The totals of what should be 0: ``off`` f, and then df/dt or g, each with the square of its ``sizes``.
+    They are computed with what rounding loses if they are ``careful``, as with doubles, and else plainly."""
 
     def __init__(self, closure: Closure, *, careful: bool) -> None:
         system, self.careful = closure.system, careful
@@ -97,9 +97,13 @@ class Residuals:
                 terms.append(graph.diff(node, symbol) * low)
         return graph.sum([(one, 1.0) for one in terms])
 
+    def judged(self, *, speed: bool) -> Sequence[Bound]:
+        """The constraints that velocities or places have to satisfy."""
+        return [one for one in self.closure.bounds if speed or one.holonomic]
+
     def _off(self, *, speed: bool) -> Total:
         terms = []
-        for one in self.closure.bounds:
+        for one in self.judged(speed=speed):
             node = one.speed if speed else one.node
             terms.append(Term(one.domain, node + self._low(node, one.domain), one.numbers))
         return self.closure.total(self.closure.count, terms)
@@ -107,7 +111,7 @@ class Residuals:
     def _sizes(self, *, speed: bool) -> Total:
         terms, symbol = [], self.slots.symbol
         amount = self.system.v if speed else self.system.q
-        for one in self.closure.bounds:
+        for one in self.judged(speed=speed):
             parts = []
             for slope, rows in zip(one.slopes, one.rows):
                 x = slope * symbol(one.domain, amount, rows)

@@ -1,12 +1,14 @@
 """Constraints on chains and trees, such as closed loops, as totals beside those of ``balance``.
 
-With A for the slopes of the constraints f and c for the rest of their second derivatives,
+With A for the slopes of the constraints f and c for the rest of their second derivatives, or of the first
+ones of constraints g on velocities,
 
     M a = F + A^T lambda,    A a + c = 0,    so that    A M^-1 A^T lambda = -c - A M^-1 F.
 
 M is never written down. Forces A^T lambda act on the nodes and coordinates that constraints contain, and what
-M^-1 makes of them, the ``reply``, takes a sweep to the roots and back. So each column of A M^-1 A^T takes a
-sweep, once a step, and each order two: one without the newest lambda, and one with it.
+M^-1 makes of them, the ``reply``, takes a sweep to the roots and back. So do the columns of A M^-1 A^T, those
+on different trees together, once a step (see ``families.responses``). Each order takes two sweeps: one
+without the newest lambda, and one with it.
 """
 
 from __future__ import annotations
@@ -16,11 +18,11 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.families.arrays import Array, Domain, Slot, Source, Term, Total
 from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.balance import Balance
-from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.corrected import Local, in_series
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.node_arrays import array
 from lagrange_cli.native.families.saddle_tables import SaddleTables
@@ -34,7 +36,9 @@ class Closure:
         self.system, self.lasting, self.bonds, self.joints = system, lasting, system.bonds, system.joints
         self.slots, self.graph = system.slots, system.slots.graph
         self.bounds, self.count, self.size = system.bonds.bounds, system.bonds.count, system.q.count
-        self.nodes = [lasting.arranged(one) for one in system.joints.nodes]
+        moved = enumerate(system.joints.rates)
+        self.nodes: Sequence[Array] = [lasting.arranged(one) for one in system.joints.nodes]
+        self.rates: Mapping[int, Array] = {c: lasting.arranged(one) for c, one in moved if one is not None}
         self.multipliers, self.rest = array(self.count), array(self.count)
         """lambda, and c."""
         self.slopes = [[array(one.domain.count) for _ in one.slopes] for one in self.bounds]
@@ -68,10 +72,10 @@ class Closure:
         self.right = self.of_bounds(lambda b: -self.along(b, self.balance), less=self.rest)
         self.column = self.of_bounds(lambda b: self.along(b, self.reply))
         """A M^-1 A^T lambda."""
-        assert self.bonds.reach is not None
-        self.reach = self.bonds.reach
-        self.square = array(self.reach.turns * self.count + 2)
-        """The columns of A M^-1 A^T, those of a turn in one, and behind them 0 and 1."""
+        assert system.bonds.responses is not None
+        self.responses = system.bonds.responses
+        self.square = array(len(self.responses.places) + 2)
+        """The entries of A M^-1 A^T, and behind them 0 and 1."""
         self.series = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows or one.holds]
 
     @property
@@ -82,20 +86,23 @@ class Closure:
     @property
     def bent(self) -> bool:
         """Whether a slope moves."""
-        moving = self.system.time.symbols
-        for one in self.bounds:
-            for symbol in (*one.coordinates, *(hold.symbol for hold in one.holds)):
-                moving |= symbol.symbols
+        system, moves = self.system, {self.system.q, *self.joints.nodes}
         return any(
-            slope.symbols & moving
+            slope.symbols & system.time.symbols or self.slots.moving(slope, moves)
             for one in self.bounds
             for slope in (*one.slopes, *(hold.slope for hold in one.holds))
         )
 
     @property
     def components(self) -> frozenset[int]:
-        """The components of nodes that constraints contain."""
-        return frozenset(hold.component for one in self.bounds for hold in one.holds)
+        """The components of nodes that constraints contain, or their velocities."""
+        joints, found = self.joints, set[int]()
+        for one in self.bounds:
+            inside = [slot.array for _, slot in self.slots.inside(one.node)]
+            for c, both in enumerate(zip(joints.nodes, joints.rates)):
+                if any(array in both for array in inside):
+                    found.add(c)
+        return frozenset(found)
 
     @property
     def in_order(self) -> Sequence[Array]:
@@ -125,12 +132,9 @@ class Closure:
 
     def placed(self, saddle: SaddleTables) -> Mapping[str, Sequence[int]]:
         """The places of the entries that are factored."""
-        reach, end = self.reach, self.reach.turns * self.count
-
-        def place(i: int, j: int) -> int:
-            return int(reach.turn[i]) * self.count + j if i >= 0 and j in reach.met[i] else end
-
-        return saddle.entries(place, end + 1, end + 1)
+        places = self.responses.places.tolist()
+        known, zero = {(i, j): k for k, (i, j) in enumerate(places)}, len(places)
+        return saddle.entries(lambda i, j: known.get((max(i, j), min(i, j)), zero), zero + 1, zero + 1)
 
     def total(self, count: int, terms: Sequence[Term]) -> Total:
         moving = tuple(one for one in terms if not one.node.is_zero)
@@ -195,22 +199,34 @@ class Closure:
         graph, domain = self.graph, bound.domain
         every = np.arange(domain.count)
         (term,) = self.total(domain.count, [Term(domain, bound.node, every)]).terms
-        node, multiplier = term.node, self.multiplier(bound)
-        nodes = [self.slots.symbol(domain, self.nodes[one.component], one.places) for one in bound.holds]
-        symbols = [*bound.coordinates, *nodes]
+        own, multiplier = term.node, self.multiplier(bound)
+        placed = {self.system.v: self.system.q}
+        placed |= {rate: self.nodes[c] for c, rate in self.rates.items()}
+        node, places = in_series(self.slots, own, domain, placed)
+        held = self.nodes if bound.holonomic else self.rates
+        nodes = [self.slots.symbol(domain, held[one.component], one.places) for one in bound.holds]
+        symbols = [*bound.symbols, *nodes]
         moving = self.system.time.symbols
-        for one in symbols:
+        for one in places:
             moving |= one.symbols
         pulled = [(rows, self.pull, 1.0) for rows in bound.rows]
         pulled += [(one.places, self.pulls[one.component], -1.0) for one in bound.holds]
         arrays = (*self.slopes[number], *self.holds[number])
-        terms = [(Term(domain, graph.ddt(graph.ddt(node)), bound.numbers), self.rest)]
+        rate = graph.ddt(node)
+        terms = [(Term(domain, graph.ddt(rate) if bound.holonomic else rate, bound.numbers), self.rest)]
         slopes, bent = list[tuple[Term, Array]](), False
-        for symbol, own, (places, to, sign) in zip(symbols, arrays, pulled):
-            slope = graph.diff(node, symbol)
-            slopes.append((Term(domain, slope, every), own))
+        for symbol, column, (rows, to, sign) in zip(symbols, arrays, pulled):
+            slope = graph.diff(own, symbol)
+            slopes.append((Term(domain, slope, every), column))
             if slope.symbols & moving:
                 bent = True
-                terms.append((Term(domain, sign * slope * multiplier, places), to))
-        change = self.changes(bound, self.balance)
-        return Local(domain, [*terms, *slopes], len(slopes), symbols, [multiplier] if bent else [], change)
+                terms.append((Term(domain, sign * slope * multiplier, rows), to))
+        change = [self.change(domain, one) for one in places.values()]
+        return Local(domain, [*terms, *slopes], len(slopes), [*places], [multiplier] if bent else [], change)
+
+    def change(self, domain: Domain, place: Slot) -> Node:
+        """The acceleration of a coordinate or of a node."""
+        if place.array is self.system.q:
+            return self.slots.symbol(domain, self.balance.rates, place.table)
+        component = self.nodes.index(place.array)
+        return self.slots.symbol(domain, self.balance.accelerations[component], place.table + 1)

@@ -3,14 +3,15 @@ members together: each order is computed without these, and then corrected."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term
+from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Source, Term
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.jets import SeriesJet
 from lagrange_cli.native.families.loops import Loop
@@ -41,6 +42,21 @@ class Local:
     change: Sequence[Node]
 
 
+def in_series(
+    slots: Slots, node: Node, domain: Domain, places: Mapping[Array, Array]
+) -> tuple[Node, Mapping[Node, Slot]]:
+    """An expression of places and velocities as one of places and their rates, whose series are two orders
+    ahead, and these places; ``places`` has them by their velocities."""
+    rates, found = dict[Node, Node](), dict[Node, Slot]()
+    for symbol, slot in slots.inside(node):
+        if slot.array in places:
+            place = slots.symbol(domain, places[slot.array], slot.table)
+            rates[symbol], found[place] = slots.graph.ddt(place), slots.of[place]
+        elif slot.array in places.values():
+            found[symbol] = slot
+    return substituted(slots.graph, [node], rates)[0], found
+
+
 @dataclass(frozen=True, eq=False)
 class CorrectedSeries(LoopSeries):
     """The series of members of one kind, whose coordinates are two orders ahead."""
@@ -52,7 +68,7 @@ class CorrectedSeries(LoopSeries):
         assert self.local is not None
         nodes = [term.node for term, _ in self.local.terms]
         return lower_functions(
-            self.slots.graph, self.moving, self.local.coordinates, self.time, nodes, self.local.unknowns
+            self.slots.graph, self.moving, self.local.coordinates, self.time, nodes, self.local.unknowns, 2
         )
 
     @cached_property

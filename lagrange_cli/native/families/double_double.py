@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from lagrange_cli.native.families.gathering import gathered_from
+from lagrange_cli.native.families.vector_dots import Coefficients
 from lagrange_cli.native.interface import CONSTANTS, LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
@@ -20,7 +21,6 @@ from lagrange_cli.native.numbers.beside import BesideDoubleDouble, beside
 from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble, pair
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.numbers.kind import Number
-from lagrange_cli.native.recurrences.vector_dots import Coefficients
 
 BEHIND_WORK, BEHIND_CONSTANTS = "@low_work", "@low_constants"
 """The constants of a program that say how far low parts are behind."""

@@ -15,11 +15,11 @@ from lagrange_cli.native.families.series_places import SeriesPlaces
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import Tiling
+from lagrange_cli.native.families.vector_dots import AHEAD
 from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
-from lagrange_cli.native.recurrences.vector_dots import AHEAD
 from lagrange_cli.records import dataclass
 
 MOST_NUMBERS = whole("numbers")

@@ -26,7 +26,7 @@ from lagrange_cli.native.families.series_places import BRIEF, velocity_planes
 from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
-from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
+from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, rests
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.guards import EXPLICIT, SIMPLE, Role
@@ -37,12 +37,11 @@ from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.motions import RATES, RatesFunction
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.double_doubles import stepper
 from lagrange_cli.native.stepping.doubles import accelerate
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
-from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.proof import Proving
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram

@@ -37,13 +37,13 @@ class Moves(Restraint):
         super().__init__(system, lasting)
         graph, every = self.graph, np.arange(self.size)
         self.off, self.off_speeds = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
-        """What should be 0: f, and df/dt."""
+        """What should be 0: f, and df/dt or g."""
         numbers = range(len(self.bounds))
         self.right = self.of_bounds(dict.fromkeys(numbers, graph.zero), less=self.off)
         self.moved = self.on_coordinates(None, self.multipliers)
         kicks, later = [], {}
         for b, one in enumerate(self.bounds):
-            for slope, rows in zip(one.slopes, one.rows):
+            for slope, rows in zip(one.slopes, one.rows) if one.holonomic else ():
                 rate = self.rate(slope)
                 if not rate.is_zero:
                     kicks.append(Term(one.domain, -(self.own(b, self.multipliers) * rate), rows))
@@ -70,7 +70,8 @@ class Moves(Restraint):
         """What is computed of a bound before it is known whether anything moves."""
         one = self.bounds[number]
         every = np.arange(one.domain.count)
-        given = [(one.node, one.numbers, self.off), (one.speed, one.numbers, self.off_speeds)]
+        place = one.node if one.holonomic else self.graph.zero
+        given = [(place, one.numbers, self.off), (one.speed, one.numbers, self.off_speeds)]
         given += [(node, every, array) for node, array in zip(one.slopes, self.slopes[number])]
         if not one.whole:
             given += [(self.graph.one, one.numbers, array) for array in self.sizes]
@@ -137,7 +138,8 @@ class Residuals(Writer):
         for value, array in zip(found, (system.q, system.v)):
             off = kind.add(*value) if doubles and value is not None else value
             total: Any = None
-            for slope, rows in zip(slopes, self.bound.rows):
+            judged = self.bound.holonomic or array is system.v
+            for slope, rows in zip(slopes, self.bound.rows) if judged else ():
                 amount = known[slots.symbol(self.bound.domain, array, rows)]
                 total = kind.add(total, kind.magnitude(kind.mul(known[slope], amount)))
             size = kind.mul(kind.number(LOOSE * kind.unit), total)

@@ -1,6 +1,7 @@
 """The equations for accelerations and multipliers with constraints, as totals, where M is diagonal.
 
-With A for the slopes of the constraints f and c for the rest of their second derivatives,
+With A for the slopes of the constraints f and c for the rest of their second derivatives, or of the first
+ones of constraints g on velocities,
 
     M a = F + A^T lambda,    A a + c = 0,    so that    A M^-1 A^T lambda = -c - A M^-1 F.
 """
@@ -16,7 +17,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.corrected import Local, in_series
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.saddle_tables import SaddleTables
 
@@ -176,22 +177,22 @@ class AlongMotion(Restraint):
             (term,) = self.total(domain.count, [Term(domain, node, every)]).terms
             return term.node
 
-        node, multiplier = simple(bound.node), self.own(number, self.multipliers)
+        own, multiplier = simple(bound.node), self.own(number, self.multipliers)
+        node, places = in_series(self.slots, own, domain, {self.system.v: self.system.q})
         moving = self.system.time.symbols
-        for one in bound.coordinates:
+        for one in places:
             moving |= one.symbols
+        rate = graph.ddt(node)
         terms: list[tuple[Term, Array]] = [
-            (Term(domain, graph.ddt(graph.ddt(node)), bound.numbers), self.rest)
+            (Term(domain, graph.ddt(rate) if bound.holonomic else rate, bound.numbers), self.rest)
         ]
         slopes: list[tuple[Term, Array]] = []
         bent = False
-        for a, (symbol, rows) in enumerate(zip(bound.coordinates, bound.rows)):
-            slope = graph.diff(node, symbol)
+        for a, (symbol, rows) in enumerate(zip(bound.symbols, bound.rows)):
+            slope = graph.diff(own, symbol)
             slopes.append((Term(domain, slope, every), self.slopes[number][a]))
             if slope.symbols & moving:
                 bent = True
                 terms.append((Term(domain, slope * multiplier, rows), self.pull))
-        change = [self.slots.symbol(domain, self.rates, rows) for rows in bound.rows]
-        return Local(
-            domain, [*terms, *slopes], len(slopes), bound.coordinates, [multiplier] if bent else [], change
-        )
+        change = [self.slots.symbol(domain, self.rates, one.table) for one in places.values()]
+        return Local(domain, [*terms, *slopes], len(slopes), [*places], [multiplier] if bent else [], change)

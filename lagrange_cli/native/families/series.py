@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Slots
 from lagrange_cli.native.families.loops import Loop
+from lagrange_cli.native.families.vector_dots import AHEAD, Coefficients, begin_dots
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.recurrences.vector_dots import AHEAD, Coefficients, begin_dots
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
 from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs

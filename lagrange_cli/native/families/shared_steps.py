@@ -12,8 +12,8 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.stepping.acceptance import Allowance
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.step_size import StepSize, split_terms
 from lagrange_cli.native.stepping.steps import Now
 from lagrange_cli.records import dataclass, fields_of

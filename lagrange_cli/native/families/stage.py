@@ -9,16 +9,17 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.series import INVERSE, SLOPE, LoopSeries, begin_sums
+from lagrange_cli.native.families.vector_dots import Coefficients
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.recurrences.evaluation import emit_values
-from lagrange_cli.native.recurrences.stage import Factors
-from lagrange_cli.native.recurrences.vector_dots import Coefficients
-from lagrange_cli.native.recurrences.vector_stage import VectorExpansion, VectorStage
+from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.loaded import Loaded
+from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
-from lagrange_cli.series.program import FREE, Op
+from lagrange_cli.series.program import FREE, Op, Series, reciprocal
 
 
 class SeriesWriter(Writer):
@@ -64,8 +65,26 @@ class Moving:
     bent: bool = False
 
 
-class MemberStage(VectorStage):
-    """Stage ``k`` of eight members, whose coefficients are at ``block``."""
+class MemberExpansion(Expansion[Any]):
+    """The expansion of eight members, whose constants and first coefficients a ``stage`` knows."""
+
+    stage: MemberStage
+
+    def serve(self, stage: MemberStage) -> None:
+        """Take them from there."""
+        self.stage, self.sensitivities = stage, Loaded(stage.slopes)
+
+        def first(index: int) -> Loaded[int, Operands]:
+            return Loaded(lambda m: stage.first(index))
+
+        self.table = [first(index) for index in range(len(self.program.series))]
+
+    def constant(self, node: Node) -> Operands:
+        return self.stage.constant(node)
+
+
+class MemberStage(Stage[Any]):
+    """Stage ``k``, a number or that of a loop, of eight members, whose coefficients are at ``block``."""
 
     def __init__(
         self,
@@ -77,22 +96,24 @@ class MemberStage(VectorStage):
         phase: int | None,
     ) -> None:
         emitter, constants = evaluation.emitter, Everywhere(evaluation.tables.constants.slots)
-        expansion = VectorExpansion(
+        expansion = MemberExpansion(
             cast("Any", Moving(series.moving)), series.program, emitter, constants,
-            Factorization(emitter, 0, {}, {}), evaluation.known[series.time], 0,
+            Factorization(emitter, 0), evaluation.known[series.time], 0,
         )  # fmt: skip
         super().__init__(expansion)
         expansion.serve(self)
         self.series, self.k, self.block, self.known, self.phase = series, k, block, known, phase
-        self.step = series.step
         self.vectors = evaluation.vectors
-        self.f, self.emitter, self._dots = evaluation.f, emitter, {}
+        self.emitter = emitter
+        self._dots: dict[int, list[Operands]] = {}
+        """The dot products of each series, and the weighted ones."""
         self.newest: dict[int, Operands] = {}
         self._loaded: dict[tuple[int, object], Operands] = {}
         self._behind: dict[tuple[int, int], Operands] = {}
         self._constants: dict[Node, Operands] = {}
 
     def pointer(self, index: int) -> Pointer:
+        """Where coefficient 0 of a series is."""
         return self.vectors.place(self.block, LANES * self.series.stored[index])
 
     def place(self, index: int, m: int | Integer) -> Pointer:
@@ -114,8 +135,12 @@ class MemberStage(VectorStage):
     def dot(
         self, index: int, a: int, b: int, ahead: int, weighted: bool = False
     ) -> tuple[Operands, Factors[Any]]:
+        if isinstance(self.k, int) and self.k + ahead < 2:
+            return None, []
         if self.phase is None or index not in self.series.begun:
-            return super().dot(index, a, b, ahead, weighted)
+            if index not in self._dots:
+                self._dots[index] = self._summed(self.expansion.program.series[index], a, b, self.k + ahead)
+            return self._dots[index][weighted], []
         first, last = self.series.rest(index, self.phase)
         at = self.series.sums + self.series.begun[index] + LANES * self.phase
         total = self.vectors.operand(self.vectors.load_row(self.block, at, LANES))
@@ -123,10 +148,17 @@ class MemberStage(VectorStage):
         terms += [(self.at(a, ahead - m), self.vector(b, m)) for m in range(1, last + 1)]
         return total, terms
 
-    def dots(
-        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
-    ) -> list[Operands]:
-        return self.vectors.dots(a, b, n, same=same, weighted=weighted)
+    def _summed(self, one: Series, a: int, b: int, n: int | Integer) -> list[Operands]:
+        """The dot product of a series, and for a power the weighted one, too."""
+        first, second = (Coefficients(self.pointer(index), self.series.step) for index in (a, b))
+        weighted = one.op is Op.POWER and not reciprocal(one.data)
+        return self.vectors.dots(first, second, n, same=a == b, weighted=weighted)
+
+    def is_index(self, ahead: int, index: int) -> bool:
+        return isinstance(self.k, int) and self.k + ahead == index
+
+    def reciprocal(self, ahead: int) -> Operands:
+        return None
 
     def number(self, ahead: int) -> Operands:
         return self.vectors.rate(self.k, ahead)
@@ -138,6 +170,7 @@ class MemberStage(VectorStage):
         return self.vectors.integrated(value, self.k, ahead)
 
     def constant(self, node: Node) -> Operands:
+        """A constant of the motion, or one of each member."""
         if node not in self._constants:
             known = dict(self.known)
             emit_values(self.emitter, [node], known, self.expansion.constants)
@@ -145,9 +178,11 @@ class MemberStage(VectorStage):
         return self._constants[node]
 
     def slopes(self, index: int) -> tuple[Operands, Operands]:
+        """dp/dx and 1/x of a power p of x."""
         return self.vector(index, SLOPE), self.vector(index, INVERSE)
 
     def first(self, index: int) -> Operands:
+        """Coefficient 0 of a series."""
         if self.is_index(self.series.program.series[index].level, 0) and index in self.newest:
             return self.newest[index]
         known = index in self.series.stored or (index, 0) in self.series.besides

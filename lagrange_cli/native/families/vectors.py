@@ -10,16 +10,16 @@ from typing import Any, ClassVar, Protocol, TypeAlias
 
 from lagrange_cli.native.families.gathering import gathered
 from lagrange_cli.native.families.spans import divided
+from lagrange_cli.native.families.vector_dots import Coefficients, dots
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import ZERO, Operand
+from lagrange_cli.native.llvm.text import ZERO, Operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.beside import BesideLanes
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.vector_dots import Coefficients, dots
-from lagrange_cli.native.recurrences.vector_stage import numbered, over
+from lagrange_cli.native.recurrences.stage import reciprocal_rest
 
 Numbers: TypeAlias = Any
 """A vector of numbers, or a single one: a ``Real``, or a ``DDReal``. It has operators."""
@@ -230,12 +230,20 @@ class DoubleVectors:
         return divided(self.f, value, *parts)
 
     def over(self, value: Operand | None, k: int | Integer, ahead: int) -> Operand | None:
-        return over(self.kind, value, k, ahead)
+        """Correctly rounded except for the product of two small numbers."""
+        kind = self.kind
+        if isinstance(k, int):
+            inverse, rest = kind.number(1.0 / (k + ahead)), kind.number(reciprocal_rest(k + ahead))
+        else:
+            inverse, rest = (kind.everywhere(f"@{name}", k.name, ahead) for name in ("reciprocals", "rests"))
+        return kind.fma(value, inverse, kind.mul(value, rest))
 
     integrated = over
 
     def rate(self, k: int | Integer, ahead: int) -> Operand | None:
-        return numbered(self.kind, k, ahead)
+        if isinstance(k, int):
+            return self.kind.number(k + ahead)
+        return self.kind.everywhere("@numbers", k.name, ahead)
 
     def dots(
         self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
@@ -246,3 +254,8 @@ class DoubleVectors:
 def beside_doubles(factor: int) -> type[DoubleVectors]:
     """The doubles of a companion."""
     return type("BesideDoubles", (DoubleVectors,), {"factor": factor})
+
+
+def rests(size: int) -> str:
+    """The table of the rounding errors of 1/m."""
+    return table("rests", [reciprocal_rest(m) if m else 0.0 for m in range(size)], "double")

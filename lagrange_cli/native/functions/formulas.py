@@ -7,7 +7,7 @@ S. Boldo, M. Daumas and R.-C. Li, IEEE Trans. Comp. 58 (2009). Coefficients: ben
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from lagrange_cli.native.llvm.declarations import INTRINSICS
@@ -78,16 +78,29 @@ def sine_and_cosine(body: Instructions, x: Real, low: Real) -> Results:
     one = body.constant(1.0)
     top = one - half
     # sin(r + rest) = r + [r^3 S(r^2) + rest (1 - r^2/2)]
-    sine = r + body.fma(r * square, body.polynomial(SINE, square), rest * top)
+    sine = r + body.fma(r * square, polynomial(body, SINE, square), rest * top)
     # cos(r + rest) = 1 - r^2/2 + [r^4 C(r^2) - r rest], r^2 with its rounding error
     small = body.fma(-r, rest, one - top - half)
     small = body.fma(body.fma(r, r, -square), -0.5, small)
-    cosine = top + body.fma(fourth, body.polynomial(COSINE, square), small)
+    cosine = top + body.fma(fourth, polynomial(body, COSINE, square), small)
     n = shifted.bits()
     odd = n.odd()
     sine, cosine = body.select(odd, cosine, sine), body.select(odd, sine, cosine)
     plain = body.magnitude(x) < LARGEST_ANGLE
     return plain, [turned(n, sine), turned(n + 1, cosine)]
+
+
+def polynomial(body: Instructions, coefficients: Sequence[float], x: Real) -> Real:
+    """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960), with short chains of
+    operations."""
+    terms: list[Real | float] = list(coefficients)
+    while True:
+        pairs: list[Real | float] = [body.fma(x, b, a) for a, b in zip(terms[::2], terms[1::2])]
+        terms = pairs + terms[2 * len(pairs) :]
+        if len(terms) == 1:
+            assert isinstance(terms[0], Real)
+            return terms[0]
+        x = x * x
 
 
 def turned(n: Integer, value: Real) -> Real:
@@ -111,7 +124,7 @@ def exponential(body: Instructions, x: Real, low: Real) -> Results:
     # 1 + r + [r^2 P(r) + rest (1 + r)]
     one = body.constant(1.0)
     top, top_rest = fast_sum(one, r)
-    small = body.fma(r * r, body.polynomial(EXPONENTIAL, r), body.fma(rest, top, top_rest))
+    small = body.fma(r * r, polynomial(body, EXPONENTIAL, r), body.fma(rest, top, top_rest))
     power = shifted.bits() << EXPONENT
     made = (top + small).bits() + power
     return body.magnitude(x) < LARGEST_EXPONENT, [made.number()]
@@ -158,7 +171,7 @@ def exact_logarithm(body: Instructions, x: Real) -> tuple[Bit, Real, Real]:
     u_rest = body.fma(square_rest, TWO_THIRDS[0], body.fma(square, TWO_THIRDS[1], u_rest))
     fourth = square * square
     fourth_rest = body.fma(square + square, square_rest, body.fma(square, square, -fourth))
-    tail = body.fma(square, body.polynomial(LOGARITHM[1:], square), LOGARITHM[0])
+    tail = body.fma(square, polynomial(body, LOGARITHM[1:], square), LOGARITHM[0])
     w = body.fma(fourth, tail, u)
     w_rest = body.fma(fourth_rest, tail, body.fma(fourth, tail, u - w) + u_rest)
     product = s * w

@@ -2,17 +2,18 @@
 
 Each diagonal block on its own. A definite block, and one with constraints, in the form L D L^T, which needs
 no pivoting (``symmetric``); any other by Gaussian elimination with partial pivoting. Small blocks are
-unrolled, with exchanges as selections; large ones call functions of ``cholesky`` and ``lu``.
+unrolled, with exchanges as selections; large ones, definite or not, call functions of ``lu``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Generic, Protocol
+from collections.abc import Mapping
+from typing import Generic, Protocol, cast
 
+from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.linear.symmetric import factor_loose, factor_symmetric
-from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
+from lagrange_cli.native.numbers.kind import Condition, NumberKind, V, Written
 from lagrange_cli.records import dataclass, field
 
 ANY_SIZE = 1 << 40
@@ -27,29 +28,14 @@ class Factored(Protocol[V]):
         """x with M x = ``scale * right``."""
 
 
-class Large(Factored[V], Protocol[V]):
-    """One that is factored by loops; it takes so many ``doubles`` of memory."""
-
-    @property
-    def doubles(self) -> int: ...
-    @property
-    def functions(self) -> tuple[str, ...]:
-        """The texts of the functions that it calls."""
-
-    def factor(self, matrix: list[list[V | None]]) -> Condition:
-        """Store the block and factor it: whether it is regular."""
-
-
 @dataclass
 class Factorization(Generic[V]):
     """How ``definite`` and ``general`` blocks are factored: unrolled up to so many rows (``unrolled``),
-    larger ones as ``large`` makes them of a place and a number of rows. These lie one behind the other from
-    ``%work[place]`` on, and call ``functions``."""
+    larger ones by loops. These lie one behind the other from ``%work[place]`` on, and call ``functions``."""
 
     kind: NumberKind[V]
     place: int
-    large: Mapping[str, Callable[[int, int], Large[V]]]
-    unrolled: Mapping[str, int]
+    unrolled: Mapping[str, int] = field(default_factory=lambda: UNROLLED)
     functions: dict[str, None] = field(default_factory=dict)
 
     def factor(
@@ -63,7 +49,7 @@ class Factorization(Generic[V]):
             return factor(self.kind, matrix, len(matrix) - constraints)
         if len(matrix) <= self.unrolled[name]:
             return factor_general(self.kind, matrix)
-        block = self.large[name](self.place, len(matrix))
+        block = LargeGeneral(cast("Written[V]", self.kind), self.place, len(matrix))
         self.place += block.doubles
         self.functions.update(dict.fromkeys(block.functions))
         return block, block.factor(matrix)
@@ -71,7 +57,7 @@ class Factorization(Generic[V]):
 
 def all_unrolled(kind: NumberKind[V]) -> Factorization[V]:
     """A factorization in blocks of any size, without memory."""
-    return Factorization(kind, 0, {}, dict.fromkeys(UNROLLED, ANY_SIZE))
+    return Factorization(kind, 0, dict.fromkeys(UNROLLED, ANY_SIZE))
 
 
 @dataclass(frozen=True)

@@ -158,18 +158,6 @@ class Instructions:
         """No lane."""
         return Bit(self, constant("i1", lanes, "false"), lanes)
 
-    def polynomial(self, coefficients: Sequence[float], x: Real) -> Real:
-        """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960), with short chains of
-        operations."""
-        terms: list[Real | float] = list(coefficients)
-        while True:
-            pairs: list[Real | float] = [self.fma(x, b, a) for a, b in zip(terms[::2], terms[1::2])]
-            terms = pairs + terms[2 * len(pairs) :]
-            if len(terms) == 1:
-                assert isinstance(terms[0], Real)
-                return terms[0]
-            x = x * x
-
 
 class Value:
     """An operand of instructions: its name, and of how many lanes it is (of the body's if not said)."""

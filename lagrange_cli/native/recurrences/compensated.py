@@ -5,16 +5,12 @@ Sums and products lose nothing that counts; functions are to first order, with t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
 from typing import TypeAlias
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, Large
-from lagrange_cli.native.linear.cholesky import LargeDefinite
-from lagrange_cli.native.linear.lu import LargeGeneral
+from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import two_product, two_sum
@@ -101,11 +97,7 @@ def compensated_expansion(
     """The expansion in doubles of a state with remainders, ``width`` behind its rows. Large blocks of masses
     lie from ``%work[place]`` on."""
 
-    large: Mapping[str, Callable[[int, int], Large[str]]] = {
-        "definite": partial(LargeDefinite, emitter),
-        "general": partial(LargeGeneral[str], emitter),
-    }
-    factorization = Factorization(emitter, place, large, UNROLLED)
+    factorization = Factorization(emitter, place)
     expansion = Expansion(residual, program, emitter, constants, factorization, "%t", width)
     expansion.turning = turning_masses(residual)
     series = (*program.coordinates, *program.velocities)

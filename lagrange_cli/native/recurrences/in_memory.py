@@ -11,7 +11,6 @@ from functools import partial
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.double_double import TYPE, DDReal, DoubleDouble, called
@@ -129,8 +128,7 @@ def write_jet(residual: Residual, rows: RowLayout, constants: Constants) -> tupl
     f = Function(f"define internal i1 @jet({heads}) #0")
     kind, program, time = DoubleDouble(f), rows.program, DDReal(Real(f, "%t"), Real(f, "%tl"))
     f.call(None, "clear", f.pointer("%work"), f.count(rows.blocks))
-    large = dict.fromkeys(UNROLLED, partial(LargeGeneral[DDReal], kind))
-    factorization = Factorization(kind, rows.blocks, large, UNROLLED)
+    factorization = Factorization(kind, rows.blocks, UNROLLED)
     expansion = Expansion(residual, program, kind, constants, factorization, time, rows.width)
     if residual.cyclic_momenta:
         symbols = (*residual.state_q, *residual.state_v)

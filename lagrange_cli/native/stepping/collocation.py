@@ -16,8 +16,8 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.implicit import BEYOND, HEAD, THETA, ImplicitSteps, areas
-from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.radau_constants import (
     COMPLEX,
     NODES,

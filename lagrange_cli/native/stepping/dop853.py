@@ -15,7 +15,7 @@ from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.dop853_stages import FIFTH, INSIDE, NODES, STAGE, STAGES, THIRD, Weights
-from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.rate_places import LENGTH, Places, wide_of
 from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
 from lagrange_cli.native.stepping.steps import Now

@@ -18,8 +18,9 @@ from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.division import Division
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, Row
-from lagrange_cli.native.stepping.motion import Given, Steps
+from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now

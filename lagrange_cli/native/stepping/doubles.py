@@ -10,8 +10,9 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, Row
-from lagrange_cli.native.stepping.motion import AT_REST, Given, Steps
+from lagrange_cli.native.stepping.motion import AT_REST, Steps
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step

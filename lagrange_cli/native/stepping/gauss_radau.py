@@ -19,7 +19,7 @@ from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
-from lagrange_cli.native.stepping.motion import Given
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.rate_places import HEADER, Places, span_of
 from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
 

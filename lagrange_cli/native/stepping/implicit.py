@@ -25,8 +25,8 @@ from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.coupling import Coupling
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.rate_places import HEADER, span_of, wide_of
 from lagrange_cli.native.stepping.rate_steps import RateSteps
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
-from lagrange_cli.native.guards import HALTED, GuardRows
+from lagrange_cli.native.guards import HALTED
 from lagrange_cli.native.interface import Stop, records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, Clock, StateLayout
+from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import Allowance, PredictionBounds, accepted
 from lagrange_cli.native.stepping.division import Division
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.noise import Noise
@@ -27,45 +27,10 @@ from lagrange_cli.native.stepping.related import write_floors
 from lagrange_cli.native.stepping.step_size import StepSize
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import HighLow, Sums, difference
-from lagrange_cli.records import dataclass, replace
-
-if TYPE_CHECKING:
-    from lagrange_cli.native.stepping.coupling import Coupling
+from lagrange_cli.records import replace
 
 AT_REST = 2.0**-900
 """Where steps are proven, velocities below this do not limit them."""
-
-
-@dataclass(frozen=True)
-class Given:
-    """What a motion is: its state, its doubles of ``%work``, its tolerance, what its steps, its integrals and
-    the arguments of its guards are proven by, and its guards, if it has any; and whether the first step to a
-    root after another one is taken ``in_two``, as for companions."""
-
-    state: StateLayout
-    work: int
-    tolerance: float
-    proving: Sequence[Proving | None]
-    guards: GuardRows | None
-    in_two: bool = False
-    multipliers: int = 0
-    """So many integrals behind those of guards' arguments are those of multipliers, and have no say."""
-    project: str = ""
-    """The text of ``@project``, if there are constraints."""
-    jointed: bool = False
-    """Whether joints have several coordinates each, whose accelerations are found together."""
-    timed: bool = False
-    """Whether equations depend on t."""
-    floors: str = ""
-    """The text of ``@floors(constants, state, floors)``, if velocities are not all measured by themselves
-    alone; it computes what is then at ``Lengths.floor``."""
-    related: Sequence[tuple[int, int]] = ()
-    """The first coordinate and the number of those of each family, if velocities of its members are measured
-    by the fastest one, too (``related``)."""
-    coupling: Coupling | None = None
-    """Which rates depend on which coordinates, for implicit steps."""
-    rates: str = "jet"
-    """The function that computes rates, for steps on these."""
 
 
 class Steps(ABC):

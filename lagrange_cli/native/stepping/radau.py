@@ -17,8 +17,8 @@ from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.collocation import DIVERGED, ROUNDS, UNSOUND, CollocationSteps, weighed
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.implicit import CHOSEN, CURRENT, ERROR, HEAD, RENEW, THETA, TRIED
-from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.radau_constants import ERROR as ERROR_WEIGHTS
 from lagrange_cli.native.stepping.radau_constants import PLACE_ERROR, POLYNOMIAL, REAL, STAGES
 from lagrange_cli.native.stepping.rate_places import HEADER, Places

@@ -11,8 +11,9 @@ from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE
 from lagrange_cli.native.stepping.doubles import DoubleSteps
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.motion import Given, Steps
+from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.rate_places import EVALUATIONS, Places
 from lagrange_cli.native.stepping.sums import DoubleSums
 

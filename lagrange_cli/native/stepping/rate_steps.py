@@ -17,8 +17,8 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, accepted
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
-from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.rate_nodes import RatesAtNodes
 from lagrange_cli.native.stepping.rate_noise import RateNoise
 from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEADER, LENGTH, NEXT, Places

@@ -9,8 +9,8 @@ from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.native.stepping.coupling import Coupling
+    from lagrange_cli.native.stepping.given import Given
     from lagrange_cli.native.stepping.lengths import Lengths
-    from lagrange_cli.native.stepping.motion import Given
     from lagrange_cli.native.stepping.rate_steps import RateSteps
 
 

@@ -10,9 +10,10 @@ def plan(planner: Planner) -> None:
     """dh/dt = -dL/dt + sum Q_k q_dot_k and dp_k/dt = dL/dq_k + Q_k, integrated from the start."""
     energetics, mark = planner.balanced()
     text = "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: 0 for an exact solution"
-    source = planner.observe(f"{mark}h", energetics.energy_function)
+    continuous, energy, rate = planner.continuous_energy(energetics)
+    source = planner.observe(f"{mark}{continuous}", energy)
     dataset = Dataset("diagnostics/ledger/h", (), text, Making.BALANCE, (source,))
-    planner.add_balance(dataset, [energetics.energy_rate(planner.model.time)])
+    planner.add_balance(dataset, [rate])
     momenta = dict(zip(planner.model.coordinates, energetics.momenta))
     torques = planner.torques(energetics)
     for family in planner.coordinates:

@@ -86,9 +86,13 @@ def panel_over_time(title: str, pairs: Sequence[tuple[Run, Quantity]], logarithm
     """Quantities of one unit over time; many of them are shaded by their number."""
     count = len(pairs)
     many = count > MOST_CURVES
-    curves = []
-    for number, (run, one) in enumerate(pairs[:: -(-count // MOST_SHADED)] if many else pairs):
-        t, x = over_time(run.result, run.time, one)
+    curves, drawn = [], pairs[:: -(-count // MOST_SHADED)] if many else pairs
+    read = {
+        id(run): iter(over_time(run.result, run.time, [one for each, one in drawn if each is run]))
+        for run, _ in drawn
+    }
+    for number, (run, one) in enumerate(drawn):
+        t, x = next(read[id(run)])
         label = " ".join(part for part in (run.label, one.symbol) if part)
         shade = number / max(min(count, MOST_SHADED) - 1, 1) if many else None
         curves.append(Curve(t, finite(x), "" if many else label, number, None, run.faded(t), shade))
@@ -102,11 +106,11 @@ def panel_over_time(title: str, pairs: Sequence[tuple[Run, Quantity]], logarithm
 
 
 def phase(runs: Sequence[Run]) -> list[Panel]:
-    """Velocities over coordinates."""
-    found = [one for one in runs[0].of("q/") if dotted(one.name) in runs[0].known]
+    """Velocities over coordinates, of the runs that have them."""
+    found = {one.name: one for run in runs for one in run.of("q/") if dotted(one.name) in run.known}
     return [
-        across(runs, one.name, dotted(one.name), f"phase portrait of {one.symbol}")
-        for one in found[:MOST_PHASES]
+        across(runs, name, dotted(name), f"phase portrait of {one.symbol}")
+        for name, one in list(found.items())[:MOST_PHASES]
     ]
 
 
@@ -117,9 +121,11 @@ def dotted(name: str) -> str:
 
 
 def across(runs: Iterable[Run], x: str, y: str, title: str) -> Panel:
-    """One quantity over another."""
+    """One quantity over another, of the runs that have both."""
     curves, labels = [], ("", "")
     for number, run in enumerate(runs):
+        if not {x, y} <= run.known.keys():
+            continue
         one, other = run.known[x], run.known[y]
         if rows_of(run.result, one) != rows_of(run.result, other):
             raise UsageError(f"{x} and {y} have different numbers of samples in {run.result.name}")
@@ -176,7 +182,7 @@ def drift(runs: Sequence[Run]) -> list[Panel]:
         rounding = ROUNDING.get(str(run.result.attributes.get("precision")), 2.0**-52)
         for one in conserved(run):
             first, largest = extremes(run.result, one)
-            t, x = over_time(run.result, run.time, one)
+            ((t, x),) = over_time(run.result, run.time, [one])
             if one.name == "h":
                 largest = max(
                     [largest, *(extremes(run.result, run.known[k])[1] for k in "TU" if k in run.known)]

@@ -137,7 +137,7 @@ def look_up(result: Result, known: Mapping[str, Quantity], name: str, option: st
             if each.path == path and not any(each.index):
                 return each
     wanted = output_of(name)
-    if wanted:
+    if wanted and not result.solved_for_this:
         raise UsageError(
             f"{option} {name}: {result.name} does not contain it: solve again with --outputs {wanted}"
         )

@@ -20,7 +20,7 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
     Where ``stop`` is before ``start``, the step that is returned is negative; the one given may be.
     """
     if not math.isfinite(start) or not math.isfinite(stop):
-        raise UsageError(f"the motion must start and stop at finite times, not at {start} and {stop}")
+        raise UsageError(f"the motion must start and stop at finite times, not at {start:g} and {stop:g}")
     if stop == start:
         raise UsageError(f"the motion stops where it starts, at t = {start:g}: give another stop time")
     if step is None:
@@ -43,7 +43,8 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
     divides = abs(ratio - nearest) <= 1e-9 + 4 * FULL_PRECISION * ratio
     if nearest < 1 or (ratio < 1 and not divides):
         raise UsageError(
-            f"the step between samples ({abs(step):g}) is longer than the motion ({abs(stop - start):g})"
+            f"the step between samples ({abs(step):g}) is longer than the motion ({abs(stop - start):g}); "
+            "give a shorter step"
         )
     return (nearest if divides else math.ceil(ratio)) + 1, step
 
@@ -52,6 +53,6 @@ def check_count(count: float) -> None:
     """Refuse more samples than a disk holds."""
     if count > MOST_SAMPLES:
         raise UsageError(
-            f"{count:.3g} samples are more than the {MOST_SAMPLES:.0e} that can be written: "
+            f"{count:.3g} samples are more than the {MOST_SAMPLES:.0e} that can be written; "
             f"ask for fewer, {way_out('samples')}"
         )

@@ -236,3 +236,28 @@ def test_what_is_not_conserved_is_not_proven():
     assert not search.states.conserves(one.node + graph.constant(2.0**-60) * model.q[0])
     assert not any(search.states.conserves(x) for x in (*model.q, *model.v))
     assert LARGE.bit_length() == 521
+
+
+PAIRS = {
+    "Toda, a ring": ("sum(0.8*exp(1.2*(q[i] - q[(i + 1) % N])) for i in range(N))", True),
+    "Toda, a chain": ("sum(exp(q[i] - q[i + 1]) for i in range(N - 1))", True),
+    "Calogero": ("sum(0.7/(q[i] - q[j])**2 for i in range(N) for j in range(i))", True),
+    "Sutherland": ("sum(0.7/sinh(q[i] - q[j])**2 for i in range(N) for j in range(i))", True),
+    "another power": ("sum(0.7/(q[i] - q[j])**4 for i in range(N) for j in range(i))", False),
+}
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("case", PAIRS)
+@pytest.mark.parametrize("count", [5, 6])
+def test_as_many_integrals_as_particles_act_on_each_other_in_pairs(case, count):
+    """Of every degree (Henon 1974, Moser 1975), with a mass other than 1."""
+    potential, integrable = PAIRS[case]
+    text = (
+        LINE.format(f'"{potential}"')
+        .replace("N: 3", f"N: {count}")
+        .replace('range(N)]": 1}', 'range(N)]": 1.3}')
+    )
+    residual = residual_of(text)
+    search = PolynomialIntegrals(residual.model, Noether(residual.model), [])
+    assert [one.degree for one in search.of_pairs()] == [*range(3, count + 1)] * integrable

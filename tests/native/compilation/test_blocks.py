@@ -47,7 +47,7 @@ def longest_block(text):
 def test_no_block_is_long_at_the_level_whose_time_grows_with_its_square(precision, monkeypatch):
     """200 factors took a minute to compile with double-double, in a block of 170,000 lines; here are 15."""
     compiled = []
-    monkeypatch.setattr(llvm, "compile_text", lambda text, optimize: compiled.append(text) or b"")
+    monkeypatch.setattr(llvm, "compile_text", lambda text, *options: compiled.append(text) or b"")
     _, _, program, _ = written(precision, 15)
     machine.compile_object(program, machine.QUICK)
     assert longest_block(program.text) > 5000 and longest_block(compiled[0]) < 1.5 * blocks.LONGEST

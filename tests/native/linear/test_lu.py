@@ -2,7 +2,6 @@
 
 import ctypes
 from fractions import Fraction
-from functools import partial
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
 from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit
 from lagrange_cli.native.numbers.double import Emitter
@@ -33,7 +31,7 @@ def solver(make, size, level, unrolled=0, form="general"):
         return kind.load(pointer, parts * index, 1)
 
     matrix = [[number("%matrix", size * j + k) for k in range(size)] for j in range(size)]
-    blocks = Factorization(kind, 0, {form: partial(LargeGeneral, kind)}, {form: unrolled})
+    blocks = Factorization(kind, 0, {form: unrolled})
     block, regular = blocks.factor(matrix, form == "definite")
     for _ in range(2):  # a factorization serves all orders of a step
         solution = block.solve([number("%right", j) for j in range(size)], kind.one)
@@ -83,9 +81,9 @@ def test_what_was_put_in_comes_out(name, size, unrolled, level):
 
 
 @pytest.mark.parametrize("name", KINDS)
-@pytest.mark.parametrize("size", [1, 3, 5])
-def test_definite_blocks_that_are_unrolled(name, size):
-    """L D L^T: the equations hold to a few units of rounding, and a row twice is found."""
+@pytest.mark.parametrize("size", [1, 3, 5, 13])
+def test_definite_blocks(name, size):
+    """L D L^T of small ones, else L U: the equations hold to some units of rounding, a row twice is found."""
     kind, source = KINDS[name], np.random.default_rng(size)
     solve, parts = solver(kind, size, FULL, 5, "definite"), kind.parts
     unit = 2.0**-53 if parts == 1 else 2.0**-105

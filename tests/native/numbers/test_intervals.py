@@ -78,7 +78,7 @@ def enclosures(residual: Residual, parameters: dict[str, float], state: list[flo
     series = lower(residual.graph, residual.variables, model.q, model.v, model.time, residual.residual, [])
     kind = Intervals({"%state": [IV.mpf(x) for x in state]})
     constants = Computed({node: IV.mpf(parameters[name]) for name, node in model.parameters.items()})
-    factorization: Any = Factorization(kind, 0, None, ROWS)  # type: ignore[arg-type]
+    factorization: Any = Factorization(kind, 0, ROWS)
     expansion = Expansion(residual, series, kind, constants, factorization, IV.mpf(0), 0)
     for k in range(-2, ORDER - 1):
         Unrolled(expansion, k).write()

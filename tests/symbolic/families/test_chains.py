@@ -23,8 +23,8 @@ from lagrange_cli.run.family_equations import (
     families_as_data,
     families_as_written,
     refuse_form,
-    verify_families,
 )
+from lagrange_cli.run.verification import verify_families
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import resolve_values

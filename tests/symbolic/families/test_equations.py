@@ -20,8 +20,8 @@ from lagrange_cli.run.family_equations import (
     derive_families,
     families_as_data,
     families_as_written,
-    verify_families,
 )
+from lagrange_cli.run.verification import verify_families
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from lagrange_cli.symbolic.families.verify import verify

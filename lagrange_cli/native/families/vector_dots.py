@@ -20,7 +20,6 @@ CHAINS = 4
 """Sums that a dot product is made of, so that its additions need not wait for each other."""
 AHEAD = 4
 """Orders of which dot products are begun together."""
-Products: TypeAlias = "Sequence[tuple[Real, Real]]"
 
 
 @dataclass(frozen=True)
@@ -31,10 +30,25 @@ class Coefficients:
     step: int = 1
 
 
+Near: TypeAlias = "Callable[[int], Real]"
+"""The coefficient so many orders behind a place."""
+
+
+def near(f: Function, series: Coefficients, m: Integer | int) -> Near:
+    """The vectors of a series around the ``m``-th one. (The place is computed once: what is added to it is a
+    part of the instruction that loads.)"""
+    here = f.place(series.place, m * (LANES * series.step), "double")
+
+    def at(behind: int) -> Real:
+        place = f.place(here, behind * LANES * series.step, "double") if behind else here
+        return Real(f, f.define(f"load {VECTOR}, ptr {place.name}, align {8 * LANES}"), LANES)
+
+    return at
+
+
 def coefficient(f: Function, series: Coefficients, m: Integer | int) -> Real:
     """The ``m``-th vector of a series."""
-    place = f.place(series.place, m if series.step == 1 else m * series.step, VECTOR)
-    return Real(f, f.define(f"load {VECTOR}, ptr {place.name}, align {8 * LANES}"), LANES)
+    return near(f, series, m)(0)
 
 
 def dots(
@@ -51,13 +65,13 @@ def dots(
 
 def dot(f: Function, a: Coefficients, b: Coefficients, n: Integer | int) -> Real:
     """sum_{m=1}^{n-1} a[m] b[n-m]."""
-    return chained(f, n, n, lambda m, rest: [(coefficient(f, a, m), coefficient(f, b, rest))])[0]
+    return chained(f, a, b, n, n)[0]
 
 
 def square_dot(f: Function, a: Coefficients, n: Integer | int) -> Real:
     """That of a series with itself, from half of the terms."""
     middle = (n + 1) // 2 if isinstance(n, int) else (n + 1).operation("lshr", 1)
-    half = chained(f, n, middle, lambda m, rest: [(coefficient(f, a, m), coefficient(f, a, rest))])[0]
+    half = chained(f, a, a, n, middle)[0]
     if isinstance(n, int):
         one = coefficient(f, a, middle)
         return half + half if n % 2 else f.fused(one, one, half + half)
@@ -71,12 +85,7 @@ def square_dot(f: Function, a: Coefficients, n: Integer | int) -> Real:
 def power_dots(f: Function, a: Coefficients, b: Coefficients, n: Integer | int) -> list[Real]:
     """sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m]."""
 
-    def products(m: Integer | int, rest: Integer | int) -> Products:
-        one, other = coefficient(f, a, m), coefficient(f, b, rest)
-        number = f.constant(float(m)) if isinstance(m, int) else m.to_real()
-        return [(one, other), (f.splat(number, LANES) * one, other)]
-
-    return chained(f, n, n, products)
+    return chained(f, a, b, n, n, weighted=True)
 
 
 def begin_dots(
@@ -88,14 +97,15 @@ def begin_dots(
     ends = [r - 1 - behind for r, (_, behind) in enumerate(rest)]
     last = n + min(ends)
     m, sums = f.variable(f.count(first)), [f.variable(f.zero(LANES)) for _ in range(AHEAD)]
-    window = [f.variable(coefficient(f, b, n - first + r)) for r in range(1, AHEAD)]
+    begin = near(f, b, n - first)
+    window = [f.variable(begin(r)) for r in range(1, AHEAD)]
 
     def add(steps: int) -> None:
         """So many terms of each sum."""
         values = [one.get() for one in window]
+        ones, others = near(f, a, m.get()), near(f, b, n - m.get())
         for i in range(steps):
-            here = m.get() + i if i else m.get()
-            one, values = coefficient(f, a, here), [coefficient(f, b, n - here), *values]
+            one, values = ones(i), [others(-i), *values]
             for total, other in zip(sums, values):
                 total.set(f.fused(one, other, total.get()))
             values.pop()
@@ -111,47 +121,55 @@ def begin_dots(
         with f.when(m.get() > last):
             rounds.leave()
         add(1)
+    (low, high), (low_other, high_other) = ([near(f, one, 0), near(f, one, n)] for one in (a, b))
     for r, (total, (before, _), end) in enumerate(zip(sums, rest, ends)):
         value = total.get()
         for i in range(before + 1, first):
-            value = f.fused(coefficient(f, a, i), coefficient(f, b, n + (r - i)), value)
+            value = f.fused(low(i), high_other(r - i), value)
         for i in range(min(ends) + 1, end + 1):
-            value = f.fused(coefficient(f, a, n + i), coefficient(f, b, r - i), value)
+            value = f.fused(high(i), low_other(r - i), value)
         f.store_row(value, out, r * LANES, aligned=True)
 
 
 def chained(
     f: Function,
+    a: Coefficients,
+    b: Coefficients,
     n: Integer | int,
     last: Integer | int,
-    products: Callable[[Integer | int, Integer | int], Products],
+    *,
+    weighted: bool = False,
 ) -> list[Real]:
-    """The sums of ``products(m, n - m)`` for m = 1, 2, .. below ``last``, each in several chains."""
-    zero = f.zero(LANES)
-    chains: list[list[Variable[Real]]] = [[f.variable(zero), f.variable(zero)] for _ in range(CHAINS)]
+    """sum a[m] b[n - m], m = 1, 2, .. below ``last``, and that of m a[m] b[n - m], if also ``weighted``; each
+    in several chains."""
+    zero, count = f.zero(LANES), 1 + weighted
+    chains: list[list[Variable[Real]]] = [[f.variable(zero) for _ in range(count)] for _ in range(CHAINS)]
 
-    def add(factors: Products, sums: list[Variable[Real]]) -> None:
-        for total, (a, b) in zip(sums, factors):
-            total.set(f.fused(a, b, total.get()))
+    def add(m: Integer | int, rest: Integer | int, steps: int, chain: Callable[[int], int]) -> None:
+        """So many terms from a[m] b[rest] on."""
+        ones, others = near(f, a, m), near(f, b, rest)
+        for i in range(steps):
+            one, other, (total, *more) = ones(i), others(-i), chains[chain(i)]
+            total.set(f.fused(one, other, total.get()))
+            for further in more:
+                number = f.constant(float(m + i)) if isinstance(m, int) else (m + i if i else m).to_real()
+                further.set(f.fused(f.splat(number, LANES) * one, other, further.get()))
 
     if isinstance(n, int) or isinstance(last, int):
         assert isinstance(n, int) and isinstance(last, int)
         together = max(0, last - 1) // CHAINS * CHAINS
-        for m in range(1, last):
-            add(products(m, n - m), chains[(m - 1) % CHAINS if m <= together else 0])
+        add(1, n - 1, last - 1, lambda i: i % CHAINS if i < together else 0)
         return added(chains)
     at = f.variable(f.count(1))
     with f.forever() as rounds:
         with f.when(at.get() + CHAINS > last):
             rounds.leave()
-        for i, sums in enumerate(chains):
-            here = at.get() + i if i else at.get()
-            add(products(here, n - here), sums)
+        add(at.get(), n - at.get(), CHAINS, lambda i: i)
         at.set(at.get() + CHAINS)
     with f.forever() as rounds:
         with f.when(at.get() >= last):
             rounds.leave()
-        add(products(at.get(), n - at.get()), chains[0])
+        add(at.get(), n - at.get(), 1, lambda i: 0)
         at.set(at.get() + 1)
     return added(chains)
 

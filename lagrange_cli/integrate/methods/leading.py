@@ -1,0 +1,75 @@
+"""Where modes of guards lead to: whether the motion that they give goes to their sides, or is held at 0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.methods.at_zero import AtZero
+from lagrange_cli.integrate.methods.modes import ROUNDING
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+
+FEW = 8
+"""So many guards are looked at one by one."""
+
+
+class Leading(AtZero):
+    """Multipliers, and the derivatives of arguments."""
+
+    def _multiplier(self, j: int) -> float:
+        return float(self._multipliers([j])[0])
+
+    def _multipliers(self, guards: Sequence[int]) -> Array:
+        """The multipliers of guards, infinite where limits are 0."""
+        found = np.empty(len(guards))
+        for i, guard in enumerate(self._rows.guards[j] for j in guards):
+            if guard.limit:
+                above, below = self._coefficients_of(guard.limit, guard.limit + 2)[:, 0]
+                whole = above + below
+                found[i] = (above - below) / whole if whole != 0.0 else np.inf
+            else:
+                found[i] = self._coefficients(guard.multiplier)[0]
+        return found
+
+    def _holding(self, guards: Sequence[int]) -> Array:
+        """The sizes of multipliers, infinite where the motion passes u = 0 with a velocity."""
+        if not guards:
+            return np.zeros(0)
+        rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards, 1]
+        sizes = np.abs(self._multipliers(guards))
+        still = (np.abs(rates) <= ROUNDING * self.scale()[1]) & np.isfinite(sizes)
+        return np.where(still, sizes, np.inf)
+
+    def _leads(self, j: int) -> bool:
+        """Whether the motion leads to the side of a guard's mode; or along u = 0."""
+        return not self._misled([j])
+
+    def _misled(self, guards: Sequence[int]) -> list[int]:
+        """The guards to whose sides the motion does not lead, nor along u = 0."""
+        found = list[int]()
+        for some in few_or_all(guards):
+            self.modes[some] = -self.modes[some]
+            self._series()
+            others = [self._coefficients(self._rows.first + j) for j in some]
+            self.modes[some] = -self.modes[some]
+            self._series()
+            usual = self.scale()
+            for j, other in zip(some, others):
+                u = self._coefficients(self._rows.first + j)
+                scale = ROUNDING * np.fmax(usual[: len(u)], np.abs(u - other))
+                clear = np.flatnonzero(~(np.abs(u[1:]) <= scale[1:]))
+                leads = u[1 + clear[0]] * self.modes[j] > 0.0 if len(clear) else np.all(np.isfinite(u))
+                if not leads:
+                    found.append(j)
+        return found
+
+
+def few_or_all(guards: Sequence[int]) -> list[list[int]]:
+    """A few guards one by one, many of them together: a series costs as much as there are of them."""
+    if len(guards) <= FEW:
+        return [[j] for j in guards]
+    return [[*guards]]

@@ -1,0 +1,117 @@
+"""What constraints make of velocities and of coordinates, where expressions are to hold for all states that
+they allow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from itertools import islice
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.zero import zeros
+from lagrange_cli.mechanics.constraints import Constraints
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import graph_of, state_symbols
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class AllowedStates:
+    """The states of a model that its ``constraints`` allow."""
+
+    model: Model[Node]
+    constraints: Constraints
+
+    @property
+    def _graph(self) -> Graph:
+        return graph_of(self.model)
+
+    @cached_property
+    def _moving(self) -> int:
+        return state_symbols(self.model)
+
+    @cached_property
+    def eliminated(self) -> Mapping[Node, Node]:
+        """Velocities by others, as the constraints have it, and coordinates that these are linear in."""
+        graph, model = self._graph, self.model
+        known: dict[Node, Node] = {}
+        solved = 0
+        for one, slopes, speed in zip(model.constraints, self.constraints.slopes, self.constraints.speeds):
+            by_others = resolved(graph, known, solved, [one.expression, speed])
+            here = dict(zip(slopes, substituted(graph, slopes.values(), by_others)))
+            (speed,) = substituted(graph, [speed], by_others)
+            free = {k: a for k, a in here.items() if model.v[k] not in known and not a.is_zero}
+            if not free:
+                continue
+            k = min(free, key=lambda one: bool(free[one].symbols & self._moving))
+            slope = graph.diff(speed, model.v[k])
+            if slope.is_zero:
+                continue
+            (rest,) = substituted(graph, [speed], {model.v[k]: graph.zero})
+            known[model.v[k]] = -rest / slope
+            solved |= model.v[k].symbols
+            if one.holonomic and not slope.symbols & self._moving:
+                (expression,) = substituted(graph, [one.expression], by_others)
+                rest = slope * model.q[k] - expression
+                if not rest.symbols & model.q[k].symbols:
+                    known[model.q[k]] = rest / slope
+                    solved |= model.q[k].symbols
+        return resolved(graph, known, solved, known)
+
+    @cached_property
+    def normalized(self) -> Mapping[Node, Node]:
+        """Coordinates on spheres, where constraints keep them at a constant distance from 0, as those of a
+        quaternion: by stereographic projection, all but the first one stand for any numbers. It has no root,
+        whose branches would have to be told apart."""
+        graph, model = self._graph, self.model
+        known: dict[Node, Node] = {}
+        for one, slopes in zip(model.constraints, self.constraints.slopes):
+            if not one.holonomic or len(slopes) < 2 or any(model.q[k] in known for k in slopes):
+                continue
+            factors = {slope / model.q[k] for k, slope in slopes.items()}
+            square = graph.sum([(model.q[k] * model.q[k], 0.5) for k in slopes])
+            for factor in factors if len(factors) == 1 else ():
+                rest = one.expression - factor * square
+                if not factor.symbols & self._moving and not rest.symbols & self._moving:
+                    radius = graph.product([(-2.0 * rest / factor, 0.5)])
+                    first, *others = (model.q[k] for k in slopes)
+                    plane = graph.sum([(q * q, 1.0) for q in others])
+                    known[first] = radius * (1.0 - plane) / (1.0 + plane)
+                    known |= {q: 2.0 * radius * q / (1.0 + plane) for q in others}
+        return known
+
+    def where_constraints_hold(self, lists: Sequence[Sequence[Node]]) -> list[tuple[Node, ...]]:
+        """Expressions, with what the constraints make of velocities and of coordinates."""
+        graph, every = self._graph, [node for nodes in lists for node in nodes]
+        if self.eliminated:
+            every = [*substituted(graph, every, self.eliminated)]
+        if self.normalized:
+            absent = zeros(every)
+            every = [
+                graph.zero if node in absent else one
+                for node, one in zip(every, substituted(graph, every, self.normalized))
+            ]
+        left = iter(every)
+        return [tuple(islice(left, len(nodes))) for nodes in lists]
+
+
+def resolved(
+    graph: Graph, known: Mapping[Node, Node], solved: int, nodes: Iterable[Node]
+) -> dict[Node, Node]:
+    """The symbols in ``nodes`` that are ``known``, with the bits ``solved``, by those that are not. Values
+    contain none that were known before them; those that ``nodes`` do not lead to are not looked at."""
+    found: dict[Node, Node] = {}
+    pending = [x for node in nodes for x in graph.symbols_of(node, solved)]
+    while pending:
+        symbol = pending[-1]
+        inner = graph.symbols_of(known[symbol], solved)
+        missing = [x for x in inner if x not in found]
+        if missing:
+            pending += missing
+            continue
+        pending.pop()
+        if symbol not in found:
+            (found[symbol],) = substituted(graph, [known[symbol]], {x: found[x] for x in inner})
+    return found

@@ -1,0 +1,41 @@
+"""Energies that jump at times, as where a spring becomes stiffer: h jumps with them.
+
+In the sense of distributions dh/dt = -dL/dt + sum Q_k q_dot_k has an impulse there. What jumps, J, is
+subtracted from h, and the rate of J between the jumps from that of h: h - J and the integral of this rate are
+continuous, and their difference is the same.
+"""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.switching.switches import vanishes_with
+from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.model.model import Model
+
+
+def jumps_at_times(graph: Graph, node: Node, model: Model[Node]) -> bool:
+    """Whether a switch below the node jumps at times that do not depend on the motion."""
+    moving = 0
+    for symbol in (*model.q, *model.v):
+        moving |= symbol.symbols
+    for one in reachable([node], lambda one: bool(one.symbols & model.time.symbols)):
+        if one.kind is Kind.SWITCH and one.arguments[0].symbols & model.time.symbols:
+            u, above, below = one.arguments
+            if not u.symbols & moving and not vanishes_with(graph, above - below, u):
+                return True
+    return False
+
+
+def switched_energy(model: Model[Node], lagrangian: Node) -> tuple[Node, Node]:
+    """J, the terms of -L at rest that jump at times, and its rate between the jumps.
+
+    dL/dq_dot may not jump at a time (``jumps``), so that J and h jump by the same.
+    """
+    graph = graph_of(model)
+    jumping = [(term, -c) for term, c in terms_of(lagrangian) if jumps_at_times(graph, term, model)]
+    (energy,) = substituted(graph, [graph.sum(jumping)], dict.fromkeys(model.v, graph.zero))
+    slopes = graph.gradient(energy, numbered(model.q))
+    rate = [(slope * model.v[k], 1.0) for k, slope in slopes.items()]
+    return energy, graph.sum([*rate, (graph.diff(energy, model.time), 1.0)])

@@ -1,0 +1,46 @@
+"""``Given``: what steps are written from, in each kind of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.native.guards import GuardRows
+from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.proof import Proving
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.coupling import Coupling
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a motion is: its state, its doubles of ``%work``, its tolerance, what its steps, its integrals and
+    the arguments of its guards are proven by, and its guards, if it has any; and whether the first step to a
+    root after another one is taken ``in_two``, as for companions."""
+
+    state: StateLayout
+    work: int
+    tolerance: float
+    proving: Sequence[Proving | None]
+    guards: GuardRows | None
+    in_two: bool = False
+    multipliers: int = 0
+    """So many integrals behind those of guards' arguments are those of multipliers, and have no say."""
+    project: str = ""
+    """The text of ``@project``, if there are constraints."""
+    jointed: bool = False
+    """Whether joints have several coordinates each, whose accelerations are found together."""
+    timed: bool = False
+    """Whether equations depend on t."""
+    floors: str = ""
+    """The text of ``@floors(constants, state, floors)``, if velocities are not all measured by themselves
+    alone; it computes what is then at ``Lengths.floor``."""
+    related: Sequence[tuple[int, int]] = ()
+    """The first coordinate and the number of those of each family, if velocities of its members are measured
+    by the fastest one, too (``related``)."""
+    coupling: Coupling | None = None
+    """Which rates depend on which coordinates, for implicit steps."""
+    rates: str = "jet"
+    """The function that computes rates, for steps on these."""
