@@ -47,12 +47,12 @@ def bodies(count: int, potential: str = "0", more: str = "", middle: str = "0.3"
     return BODIES.format(count=count, potential=potential, more=more, middle=middle)
 
 
-def followed(text: str) -> Motion:
-    """A motion of a system, in loops."""
+def followed(text: str, *, loops: bool = True) -> Motion:
+    """A motion of a system, in ``loops``."""
     spec = read_spec(text, "system.yaml")
     spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
     ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, OUTPUTS | PARTS))
-    assert ready.machine.program.loops
+    assert ready.machine.program.loops == loops
     return run(ready, values, 0.0, 1.0, 5)
 
 
@@ -75,31 +75,46 @@ def test_axes_of_free_tops_turn_about_their_angular_momenta() -> None:
 ROWS = ROD.replace("body[i]", "body[i + 1]").replace("body[i - 1]", "body[i]")
 TIED = f'constraints: {{"rod[i in range(N - 1)]": {ROWS} - d}}'
 CASES = {
-    "free, of three moments": bodies(9, middle="0.25"),
-    "springs between points": bodies(3, f"sum(3*({ROD} - 1)**2 for i in range(1, N))"),
+    "springs between points": bodies(4, f"sum(3*({ROD} - 1)**2 for i in range(1, N))"),
     "attracted": bodies(2, "sum(-1/norm(body[i].at(0.1, 0, 0.2) - [0, 5, 0]) for i in range(N))"),
     "tied in a row": bodies(4, "sum(body[i].y for i in range(N))", TIED),
 }
 
 
-@pytest.mark.exhaustive(keep=0.5)
-@pytest.mark.parametrize("case", CASES)
-def test_bodies_move_as_their_members_do_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    outputs = frozenset(["q", "v", "h", "angular_momenta", "multipliers", "constraints"])
-    monkeypatch.setattr(systems, "FEWEST_TURNING", 0)
+def test_free_bodies_move_as_their_members_do_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
+    text, outputs = bodies(9, middle="0.25"), frozenset(["q", "v", "h", "multipliers", "constraints"])
+    for name, count in (("FEWEST_TURNING", 0), ("FEWEST_JOINTED", 0)):
+        monkeypatch.setattr(systems, name, count)
     monkeypatch.setattr(consistency, "FEWEST", 0)
-    together, motion = exactly_followed(CASES[case], outputs)
-    monkeypatch.setattr(systems, "FEWEST_TURNING", 10**9)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
-    monkeypatch.setattr(consistency, "FEWEST", 10**9)
-    apart, expected = exactly_followed(CASES[case], outputs)
+    together, motion = exactly_followed(text, outputs)
+    written_out(monkeypatch)
+    apart, expected = exactly_followed(text, outputs)
     assert together.machine.program.loops and not apart.machine.program.loops
-    assert set(motion.data) == set(expected.data)
     for path, values in expected.data.items():
         if not path.startswith("low/"):
             low = motion.data.get(f"low/{path}", 0.0) - expected.data.get(f"low/{path}", 0.0)
             size = np.max(np.abs(values), initial=1.0)
-            assert np.max(np.abs((motion.data[path] - values) + low)) <= 2.0**-90 * size, path
+            assert np.max(np.abs((motion.data[path] - values) + low)) <= 2.0**-94 * size, path
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_coupled_bodies_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, count in (("FEWEST_TURNING", 0), ("FEWEST_JOINTED", 0)):
+        monkeypatch.setattr(systems, name, count)
+    found = followed(CASES[case]).data
+    written_out(monkeypatch)
+    expected = followed(CASES[case], loops=False).data
+    for path, values in expected.items():
+        if path in found:
+            size = np.max(np.abs(values), initial=1.0)
+            assert np.max(np.abs(found[path] - values)) <= 2.0**-40 * size, path
+
+
+def written_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have systems written out member by member."""
+    for name in ("FEWEST_TURNING", "FEWEST_JOINTED"):
+        monkeypatch.setattr(systems, name, 10**9)
+    monkeypatch.setattr(consistency, "FEWEST", 10**9)
 
 
 def test_norms_are_found_in_one_turn_and_constraints_between_neighbours_in_few() -> None:
