@@ -17,6 +17,9 @@ class Reversal:
 
     def __init__(self, system: FamilySystem) -> None:
         self.system, self._known = system, dict[Total, Total]()
+        if system.modes is not None and system.modes.sticking is not None:
+            multipliers = system.modes.sticking.multipliers
+            self._known[multipliers] = multipliers
         joints = system.joints
         self._places = {*joints.nodes} if joints else set[Total]()
         self._speeds = {one for one in joints.rates if one is not None} if joints else set[Total]()
@@ -51,8 +54,9 @@ class Reversal:
         modes = system.modes
         if modes is not None:
             limits = None if modes.limits is None else self.of(modes.limits)
+            loose = None if modes.loose is None else self.of(modes.loose)
             arguments, forces = self.of(modes.arguments), self.of(modes.forces)
-            modes = replace(modes, arguments=arguments, forces=forces, limits=limits)
+            modes = replace(modes, arguments=arguments, forces=forces, limits=limits, loose=loose)
         return replace(
             system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             loads=[*map(self.of, system.loads)], events=events,

@@ -14,8 +14,9 @@ import numpy as np
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.families.arrays import Array, Domain, Slots, Term, Total, total_of
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, total_of
+from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass, replace
@@ -40,6 +41,15 @@ class Friction:
 
 
 @dataclass(frozen=True, eq=False)
+class Decision:
+    """Members of a domain that decide modes by an ``argument``, oriented as it is there."""
+
+    domain: Domain
+    argument: Node
+    modes: Places
+
+
+@dataclass(frozen=True, eq=False)
 class Rest:
     """The terms of the forces without friction; with modes all that is ``applied``, friction included, and
     the ``slopes`` of the potential."""
@@ -52,28 +62,35 @@ class Rest:
 @dataclass(frozen=True, eq=False)
 class Held:
     """The ``modes`` that hold coordinates, in order; two ``limits`` for each of them; all ``other`` forces,
-    which the ``forces`` take; and what is ``applied``, which balances those of L where it holds."""
+    which the ``forces`` take; and what is ``applied``, which balances those of L where it holds.
+    Coordinates that stick to others have bonds with these, and ``loose`` forces besides (see
+    ``relative_friction``)."""
 
     modes: Places
     limits: Total
     other: Total
     forces: Total
     applied: Total
+    sticking: Bonds | None = None
+    loose: Total | None = None
 
 
 def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool:
     """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
-    velocity less a constant is 0 there."""
+    velocity is that of others or of a belt there."""
     if system.joints is not None or system.bonds is not None:
         return False
+    return any(np.array_equal(slot.table, term.targets) for _, slot in speeds_of(system, argument, moving))
+
+
+def speeds_of(system: FamilySystem, argument: Node, moving: int) -> list[tuple[Node, Slot]]:
+    """The velocities of coordinates that an argument is linear in; none where it is of another kind."""
     slots = system.slots
-    found = [(node, slots.of.get(node)) for node in reachable([argument]) if node.symbols & moving]
-    inside = [(node, slot) for node, slot in found if slot is not None]
-    if len(inside) != 1 or argument.symbols & system.time.symbols:
-        return False
-    symbol, slot = inside[0]
-    linear = not slots.graph.diff(argument, symbol).symbols & moving
-    return linear and slot.array is system.v and np.array_equal(slot.table, term.targets)
+    inside = [(s, slot) for s, slot in slots.inside(argument) if s.symbols & moving]
+    if argument.symbols & system.time.symbols or any(slot.array is not system.v for _, slot in inside):
+        return []
+    constant = not any(slots.graph.diff(argument, s).symbols & moving for s, _ in inside)
+    return inside if constant else []
 
 
 def held(

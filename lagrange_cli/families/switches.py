@@ -7,7 +7,7 @@ it has as many modes as its argument has different values among the members.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -18,18 +18,21 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
-from lagrange_cli.families.friction import Friction, Held, Rest, held, holds
+from lagrange_cli.families.friction import Decision, Friction, Held, Rest, held, holds, speeds_of
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switching.switches import MOST, Merging, switches, vanishes_with
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.expression.index_arrays import Places
 
 
 JUMPS = (
-    "forces that jump with places or velocities, other than friction by a coordinate's own velocity",
-    "write friction as -F*sign(x_dot[i]) on x[i], without constraints, and let other forces not jump",
+    "forces that jump with places or velocities, other than dry friction",
+    "write friction as -F*sign(x_dot[i]) on x[i], or as dissipation: F*abs(x_dot[i] - x_dot[j]), without "
+    "constraints, and let other forces not jump",
 )
 """What members are written out for, and how to do without."""
 PARTIAL = "log", "asin", "acos", "acosh", "atanh"
@@ -129,6 +132,8 @@ class Switching:
         self._merging = Merging(self.graph, self.moving)
         self._merged: dict[Total, tuple[Term, ...]] = {}
         self._changed: dict[Total, Total] = {}
+        self.turned: dict[Use, NDArray[np.bool_]] = {}
+        """Which members have the opposite of what decides their mode."""
 
     def merged(self, total: Total) -> tuple[Term, ...]:
         """The terms of a total with one switch for each argument."""
@@ -183,8 +188,11 @@ class Switching:
     @cached_property
     def friction(self) -> list[Friction]:
         """The forces that can hold coordinates. Raises ``Unsuited`` where one that jumps cannot."""
+        return self._friction_in(self.system.forces)
+
+    def _friction_in(self, total: Total) -> list[Friction]:
         found, system = list[Friction](), self.system
-        for term in self.merged(system.forces):
+        for term in self.merged(total):
             jumping: dict[Node, list[Node]] = {}
             for one in switches([term.node], self.moving):
                 argument = one.arguments[0]
@@ -224,9 +232,26 @@ class Switching:
                     given = {node: self.graph.symbol(f"argument {i}") for i, (node, _) in enumerate(inside)}
                     alike = substituted(self.graph, [argument], given)[0]
                     places = np.array([slot.table for _, slot in inside], dtype=np.int64)
-                    known = found.setdefault((alike, tuple(slot.array for _, slot in inside)), {})
-                    known[term.domain, argument] = places.reshape(-1, term.domain.count).T
+                    use, places = (term.domain, argument), places.reshape(-1, term.domain.count).T
+                    arrays = tuple(slot.array for _, slot in inside)
+                    if arrays == (self.system.v, self.system.v):
+                        alike, places, self.turned[use] = self._in_order(alike, places, {*found})
+                    found.setdefault((alike, arrays), {})[use] = places
         return [*found.values()]
+
+    def _in_order(
+        self, alike: Node, places: Places, known: Collection[tuple[Node, tuple[Array, ...]]]
+    ) -> tuple[Node, Places, NDArray[np.bool_]]:
+        """An argument of two velocities, or its opposite with these in the other order, if that is ``known``;
+        and which members have the opposite."""
+        first, second = (self.graph.symbol(f"argument {i}") for i in range(2))
+        other = -substituted(self.graph, [alike], {first: second, second: first})[0]
+        if other is alike:
+            turned = places[:, 0] > places[:, 1]
+        else:
+            turned = np.full(len(places), (other, (self.system.v,) * 2) in known)
+            alike = other if turned.all() else alike
+        return alike, np.where(turned[:, None], places[:, ::-1], places), turned
 
     @cached_property
     def numbers(self) -> tuple[int, dict[Use, Places], list[tuple[Use, Places, Places]]]:
@@ -253,12 +278,22 @@ class Switching:
     @cached_property
     def arguments(self) -> Total:
         """The arguments of all modes, which may depend on other modes."""
-        terms = []
-        for (domain, argument), members, modes in self.numbers[2]:
-            own = Domain(len(members))
-            node = placed(self.slots, self._frozen(argument, domain), own, members)
-            terms.append(Term(own, node, modes))
+        terms = [Term(one.domain, one.argument, one.modes) for one in self.decisions]
         return total_of(self.modes.count, terms, self.graph)
+
+    @cached_property
+    def decisions(self) -> list[Decision]:
+        """Which members decide modes, and by what."""
+        found = []
+        for (domain, argument), members, modes in self.numbers[2]:
+            node = self._frozen(argument, domain)
+            turned = self.turned.get((domain, argument), np.zeros(domain.count, dtype=bool))[members]
+            for which, sign in ((~turned, 1.0), (turned, -1.0)):
+                if which.any():
+                    own = Domain(int(which.sum()))
+                    decides = sign * placed(self.slots, node, own, members[which])
+                    found.append(Decision(own, decides, modes[which]))
+        return found
 
     def smooth(self) -> FamilySystem:
         """The system with modes."""
@@ -269,7 +304,10 @@ class Switching:
         needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes, system.forces)
         if self.held is not None:
             needed.append(self.held.other)
-            modes = replace(modes, holding=self.held.modes, limits=self.held.limits)
+            held = self.held
+            modes = replace(
+                modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose
+            )
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
             applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
@@ -282,9 +320,23 @@ class Switching:
             return None
         system, rubbing = self.system, {one.term for one in self.friction}
         others = [one for one in self.merged(system.forces) if one not in rubbing]
+        if any(len(speeds_of(system, one.argument, self.moving)) > 1 for one in self.friction):
+            return self._held_together()
         applied, slopes = self._by_terms(system.applied), self.of(system.slopes)
         rest = Rest(others, applied, slopes)
         return held(system, self.friction, rest, self.modes, self.numbers[1], self._with_modes)
+
+    def _held_together(self) -> Held:
+        """The forces where friction may hold coordinates to each other."""
+        from lagrange_cli.families import relative_friction
+
+        system = self.system
+        contacts = relative_friction.Contacts(
+            system, self.modes, self.numbers[1], self.decisions, self._with_modes
+        )
+        both = self.friction, self._friction_in(system.applied)
+        whole = self._by_terms(system.forces), self._by_terms(system.applied)
+        return relative_friction.held(contacts, both, whole, self.moving)
 
     @cached_property
     def modes(self) -> Array:
@@ -312,6 +364,17 @@ class Switching:
         """A term with modes."""
         return replace(term, node=self._frozen(term.node, term.domain))
 
+    def _mode(self, domain: Domain, argument: Node) -> Node:
+        """The mode that the members of a domain have for an argument."""
+        use = domain, argument
+        mode: Node = self.slots.symbol(domain, self.modes, self.numbers[1][use])
+        turned = self.turned.get(use)
+        if turned is None or not turned.any():
+            return mode
+        if turned.all():
+            return -mode
+        return mode * (1.0 - 2.0 * self.slots.symbol(domain, self.system.whole, turned.astype(np.int64)))
+
     def _frozen(self, root: Node, domain: Domain) -> Node:
         """An expression of the members of a domain, with modes."""
         slots, made = self.slots, dict[Node, Node]()
@@ -319,7 +382,7 @@ class Switching:
             arguments = [made[one] for one in node.arguments]
             slot = slots.of.get(node)
             if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
-                mode = slots.symbol(domain, self.modes, self.numbers[1][domain, node.arguments[0]])
+                mode = self._mode(domain, node.arguments[0])
                 made[node] = self.graph.switch(mode, arguments[1], arguments[2], -1)
             elif slot is not None and isinstance(slot.array, Total):
                 made[node] = slots.symbol(domain, self.of(slot.array), slot.table)

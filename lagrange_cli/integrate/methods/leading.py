@@ -41,7 +41,8 @@ class Leading(AtZero):
             return np.zeros(0)
         rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards, 1]
         sizes = np.abs(self._multipliers(guards))
-        still = (np.abs(rates) <= ROUNDING * self.scale()[1]) & np.isfinite(sizes)
+        sure = np.array([self._rows.guards[j].explicit for j in guards])  # their rates are rounding
+        still = (sure | (np.abs(rates) <= ROUNDING * self.scale()[1])) & np.isfinite(sizes)
         return np.where(still, sizes, np.inf)
 
     def _leads(self, j: int) -> bool:

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.methods.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.methods.leading import Leading, few_or_all
 from lagrange_cli.integrate.methods.modes import ROUNDING, SMALLEST
+from lagrange_cli.integrate.methods.pivoting import Pivoting, dip
 from lagrange_cli.native.guards import HELD, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
@@ -177,11 +179,29 @@ class Settling(Leading):
         values = self._arguments() if still else np.zeros(0)
         for j in still:
             if values[j] != 0.0:
-                self._take_away(j)
+                self._take_to(j, 0.0)
         self.let_rest([j for j in free if j not in entered])
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
+        if found:
+            self._lead_on([j for j in guards if self._rows.guards[j].multiplier and self.modes[j]])
         self.prepare()
         return found
+
+    def _lead_on(self, guards: Sequence[int]) -> None:
+        """Take arguments a little to their sides that begin at 0 with rounding errors of the other sign, so
+        that these do not lead back: where a force is let go at its limit, the first derivative is such an
+        error. (Steps on rates, which carry something on, look at values of arguments instead.)"""
+        if not guards or self.machine.program.carried:
+            return
+        self._series()
+        arguments = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards]
+        speeds = np.abs(self.memory[self._layout.part(0)][self._layout.v])
+        least = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * float(np.max(speeds))
+        for j, u in zip(guards, arguments * self.modes[guards][:, None]):
+            farthest = dip(u[1:])
+            if farthest > 0.0:
+                self._take_to(j, self.modes[j] * max(least, farthest))
+                self.marks[j] = 0.0
 
     def _agreed(
         self, guards: Sequence[int], able: list[int], first: dict[int, float]
@@ -189,14 +209,20 @@ class Settling(Leading):
         """Change modes until all guards lead to their sides; whether they do, and the guards that lead to a
         side on which series are not finite here. Their modes are left as they are."""
         entered: list[int] = []
+        pivoting = Pivoting()
         for _ in range(ROUNDS * (len(guards) + 1)):
             self._series()
             resting = [j for j in able if self.modes[j] == 0.0]
             sizes = self._holding(resting)
             loose = [(size, j) for size, j in zip(sizes.tolist(), resting) if not size <= HELD]
             explicit = [j for _, j in loose if self._rows.guards[j].explicit]
-            if explicit:
-                self._release(explicit, first)
+            slipping = [j for j in guards if self._rows.guards[j].explicit and self.modes[j] != 0.0]
+            sides = self._sides(explicit)
+            sides |= dict.fromkeys(self._misled(slipping) if able else [], 0.0)
+            if sides:
+                for j in pivoting.chosen([*sides]):
+                    self.modes[j] = sides[j]
+                    able += [j] if j not in able else []
                 continue
             if loose:
                 _, j = max(loose)
@@ -239,27 +265,24 @@ class Settling(Leading):
             self.memory[self._layout.part(1)][self._layout.v] = 0.0
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
 
-    def _release(self, guards: Sequence[int], first: dict[int, float]) -> None:
-        """Let guards go that do not depend on one another."""
-        multipliers = self._multipliers(guards)
-        sides = [first.get(j) or (1.0 if one > 0.0 else -1.0) for j, one in zip(guards, multipliers)]
-        self.modes[guards] = sides
-        self._series()
-        wrong = self._misled(guards)
-        self.modes[wrong] = -self.modes[wrong]
+    def _sides(self, guards: Sequence[int]) -> dict[int, float]:
+        """Where guards go that are let go."""
+        return {j: 1.0 if one > 0.0 else -1.0 for j, one in zip(guards, self._multipliers(guards))}
 
-    def _take_away(self, j: int) -> None:
-        """Set the argument of a guard that holds the motion to 0, which it is up to rounding: by a change of
-        velocities in the direction of the force that holds."""
+    def _take_to(self, j: int, value: float) -> None:
+        """Set the argument of a guard that may hold the motion to a value that it has up to rounding: by a
+        change of velocities in the direction of the force that holds."""
+        own = float(self.modes[j])
         for _ in range(EXACT):
             accelerations: list[Array] = []
             slopes: list[float] = []
-            for mode in (1.0, -1.0, 0.0):
+            for mode in (1.0, -1.0, own):
                 self.modes[j] = mode
                 accelerations.append(self._series()[: self._layout.degrees])
                 u = self._coefficients(self._rows.first + j)
                 slopes.append(float(u[1]))
-            change = (accelerations[0] - accelerations[1]) * (u[0] / (slopes[0] - slopes[1] or np.inf))
-            if u[0] == 0.0 or not np.all(np.isfinite(change)):
+            off = float(u[0]) - value
+            change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
+            if off == 0.0 or not np.all(np.isfinite(change)):
                 return
             self._add(self._layout.v, -change)

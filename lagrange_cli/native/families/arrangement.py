@@ -18,6 +18,7 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.projection import Moves
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.saddle_tables import SaddleTables
+from lagrange_cli.native.families.sticking import Sticking
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.interface import LANES
@@ -73,7 +74,7 @@ class Arrangement:
         self.settings = len(self.parameters) + guards
         """The numbers of all parameters and of all modes."""
         self.layout = StateLayout(self.degrees, len(self.integrals))
-        self.closure = self.balance = self.motion = None
+        self.closure = self.balance = self.motion = self.sticking = None
         if system.joints is not None and system.bonds is not None:
             self.closure = Closure(system, self.lasting)
             self.balance = self.closure.balance
@@ -81,6 +82,10 @@ class Arrangement:
             self.balance = Balance(system, self.lasting.arranged)
         elif system.bonds is not None:
             self.motion = AlongMotion(system, self.lasting)
+        elif self.modes is not None and self.modes.sticking is not None:
+            multipliers = self.modes.sticking.multipliers
+            self.lasting.changed[multipliers] = multipliers
+            self.sticking = Sticking(system, self.lasting)
         self.residuals = None
         if self.closure is not None and stepping:
             self.residuals = Residuals(self.closure, careful=kind.parts == 1)
@@ -138,8 +143,9 @@ class Arrangement:
     @cached_property
     def tabled(self) -> SaddleTables:
         """How multipliers are found."""
-        assert self.system.bonds is not None
-        return SaddleTables(self.system.bonds.elimination, self.tables)
+        bonds = self.system.bonds if self.sticking is None else self.sticking.bonds
+        assert bonds is not None
+        return SaddleTables(bonds.elimination, self.tables)
 
     @property
     def parameters(self) -> tuple[str, ...]:

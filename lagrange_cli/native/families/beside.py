@@ -25,10 +25,12 @@ class BesideJet(SeriesJet):
 
     def of_state(self) -> dict[Array, tuple[int, int]]:
         self.work = self.motion.work
-        return {one: self.motion.planes[one] for one in (self.system.q, self.system.v)}
+        given = self.system.q, self.system.v, *self.motion.carried
+        return {one: self.motion.planes[one] for one in given}
 
     def prepared(self) -> Sequence[Total]:
-        totals = needed([self.integrands], self.slots, self.lasting.fixed)
+        known = *self.lasting.fixed, *self.motion.carried
+        totals = needed([self.integrands], self.slots, known)
         self.arrange(totals)
         return totals
 

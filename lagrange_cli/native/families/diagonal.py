@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lagrange_cli.families.arrays import Total
+from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.jets import SeriesJet
 from lagrange_cli.native.families.loops import needed
@@ -15,10 +15,17 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 
 
 class DiagonalJet(SeriesJet):
-    """The jet of such a system."""
+    """The jet of such a system: ``whole`` are the forces that accelerate it."""
+
+    whole: Array
+
+    @property
+    def forces(self) -> Total:
+        """Those whose series are found."""
+        return self.lasting.arranged(self.system.forces, kept=False)
 
     def prepared(self) -> Sequence[Total]:
-        self.forces = self.lasting.arranged(self.system.forces, kept=False)
+        self.whole = self.forces
         totals = needed([self.forces], self.slots, self.lasting.fixed)
         self.arrange(totals)
         return totals
@@ -28,7 +35,7 @@ class DiagonalJet(SeriesJet):
     ) -> None:
         f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
         self.emitter.repeated = self.degrees // LANES + 1
-        given = [evaluation.where(one) for one in (self.forces, self.lasting.masses, self.lasting.inverses)]
+        given = [evaluation.where(one) for one in (self.whole, self.lasting.masses, self.lasting.inverses)]
         velocities = self.at(self.system.v, k + 1)
 
         def write(i: Integer, lanes: int) -> None:

@@ -63,6 +63,11 @@ class SeriesJet(SeriesPlaces, ABC):
     many = 2**16
     """Coefficients from which on the second copy of the code pays."""
 
+    @property
+    def carried(self) -> Sequence[Array]:
+        """What has series besides, which are kept."""
+        return ()
+
     def bounded(self) -> None:
         """Raise ``TooManyNumbers`` where the series take too much memory."""
         numbers = self.vectors.parts * self.work

@@ -18,6 +18,7 @@ from lagrange_cli.native.families.preparation import Preparation
 from lagrange_cli.native.families.series_places import BESIDE, BRIEF, HEAD, JET
 from lagrange_cli.native.families.shared_jets import SharedJet
 from lagrange_cli.native.families.spans import in_vectors
+from lagrange_cli.native.families.sticking import StickingJet, StickingRates
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
@@ -60,6 +61,8 @@ class MotionJets(Preparation):
             return ClosedJet(self.closure, self.tabled, *given)
         if self.balance is not None:
             return ArticulatedJet(self.balance, *given)
+        if self.sticking is not None:
+            return (StickingRates if order == RATES else StickingJet)(self.sticking, self.tabled, *given)
         return None if self.motion is None else ConstrainedJet(self.motion, self.tabled, *given)
 
     def with_beside(self, motion: SeriesJet, name: str, *given: Any) -> Jet:

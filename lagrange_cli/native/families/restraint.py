@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
@@ -27,10 +28,9 @@ class Restraint:
     before."""
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
-        assert system.bonds is not None
-        self.system, self.lasting, self.bonds = system, lasting, system.bonds
+        self.system, self.lasting, self.bonds = system, lasting, self.bonds_of(system)
         self.slots, self.graph, self.everyone = system.slots, system.slots.graph, system.everyone
-        bonds: Bonds = system.bonds
+        bonds = self.bonds
         self.bounds, self.count, self.size = bonds.bounds, bonds.count, system.q.count
         self.multipliers = Array(Source.TOTAL, self.count)
         self.rest = Array(Source.TOTAL, self.count)
@@ -38,6 +38,15 @@ class Restraint:
         self.slopes = [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
         """A, of each bound a column for each of its coordinates."""
         self.square = self._square()
+
+    def bonds_of(self, system: FamilySystem) -> Bonds:
+        """The constraints of a system."""
+        assert system.bonds is not None
+        return system.bonds
+
+    def hold(self, domain: Domain, first: Places, second: Places) -> Node:
+        """1 where two constraints hold the motion."""
+        return self.graph.one
 
     def column(self, bound: Bound, slope: Node) -> Array:
         """A column of A, which may be computed elsewhere."""
@@ -99,19 +108,27 @@ class Restraint:
 
     def _square(self) -> Total:
         """The entries of A M^-1 A^T, and behind them 0 and 1."""
-        pairs, places = self.bonds.pairs
+        end = len(self.entries) + 1
+        one = Term(self.system.root, self.graph.one, np.array([end]))
+        return self.total(end + 1, [*self.square_terms(), one])
+
+    def square_terms(self) -> list[Term]:
+        """What these entries are made of."""
         terms = []
-        for pair in pairs:
+        for pair in self.bonds.pairs[0]:
             domain = Domain(len(pair.rows))
             one, other = (
                 self.slots.symbol(domain, self.slopes[b][a], which)
                 for (b, a), which in zip((pair.first, pair.second), pair.members)
             )
             inverse = self.slots.symbol(domain, self.lasting.inverses, pair.rows)
-            terms.append(Term(domain, inverse * one * other, pair.entries))
-        end = np.array([len(places) + 1])
-        terms.append(Term(self.system.root, self.graph.one, end))
-        return self.total(len(places) + 2, terms)
+            numbers = (
+                self.bounds[b].numbers[which]
+                for (b, _), which in zip((pair.first, pair.second), pair.members)
+            )
+            both = self.hold(domain, *numbers)
+            terms.append(Term(domain, both * inverse * one * other, pair.entries))
+        return terms
 
     @cached_property
     def entries(self) -> Mapping[tuple[int, int], int]:

@@ -1,0 +1,226 @@
+"""Families with dry friction between members, beside the same systems written out and closed forms."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from lagrange_cli.families.system import reason
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import family_run
+from lagrange_cli.integrate.methods.modes import Modes
+from lagrange_cli.integrate.methods.pivoting import dip
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_long_values
+from tests.families.test_events import keep_families
+from tests.families.test_friction import MOVING, blocks
+from tests.families.test_switches import BY_RATES, LEDGERS, OUTPUTS, compare, followed, ready
+from tests.support.draws import examples
+from tests.support.motion import run
+
+CASES = {
+    "neighbours": "sum(F*abs(x_dot[i] - x_dot[i - 1]) for i in range(1, N))",
+    "in the opposite order": "sum(F*abs(x_dot[i - 1] - x_dot[i]) for i in range(1, N))",
+    "that are damped": "sum(F*abs(x_dot[i] - x_dot[i - 1]) + c*x_dot[i]**2 for i in range(1, N))",
+    "a stack on the floor": "sum(F*(N - i)*abs(x_dot[i] - where(i > 0, x_dot[i - 1], 0)) for i in range(N))",
+    "all on the first": "sum(F*(1 + i/9)*abs(x_dot[i] - x_dot[0]) for i in range(1, N))",
+    "pairs": "sum(F*abs(x_dot[i] - x_dot[i - 1]) for i in range(1, N, 2))",
+    "gears": "sum(F*abs(x_dot[i] - 0.7*x_dot[i - 1]) for i in range(1, N))",
+    "belts between them": "sum(F*abs(x_dot[i] - x_dot[i - 1] - w[i]) for i in range(1, N))",
+    "a limit that depends on places": "sum((F + x[i]**2)*abs(x_dot[i] - x_dot[i - 1]) for i in range(1, N))",
+}
+BY_HAND = (
+    "where(i > 0, -F*sign(x_dot[i] - x_dot[i - 1]), 0) + where(i < N - 1, F*sign(x_dot[i + 1] - x_dot[i]), 0)"
+)
+"""The forces of the first case."""
+
+
+def lossy(loss: str, count: int, start: str = MOVING[0], speed: str = MOVING[1]) -> str:
+    """The text of a system file with a dissipation function."""
+    return blocks(count, "0", start, speed).replace("(-1)**i", "cos(3*i)") + f'dissipation: "{loss}"\n'
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("count", [2, 3, 8, 9])
+@pytest.mark.parametrize("case", CASES)
+def test_friction_between_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(lossy(CASES[case], count), monkeypatch, stop=4.0)
+
+
+@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.parametrize("case", CASES)
+def test_members_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(lossy(CASES[case], 9, "3*sin(5*i)", "0"), monkeypatch, stop=3.0)
+
+
+@pytest.mark.exhaustive(keep=0.5)
+@BY_RATES
+@pytest.mark.parametrize("case", CASES)
+def test_friction_between_members_in_steps_on_rates(
+    case: str, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compare(lossy(CASES[case], 3), monkeypatch, stop=3.9, method=method)
+
+
+@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+@pytest.mark.parametrize("case", ["neighbours", "a stack on the floor"])
+def test_ledgers_have_the_forces_between_members(
+    case: str, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compare(lossy(CASES[case], 3), monkeypatch, LEDGERS, stop=3.0, method=method)
+
+
+@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.parametrize("count", [2, 3, 9])
+def test_forces_that_are_written_for_each_member(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each relative velocity is in the forces on two members, with either sign, and followed once."""
+    text = blocks(count, BY_HAND)
+    keep_families(monkeypatch, whole=True)
+    assert len(ready(text).machine.program.guards) == count - 1
+    compare(text, monkeypatch, stop=4.0)
+
+
+@pytest.mark.exhaustive(keep=0.3)
+@given(data=st.data())
+@examples(2)
+def test_random_stacks(data: st.DataObject) -> None:
+    number = st.floats(0.1, 3.0).map(lambda x: round(x, 2))
+    case, count = data.draw(st.sampled_from([*CASES])), data.draw(st.integers(2, 9))
+    a, b, limit, spring = (data.draw(number) for _ in range(4))
+    text = lossy(CASES[case], count, f"0.5*sin({a}*i + 1)", f"cos({b}*i*i + 1)")
+    text = text.replace("F: 0.6", f"F: {limit}").replace("k: 2", f"k: {spring}")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        compare(text, monkeypatch, stop=3.0)
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15"])
+def test_blocks_on_a_board_that_is_stopped(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A board with speed V takes blocks along: these slide until they have its speed. With the mass M of the
+    board and m of N blocks: v' = F/m of each, V' = -N F/M, so all have MV/(M + N m) from t = V/(F/m + N F/M)
+    on."""
+    keep_families(monkeypatch, whole=True)
+    text = """
+sizes: {N: 8}
+parameters: {F: 0.3, m: 0.5, M: 2}
+coordinates: {"x[i in range(N + 1)]": {initial: 0, velocity: "where(i == 0, 1, 0)"}}
+masses: {"block[i in range(N + 1)]": "where(i == 0, M, m)"}
+embedding: {"block[i in range(N + 1)]": "x[i]"}
+potential: 0
+dissipation: sum(F*abs(x_dot[i] - x_dot[0]) for i in range(1, N + 1))
+"""
+    motion = followed(ready(text, LEDGERS, method=method), text, 3.0)
+    times, both = np.linspace(0.0, 3.0, 7), 1.0 / (0.3 / 0.5 + 8 * 0.3 / 2.0)
+    since = np.minimum(times, both)
+    speed = 2.0 / (2.0 + 8 * 0.5)
+    assert np.allclose(motion["v/x"][:, 1:], 0.3 / 0.5 * since[:, None], rtol=0.0, atol=1e-15)
+    assert np.allclose(motion["v/x"][-1], speed, rtol=0.0, atol=1e-15)
+    assert np.all(np.abs(motion["diagnostics/ledger/h"]) <= 1e-14)
+
+
+@pytest.mark.parametrize("count", [2, 9])
+def test_a_chain_that_is_pulled_sticks_until_the_pull_exceeds_its_limit(
+    count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A force t pulls the last of N equal blocks. They move together, v = t^2/(2 N), until the force on the
+    others, t (N - 1)/N, is F: then these have a = F/(N - 1), and the last one a = t - F."""
+    keep_families(monkeypatch, whole=True)
+    text = lossy(CASES["neighbours"], count, "0", "0").replace("1 + i/7", "1")
+    text = text.replace("k: 2, V: 0.7", "k: 0, V: 0").replace("(x[i] - V*t)**2/2", "0*x[i]")
+    text = text.replace('"0"\ndiss', '"where(i == N - 1, t, 0)"\ndiss')
+    motion, times = followed(ready(text), text, 3.0), np.linspace(0.0, 3.0, 7)
+    slips = 0.6 * count / (count - 1)
+    since, together = np.maximum(0.0, times - slips), np.minimum(times, slips) ** 2 / (2 * count)
+    others = together + 0.6 * since / (count - 1)
+    last = together + (times**2 - slips**2) * (times > slips) / 2 - 0.6 * since
+    assert np.allclose(motion["v/x"][:, :-1], others[:, None], rtol=0.0, atol=1e-14)
+    assert np.allclose(motion["v/x"][:, -1], last, rtol=0.0, atol=1e-14)
+
+
+def test_series_to_settle_do_not_grow_with_the_members(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All begin at rest, and springs pull many of them apart."""
+    keep_families(monkeypatch, whole=True)
+    own, calls = Modes._series, [0]
+
+    def counting(modes: Modes) -> NDArray[np.float64]:
+        calls[0] += 1
+        return own(modes)
+
+    monkeypatch.setattr(Modes, "_series", counting)
+
+    def series(count: int) -> int:
+        text = lossy(CASES["neighbours"], count, "where(i % 3 == 0, -2*cos(i), 0.1)", "0")
+        calls[0] = 0
+        followed(ready(text.replace("k: 2", "k: 0")), text.replace("k: 2", "k: 0"), 0.01)
+        return calls[0]
+
+    assert series(200) <= 2 * series(50) <= 100
+
+
+def test_what_is_said_of_members_does_not_grow_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    found = [ready(lossy(CASES["neighbours"], count)).machine.program.text for count in (64, 120)]
+    one, other = (len(text.splitlines()) for text in found)
+    assert one == other
+
+
+def test_friction_between_members_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
+    text, found = lossy(CASES["neighbours"], 3), []
+    asked = Compilation("taylor", FULL_DOUBLE_DOUBLE, OUTPUTS, precision=DOUBLE_DOUBLE)
+    spec = read_spec(text, "system.yaml")
+    for whole in (True, False):
+        keep_families(monkeypatch, whole=whole)
+        assert (family_run(spec, asked) is not None) == whole
+        prepared = prepare_system(spec, partial(derive_system, resting=True, exact=True), None, asked)
+        found.append(run(prepared, resolve_long_values(spec, {}), 0.0, 3.0, 4).data)
+    one, other = found
+    for path in ("q/x", "v/x"):
+        change = one[path] - other[path] + one[f"low/{path}"] - other[f"low/{path}"]
+        assert np.max(np.abs(change)) <= 2.0**-90, path
+
+
+@pytest.mark.parametrize(
+    "loss, why",
+    [
+        (
+            "sum(F*abs(x_dot[i] - x_dot[i - 1]) for i in range(1, N)) + F*abs(x_dot[0] - x_dot[N - 1])",
+            "circle",
+        ),
+        (
+            "sum(F*abs(x_dot[i] - x_dot[i - 1]) for i in range(1, N)) + sum(abs(x_dot[i]) for i in range(N))",
+            "circle",
+        ),
+        ("sum(F*abs(x_dot[i] - x[i]) for i in range(N))", "jump"),
+    ],
+)
+def test_other_friction_goes_through_the_members(
+    loss: str, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keep_families(monkeypatch, whole=True)
+    spec = read_spec(lossy(loss, 4), "system.yaml")
+    assert family_run(spec, Compilation("taylor", 2.0**-52, OUTPUTS)) is None
+    assert why in "".join(reason(spec))
+
+
+def test_forces_without_a_counterforce_go_through_the_members(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    spec = read_spec(blocks(4, "where(i > 0, -F*sign(x_dot[i] - x_dot[i - 1]), 0)"), "system.yaml")
+    assert family_run(spec, Compilation("taylor", 2.0**-52, OUTPUTS)) is None
+
+
+@pytest.mark.parametrize(
+    "series, least",
+    [([0.0, 1.0, -2.0], 0.0), ([-1.0, -1.0], 0.0), ([-1e-8, 1.0], 2.5e-17), ([-1e-8, -1e-8, 1.0], 3e-13)],
+)
+def test_how_far_a_series_dips(series: list[float], least: float) -> None:
+    """-a t + t^2 falls to -a^2/4."""
+    found = dip(np.array(series))
+    assert least <= found <= 10 * least
