@@ -75,14 +75,13 @@ def test_axes_of_free_tops_turn_about_their_angular_momenta() -> None:
 ROWS = ROD.replace("body[i]", "body[i + 1]").replace("body[i - 1]", "body[i]")
 TIED = f'constraints: {{"rod[i in range(N - 1)]": {ROWS} - d}}'
 CASES = {
-    "springs between points": bodies(4, f"sum(3*({ROD} - 1)**2 for i in range(1, N))"),
-    "attracted": bodies(2, "sum(-1/norm(body[i].at(0.1, 0, 0.2) - [0, 5, 0]) for i in range(N))"),
-    "tied in a row": bodies(4, "sum(body[i].y for i in range(N))", TIED),
+    "springs between points": bodies(2, f"sum(3*({ROD} - 1)**2 for i in range(1, N))"),
+    "tied in a row": bodies(3, "sum(body[i].y for i in range(N))", TIED),
 }
 
 
 def test_free_bodies_move_as_their_members_do_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
-    text, outputs = bodies(9, middle="0.25"), frozenset(["q", "v", "h", "multipliers", "constraints"])
+    text, outputs = bodies(3, middle="0.25"), frozenset(["q", "v", "h", "multipliers", "constraints"])
     for name, count in (("FEWEST_TURNING", 0), ("FEWEST_JOINTED", 0)):
         monkeypatch.setattr(systems, name, count)
     monkeypatch.setattr(consistency, "FEWEST", 0)
@@ -97,6 +96,7 @@ def test_free_bodies_move_as_their_members_do_in_double_double(monkeypatch: pyte
             assert np.max(np.abs((motion.data[path] - values) + low)) <= 2.0**-94 * size, path
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("case", CASES)
 def test_coupled_bodies_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, count in (("FEWEST_TURNING", 0), ("FEWEST_JOINTED", 0)):
@@ -117,11 +117,11 @@ def written_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(consistency, "FEWEST", 10**9)
 
 
-def test_norms_are_found_in_one_turn_and_constraints_between_neighbours_in_few() -> None:
-    for text, turns in ((bodies(40), 1), (bodies(40, more=TIED), 9)):
+def test_norms_are_found_at_once_and_constraints_between_neighbours_in_few_colors() -> None:
+    for text, colors in ((bodies(40), 1), (bodies(40, more=TIED), 9)):
         system = systems.family_system(read_spec(text, "system.yaml"))
-        assert system is not None and system.bonds is not None and system.bonds.reach is not None
-        assert system.bonds.reach.turns <= turns
+        assert system is not None and system.bonds is not None and system.bonds.responses is not None
+        assert system.bonds.responses.colors.max() < colors
 
 
 def test_the_code_does_not_grow_with_the_bodies() -> None:
