@@ -8,8 +8,9 @@ import pytest
 from lagrange_cli.families import consistency
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import OUTPUTS, write_families
+from lagrange_cli.integrate.families import OUTPUTS, compiled_accelerations, write_families
 from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
@@ -122,6 +123,33 @@ def test_norms_are_found_at_once_and_constraints_between_neighbours_in_few_color
         system = systems.family_system(read_spec(text, "system.yaml"))
         assert system is not None and system.bonds is not None and system.bonds.responses is not None
         assert system.bonds.responses.colors.max() < colors
+
+
+@pytest.mark.parametrize(
+    ("text", "reach"),
+    [
+        (bodies(12), 6),
+        (bodies(12, f"sum(3*({ROD} - 1)**2 for i in range(1, N))"), 20),
+        (bodies(6, more=TIED), 41),
+    ],
+    ids=["free", "springs", "tied"],
+)
+def test_implicit_steps_know_which_accelerations_depend_on_what(text: str, reach: int) -> None:
+    """By changing coordinates and velocities one by one."""
+    spec = read_spec(text, "system.yaml")
+    system = systems.any_family_system(spec)
+    assert system is not None
+    values, count = resolve_values(spec, {}), system.q.count
+    state, given = np.array([*values.q, *values.v]), np.array([*values.parameters.values()])
+    accelerations = compiled_accelerations(system)
+    here = accelerations(0.0, *np.split(state, 2), given)
+    band, places = of_families(system).band, of_families(system).places or range(count)
+    at = np.argsort(np.array(places))
+    for k in range(2 * count):
+        moved = state + 1e-3 * (np.arange(2 * count) == k)
+        changed = np.flatnonzero(np.abs(accelerations(0.0, *np.split(moved, 2), given) - here) > 1e-9)
+        assert np.all(np.abs(at[changed] - at[k % count]) <= band.reach)
+    assert band.reach <= reach
 
 
 def test_the_code_does_not_grow_with_the_bodies() -> None:
