@@ -107,7 +107,7 @@ def test_a_bad_start_of_a_long_chain_is_refused_soon(
     [
         (("--outputs", "reactions"), "written out for --outputs reactions"),
         (("--outputs", "q,ledger"), "written out for --outputs ledger"),
-        (("--method", "DOP853"), "written out for --method DOP853 on chains with constraints"),
+        (("--proven",), "written out for steps that have to be proven, on chains"),
     ],
 )
 def test_what_members_are_written_out_for_is_told(
