@@ -17,6 +17,8 @@ class Reversal:
 
     def __init__(self, system: FamilySystem) -> None:
         self.system, self._known = system, dict[Total, Total]()
+        if system.bonds is not None:
+            self._known[system.bonds.multipliers] = system.bonds.multipliers
         if system.modes is not None and system.modes.sticking is not None:
             multipliers = system.modes.sticking.multipliers
             self._known[multipliers] = multipliers

@@ -12,6 +12,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import (
     Array,
     Domain,
+    Slots,
     Term,
     Total,
     total_of,
@@ -83,15 +84,23 @@ def kinetic_terms(builder: FamilyBuilder, found: Articulation) -> Iterator[Term]
 
 def felt(builder: FamilyBuilder, found: Articulation, pushes: Sequence[Sequence[Term]]) -> Iterator[Term]:
     """What acts on nodes, as coordinates feel it: F . dr/dq_k of all that a joint carries."""
+    return felt_of(builder.slots, builder.q, found, pushes, builder.totals)
+
+
+def felt_of(
+    slots: Slots, q: Array, found: Articulation, pushes: Sequence[Sequence[Term]], made: list[Total]
+) -> Iterator[Term]:
+    """The same by ``slots`` of the coordinates ``q``; the totals that this takes are added to those
+    ``made``."""
     for chain, terms in zip(found.nodes, pushes):
         if terms:
-            whole = total_of(chain.count, terms, builder.graph, chain.tree, back=True)
-            builder.totals.append(whole)
+            whole = total_of(chain.count, terms, slots.graph, chain.tree, back=True)
+            made.append(whole)
             for step in chain.terms:
-                push = builder.slots.symbol(step.domain, whole, step.targets)
-                for symbol, slot in builder.slots.inside(step.node):
-                    if slot.array is builder.q:
-                        yield Term(step.domain, push * builder.graph.diff(step.node, symbol), slot.table)
+                push = slots.symbol(step.domain, whole, step.targets)
+                for symbol, slot in slots.inside(step.node):
+                    if slot.array is q:
+                        yield Term(step.domain, push * slots.graph.diff(step.node, symbol), slot.table)
 
 
 def curved(graph: Graph, found: Articulation, count: int) -> NDArray[np.bool_]:

@@ -69,7 +69,7 @@ def held(
     order[modes] = np.arange(len(modes))
     bounds = [*bounds_of(contacts, order)]
     multipliers = Total(Source.TOTAL, len(modes))
-    sticking = Bonds(tuple(bounds), [str(mode) for mode in modes.tolist()], multipliers)
+    sticking = Bonds(tuple(bounds), [str(mode) for mode in modes.tolist()], multipliers, holonomic=0)
     refuse_circles(contacts.system, sticking)
     sticking.elimination  # noqa: B018 - refuses what is coupled to too much
     limit = limits_of(contacts, rubbing[0], sticking, order, moving)
@@ -106,7 +106,8 @@ def bounds_of(contacts: Contacts, order: Places) -> Iterator[Bound]:
             raise Unsuited  # of a member relative to itself
         symbols, rows = tuple(s for s, _ in inside), tuple(slot.table for _, slot in inside)
         slopes = tuple(slots.graph.diff(node, s) for s in symbols)
-        yield Bound(domain, node, numbers[kept], rows, symbols, slopes, slots.graph.zero)
+        where = numbers[kept]
+        yield Bound(domain, node, where, rows, symbols, slopes, slots.graph.zero, holonomic=False)
 
 
 def with_means(contacts: Contacts, total: Total, listed: Sequence[Friction]) -> Total:

@@ -33,6 +33,7 @@ def key_of(spec: Spec, compilation: Compilation) -> str | None:
             asked.method,
             asked.tolerance.hex(),
             asked.ensemble,
+            asked.few,
             asked.precision,
             asked.portable,
             asked.order,

@@ -12,7 +12,8 @@ class Compilation:
 
     ``method`` is ``taylor`` or one of scipy's, ``tolerance`` the relative error per step, and ``outputs`` the
     names of what is computed (``q``, ``h``, ``ledger``, ...). A program for an ``ensemble`` follows eight
-    motions at once, where that suits the system, and none alone. ``precision`` is that of the numbers. A
+    motions at once, where that suits the system, and none alone; if its motions are ``few`` or short, large
+    families are not expanded for that, and motions followed alone. ``precision`` is that of the numbers. A
     ``portable`` program computes the same bits on every machine, if the numbers in the equations are such.
     ``order`` is that of the Taylor series, if it is not to follow from the tolerance. Motions that stop
     before they start need a program that is compiled ``backward``. Steps are ``proven`` for every system, not
@@ -26,6 +27,7 @@ class Compilation:
     tolerance: float
     outputs: frozenset[str]
     ensemble: bool = False
+    few: bool = False
     precision: str = DOUBLE
     portable: bool = False
     order: int | None = None

@@ -14,6 +14,7 @@ from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.switches import is_root, with_modes_in
 from lagrange_cli.families.system import family_system
+from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.family_outputs import Described, Element, FamilyPlanner, Quantities
 from lagrange_cli.integrate.methods.equations import Equations
@@ -28,11 +29,13 @@ from lagrange_cli.native.families.jets import WITHOUT_SERIES
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
+from lagrange_cli.native.members import SECTION
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program
 from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.recording import NARROW, EventGroup, Recording
+from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
@@ -47,6 +50,10 @@ INTEGRALS = frozenset({"ledger", "action"})
 """Those that are integrated beside the motion."""
 OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
 """Those that systems with constraints have besides."""
+STATES = 1, 2
+"""Random states at which rates are looked at."""
+BRIEF, UNCHANGED = 1e-4, 1e-8
+"""What changes by so little in so short a time may be conserved."""
 FEWEST_ONE_BY_ONE = 1000
 """Terms of all sums from which on the motions of an ensemble are followed one by one."""
 
@@ -71,12 +78,6 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
     return found.issuperset(outputs)
 
 
-def integrable(spec: Spec, outputs: Collection[str]) -> bool:
-    """Whether those of them that are integrals can be integrated with families. (The forces of constraint are
-    not known there.)"""
-    return INTEGRALS.isdisjoint(outputs) or not spec.constrained
-
-
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     """The system as one of families, where that serves a run; else None."""
     found = family_run_or_why(spec, compilation)
@@ -88,11 +89,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     method, needs = compilation.method, METHODS[compilation.method].needs
     if needs is Needs.JACOBIAN:
         return WrittenOut(f"--method {method}", "use --method taylor")
-    if compilation.section:
-        return WrittenOut("the section", "let an event of 'solve' record the crossings")
-    outputs = compilation.outputs
-    if integrable(spec, outputs):
-        outputs -= INTEGRALS
+    outputs = compilation.outputs - INTEGRALS
     others = [one for one in sorted(outputs) if not known(spec, [one])]
     if others:
         return without_outputs(others)
@@ -101,13 +98,17 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         kind = "--certify" if compilation.precision == DOUBLE else f"--precision {compilation.precision}"
         return WrittenOut(f"motion backward in time with {kind}", "let it go forward, or leave that out")
     system = family_system(spec, algebra_for(compilation))
-    if system is None or (compilation.ensemble and suits_lanes(system)):
+    if system is None or (compilation.ensemble and not compilation.few and suits_lanes(system)):
         return OTHER
+    if compilation.section == SECTION and may_be_conserved(system):
+        return WrittenOut("a surface that may be conserved", "let --where depend on coordinates alone")
     if needs is Needs.SERIES and unproven(system, compilation):
         way = "leave out --proven" if compilation.proven else "use --method ias15, which proves no steps"
         return WrittenOut("steps that have to be proven, on chains, with constraints or dry friction", way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
+    if "ledger" in compilation.outputs and system.bonds is not None and system.smooth is not None:
+        return without_outputs(["ledger"])
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):
         return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
     if compilation.backward and not system.idle_bonds:
@@ -125,6 +126,40 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         way = "write them without roots and exponentials"
         return WrittenOut("arguments of switches whose zeros may hide", way)
     return system
+
+
+def in_loops_if_few(spec: Spec, compilation: Compilation) -> bool:
+    """Whether the motions of an ensemble are followed one by one, in loops, only as they are few."""
+    found = family_run(spec, replace(compilation, few=True))
+    return found is not None and suits_lanes(found)
+
+
+def may_be_conserved(system: FamilySystem) -> bool:
+    """Whether the argument of the last event may be the same all along a motion, as a momentum is."""
+    assert system.events is not None
+    arguments = system.events.arguments
+    which = arguments.count - 1
+    terms = [one for total in needed([arguments], system.slots) for one in total.terms]
+    fast = any(system.slots.moving(one.node, {system.v}) for one in terms)
+    if system.bonds is None and not fast:
+        return False
+    if system.bonds is not None or system.joints is not None:
+        return True
+    count = system.q.count
+    for seed in STATES:
+        chance = np.random.default_rng(seed)
+        q, v, t = chance.uniform(0.2, 1.2, count), chance.uniform(-1.0, 1.0, count), chance.uniform(0.2, 1.2)
+        given = chance.uniform(0.5, 1.5, system.given.count)
+        with np.errstate(all="ignore"):
+            now = FamilyValues(system, float(t), q, v, given)
+            a = now.of(system.forces) / now.of(system.masses)
+            near = []
+            for h in (-BRIEF, BRIEF):
+                at = FamilyValues(system, float(t + h), q + h * (v + h / 2.0 * a), v + h * a, given)
+                near.append(at.of(arguments)[which])
+            if abs(near[1] - near[0]) > UNCHANGED * (1.0 + abs(near[0])):
+                return False
+    return True
 
 
 def suits_lanes(system: FamilySystem) -> bool:
@@ -201,8 +236,11 @@ def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] 
     return any(is_root(one) and not shows(one, variables, speeds) for one in reachable(sides))
 
 
-def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
-    """The program for ``compilation``, and the datasets made of its results."""
+def write_families(
+    system: FamilySystem, compilation: Compilation, *, concise: bool = False
+) -> tuple[Program, Recording]:
+    """The program for ``compilation``, ``concise`` or as fast as it can be, and the datasets made of its
+    results."""
     conserved = frozenset(system.conserved)
     if system.bodies:  # what T does not depend on is not seen by its form
         from lagrange_cli.families.conservation import constants_of
@@ -235,6 +273,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         program = write_family_program(
             followed, observed, tolerance, order,
             scheme=scheme, kind=kind, factor=compilation.factor, proven=proven, integrands=integrands,
+            concise=concise,
         )  # fmt: skip
     except TooManyNumbers as error:
         if compilation.precision == DOUBLE and compilation.factor is None:

@@ -8,9 +8,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from lagrange_cli.expression.node import Kind, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Source, Term, Total, total_of
+from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.inertia import felt_of
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.turning import Bodies
 from lagrange_cli.mechanics.conservation import Conserved
@@ -38,6 +40,35 @@ def of_time(system: FamilySystem) -> list[Term]:
             node = slots.symbol(term.domain, factor, term.targets) * graph.diff(term.node, system.time)
             found.append(Term(term.domain, node, np.zeros_like(term.targets)))
     return [one for one in found if not one.node.is_zero]
+
+
+def pulls_of_bonds(system: FamilySystem) -> Iterator[Term]:
+    """A^T lambda."""
+    pushes: list[list[Term]] = [[] for _ in (system.joints.nodes if system.joints else ())]
+    for one in system.bonds.bounds if system.bonds else ():
+        multiplier = multiplier_of(system, one)
+        for slope, rows in zip(one.slopes, one.rows):
+            yield Term(one.domain, slope * multiplier, rows)
+        for hold in one.holds:
+            pushes[hold.component].append(Term(one.domain, hold.slope * multiplier, hold.places))
+    if system.joints is not None:
+        yield from felt_of(system.slots, system.q, system.joints, pushes, [])
+
+
+def work_of_bonds(system: FamilySystem) -> Iterator[Term]:
+    """The power of the forces of constraint, -lambda b (``mechanics.constraints``)."""
+    graph = system.slots.graph
+    for one in system.bonds.bounds if system.bonds else ():
+        drift = graph.diff(one.node, system.time) if one.holonomic else one.at_rest(graph)
+        if not drift.is_zero:
+            power = -(drift * multiplier_of(system, one))
+            yield Term(one.domain, power, np.zeros(one.domain.count, dtype=np.int64))
+
+
+def multiplier_of(system: FamilySystem, bound: Bound) -> Node:
+    """lambda of the members of a bound."""
+    assert system.bonds is not None
+    return system.slots.symbol(bound.domain, system.bonds.multipliers, bound.numbers)
 
 
 class FamilyPlanner(Planner):
@@ -257,13 +288,14 @@ class Quantities:
     def energy_rate(self, time: Any) -> Element:
         """dh/dt: the power of the forces outside L, less dL/dt."""
         terms = [self._power(1.0, self.system.applied)] if self.system.driven else []
-        return Total(Source.TOTAL, 1, (*terms, *of_time(self.system))), 0
+        return Total(Source.TOTAL, 1, (*terms, *of_time(self.system), *work_of_bonds(self.system))), 0
 
     @property
     def kinetic_rate(self) -> Element:
         """dT/dt: the power of all forces."""
         terms = [self._power(1.0, self.system.applied)] if self.system.driven else []
-        return Total(Source.TOTAL, 1, (*terms, self._power(-1.0, self.system.slopes))), 0
+        terms += [self._power(-1.0, self.system.slopes), *work_of_bonds(self.system)]
+        return Total(Source.TOTAL, 1, tuple(terms)), 0
 
     def _power(self, factor: float, forces: Total) -> Term:
         """What forces on all coordinates do."""
@@ -291,6 +323,8 @@ class Quantities:
             lagrangian = system.kinetic - system.potential
             (rates,), _ = slopes(lagrangian, system.root, system.totals, system.slots, system.q)
             found = total_of(rates.count, [*rates.terms, *system.applied.terms], system.slots.graph)
+        if system.bonds is not None:
+            found = total_of(found.count, [*found.terms, *pulls_of_bonds(system)], system.slots.graph)
         return tuple((found, k) for k in range(system.q.count))
 
     @property

@@ -46,7 +46,7 @@ def engine(spec: Spec, program: Program | None, drawing: Drawing | None) -> dict
     placing, constants = ("", 0) if drawing is None else placed(spec, drawing)
     deriving, filled = derived(spec)
     text = "\n".join(["" if program is None else program.text, placing, deriving, measured(spec, sizes)])
-    module = compile_webassembly(text + definitions(text))
+    module = compile_webassembly(text + definitions(text), loops=program is not None and program.loops)
     degrees = len(spec.coordinates)
     described = NOTHING if program is None else layout(spec, program)
     return described | {

@@ -150,7 +150,7 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates") or spec.events or spec.bodies:
+    if not spec.families.get("coordinates") or spec.events or spec.bodies or spec.nonholonomic:
         return None
     from lagrange_cli.families.system import any_family_system, family_system, without_constraints
 
@@ -204,7 +204,9 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
         return f"--form {form} writes out every member"
-    parts = [part for part in ("constraints", "events", "bodies", *UNKNOWN) if getattr(spec, part)]
+    parts = [
+        part for part in ("constraints", "nonholonomic", "events", "bodies", *UNKNOWN) if getattr(spec, part)
+    ]
     if parts == ["constraints"]:
         needs = "a constant diagonal mass matrix and constraints without t"
         return f"every member is written out, since printing constraints with indices needs {needs}"

@@ -98,6 +98,7 @@ def prepare_run(
     *,
     cached: bool,
     ensemble: bool = False,
+    few: bool = False,
     order: int | None = None,
     section: str = "",
     factor: int | None = None,
@@ -105,16 +106,19 @@ def prepare_run(
 ) -> Prepared:
     """Compile a system for a run, or take the code from the cache of earlier runs if it may be ``cached``.
 
-    Code for an ``ensemble`` follows many motions, through a ``section`` of a kind if that is given. ``order``
-    is that of the Taylor series; without it, it follows from the tolerance. With a ``factor`` the code
-    is that of a companion. ``meanwhile`` is called while LLVM compiles: it loads what the run needs next.
+    Code for an ``ensemble`` follows many motions, or a ``few``, through a ``section`` of a kind if that is
+    given. ``order`` is that of the Taylor series; without it, it follows from the tolerance. With a
+    ``factor`` the code is that of a companion. ``meanwhile`` is called while LLVM compiles: it loads what the
+    run needs next.
 
     Raises ``SpecError`` if no equations of motion can be derived, or they are too large to be compiled.
     """
     with stage("import"):
         from lagrange_cli.integrate.prepare import prepare_system
         from lagrange_cli.native.compilation.cache import find_cache
-    compilation = settings.compilation(ensemble=ensemble, order=order, section=section, factor=factor)
+    compilation = settings.compilation(
+        ensemble=ensemble, few=few, order=order, section=section, factor=factor
+    )
     with named(spec, compilation), located(spec):
         if METHODS[settings.method].needs is Needs.JACOBIAN:
             foresee_matrices(len(spec.coordinates))

@@ -20,7 +20,9 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.support.motion import Motion, run
 
-OUTPUTS = frozenset(["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "conserved"])
+OUTPUTS = frozenset(
+    ["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "conserved", "ledger", "action"]
+)
 EVENTS = """
 events:
   turning: {{when: b[{0}].vx}}

@@ -20,7 +20,9 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values, resolve_values
 from tests.support.motion import Motion, run
 
-OUTPUTS = frozenset(["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "reactions"])
+OUTPUTS = frozenset(
+    ["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "reactions", "ledger", "action"]
+)
 SIZES = 1, 2, 3, 8, 9, 13
 SYSTEM = """
 sizes: {{N: {count}}}
@@ -193,6 +195,8 @@ def compared(text: str, motion: Motion, expected: Motion, most: float = 2.0**-40
             assert np.max(np.abs(values - expected.data[path])) <= most * size, (path, text)
         if "diagnostics/constraints/" in path:
             assert np.max(np.abs(values)) < 1e-13, (path, text)
+        if "diagnostics/ledger/" in path:
+            assert np.max(np.abs(values)) < 1e-12, (path, text)
 
 
 @pytest.mark.exhaustive(keep=0.5, most=16)

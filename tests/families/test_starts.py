@@ -106,7 +106,6 @@ def test_a_bad_start_of_a_long_chain_is_refused_soon(
     "options, told",
     [
         (("--outputs", "reactions"), "written out for --outputs reactions"),
-        (("--outputs", "q,ledger"), "written out for --outputs ledger"),
         (("--proven",), "written out for steps that have to be proven, on chains"),
     ],
 )

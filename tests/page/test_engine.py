@@ -8,6 +8,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
+from py_mini_racer import MiniRacer
 
 import lagrange_cli as lagrange
 from lagrange_cli.drawing.drawing import Drawing
@@ -144,7 +145,7 @@ def test_a_page_has_few_bytes_for_each_further_member():
 
 def test_the_program_of_a_family_is_as_long_for_any_number_of_members():
     lines = set()
-    for members in (100, 400):
+    for members in (100, 4000):
         request = Request(sizes={"N": str(members)})
         motion = read_shown((SYSTEMS / "n_pendulum.yaml").read_bytes(), "chain.yaml", request)
         motion = watched(motion)
@@ -271,3 +272,40 @@ def test_graphs_of_whatever_has_ticks_and_an_end():
     assert engine.run(f"{numbers}.map(boxed)") == [
         "0", "-0.5", "62.8319", "1.25e-6", "-3.14159e-5", "6.02214e23", "36525", "1234570",
     ]  # fmt: skip
+
+
+REACHING = """
+var count = 0, scene = { dimension: 2, scale: 100, onPaper: ([x, y]) => [100 * x, 100 * y] };
+var points = {
+  free: (t, q) => {
+    count++;
+    return Float64Array.from(q.map((value, i) => i % 2 ? value : Math.sin(value)));
+  },
+  chain: (t, q) => {
+    count++;
+    const found = [];
+    let [x, y] = [0, 0];
+    for (const angle of q) found.push(x += Math.cos(angle), y += Math.sin(angle));
+    return Float64Array.from(found);
+  },
+};
+var reached = (kind, n, point, goal) => {
+  const from = Array.from({ length: n }, (_, k) => 0.3 * Math.sin(k)), before = from.slice();
+  count = 0;
+  const paper = goal.map((one) => 100 * one);
+  const q = reaching(scene, { place: points[kind] }, point, paper, 0, from), evaluated = count;
+  const there = Array.from(points[kind](0, q).slice(2 * point, 2 * point + 2));
+  return [there, evaluated, q.map((one, k) => one !== before[k] ? k : -1).filter((k) => k >= 0)];
+};
+"""
+
+
+def test_a_drag_moves_what_the_point_depends_on_in_few_evaluations():
+    v8 = MiniRacer()
+    v8.eval(asset("start.js") + REACHING)
+    place, count, moved = json.loads(v8.eval('JSON.stringify(reached("free", 2000, 700, [0.5, 0.7]))'))
+    np.testing.assert_allclose(place, [0.5, 0.7], atol=0.004)
+    assert moved == [1400, 1401] and count < 60
+    place, _, moved = json.loads(v8.eval('JSON.stringify(reached("chain", 9, 5, [3.0, 3.5]))'))
+    np.testing.assert_allclose(place, [3.0, 3.5], atol=0.004)
+    assert moved == [*range(6)]

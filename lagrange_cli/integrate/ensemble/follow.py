@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lagrange_cli.integrate.ensemble.datasets import Emit
+    from lagrange_cli.native.interface import Interface
     from lagrange_cli.spec.ensemble import EnsembleValues, Number
     from lagrange_cli.spec.spec import Family
 
@@ -63,11 +64,7 @@ def follow_ensemble(
     for start in range(0, values.members, size):
         part = slice(start, min(start + size, values.members))
         emit(np.arange(part.start, part.stop, dtype=np.int64), start_of(values, families, part))
-        parameters = table(
-            [one.parameters[name] for one in values.parts for name in program.parameters], part
-        )
-        zeros = [0.0] * len(program.integrals)
-        states = table([x for one in values.parts for x in (*one.q, *one.v, *zeros)], part)
+        parameters, states = starts_of(values, program, part)
         datasets.open(start, parameters, states)
         datasets.refuse([member for member in values.refused if part.start <= member < part.stop])
         missing = datasets.missing()
@@ -84,6 +81,13 @@ def follow_ensemble(
             going = method.follow(starts, datasets.accept, told, threads)
         datasets.close()
     return datasets.outcome()
+
+
+def starts_of(values: EnsembleValues, program: Interface, part: slice) -> tuple[Array, Array]:
+    """The parameters of some members (b, P), and their states (b, rows)."""
+    zeros = [0.0] * len(program.integrals)
+    parameters = [one.parameters[name] for one in values.parts for name in program.parameters]
+    return table(parameters, part), table([x for one in values.parts for x in (*one.q, *one.v, *zeros)], part)
 
 
 def table(columns: Sequence[Number], part: slice) -> Array:

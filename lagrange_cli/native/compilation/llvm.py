@@ -24,15 +24,18 @@ class Engine:
 
 
 def compile_text(text: str, optimize: int, loops: bool = False) -> bytes:
-    """The object code of LLVM IR for this processor; ``optimize`` is the code generation level, 0 to 3.
-
-    If its time is that of ``loops`` over members of families, LLVM does not look for fewer addresses in them:
-    that took a third of its time, and the code was hardly faster.
-    """
-    llvm.set_option("", f"-disable-lsr={'true' if loops else 'false'}")
+    """The object code of LLVM IR for this processor; ``optimize`` is the code generation level, 0 to 3, and
+    ``loops`` says whether its time is that of loops over members of families."""
+    llvm.set_option("", reduction(loops))
     machine = target_machine(optimize)
     code: bytes = machine.emit_object(llvm.parse_assembly(complete(suited(text))))
     return code
+
+
+def reduction(loops: bool) -> str:
+    """LLVM's option whether to reduce the addresses in loops to fewer ones. In ``loops`` over members that
+    took a third of its time, and the code was hardly faster."""
+    return f"-disable-lsr={'true' if loops else 'false'}"
 
 
 def suited(text: str) -> str:

@@ -48,9 +48,10 @@ class Module:
     heap: int
 
 
-def compile_webassembly(text: str) -> Module:
-    """The module of a program's ``text``; it exports every function that is not internal."""
-    code: bytes = with_stack(object_code, COMPILER_STACK)(with_fma(text))
+def compile_webassembly(text: str, loops: bool = False) -> Module:
+    """The module of a program's ``text``; it exports every function that is not internal. ``loops``: see
+    ``compile_text``."""
+    code: bytes = with_stack(object_code, COMPILER_STACK)(with_fma(text), loops)
     sections = [*sections_of(code)]
     functions = exported(sections)
     data = max((end for number, content in sections if number == DATA for end in ends_of(content)), default=0)
@@ -58,12 +59,14 @@ def compile_webassembly(text: str) -> Module:
     return Module(linked(code, sections, functions), -(-stack // 64) * 64)
 
 
-def object_code(text: str) -> bytes:
+def object_code(text: str, loops: bool) -> bytes:
     """LLVM's object code for WebAssembly."""
     import llvmlite.binding as llvm
 
+    from lagrange_cli.native.compilation.llvm import reduction
     from lagrange_cli.native.llvm.declarations import complete
 
+    llvm.set_option("", reduction(loops))
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     target = llvm.Target.from_triple(TRIPLE)

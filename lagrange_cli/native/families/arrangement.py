@@ -49,8 +49,9 @@ class Arrangement:
         factor: int | None,
         proven: bool,
         integrands: Observed,
+        concise: bool,
     ) -> None:
-        self.kind, self.factor = kind, factor
+        self.kind, self.factor, self.concise = kind, factor, concise
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
         self.observed, self.tolerance, self.scheme = observed, tolerance, scheme
         self.proven = proven
@@ -139,6 +140,14 @@ class Arrangement:
             terms.append(Term(domain, self.slots.symbol(domain, total, chosen), put))
         whole = total_of(len(self.integrals), terms, self.graph)
         return self.lasting.arranged(whole, kept=False)
+
+    @property
+    def multipliers_beside(self) -> Total | None:
+        """The multipliers, if what is followed beside the motion contains them."""
+        bonds = self.system.bonds
+        if bonds is None or self.integrands is None:
+            return None
+        return bonds.multipliers if bonds.multipliers in needed([self.integrands], self.slots) else None
 
     @cached_property
     def tabled(self) -> SaddleTables:

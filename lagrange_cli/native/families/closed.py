@@ -16,8 +16,9 @@ from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.saddle_tables import SaddleTables
+from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
-from lagrange_cli.native.llvm.vector import Bit, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 
 
 class ClosedJet(ArticulatedJet):
@@ -40,7 +41,14 @@ class ClosedJet(ArticulatedJet):
         totals = super().prepared()
         self.first = self.take(room(self.tabled.size))
         self.saddle = MemberTabled(self.vectors, self.tabled, "%work", self.first)
+        self.place_kept()
         return totals
+
+    def accelerate(
+        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+    ) -> None:
+        super().accelerate(evaluation, k, phase, span)
+        self.keep(self.closure.multipliers, k)
 
     def given(self, *, first: bool) -> list[Array]:
         own = [*self.closure.in_order, *(self.closure.in_first if first else ())]

@@ -68,6 +68,7 @@ class ConstrainedJet(CorrectedJet):
         self.arrange_members(motion.locals)
         self.saddle = MemberTabled(self.vectors, self.tabled, "%work", self.work)
         self.take(room(self.tabled.size))
+        self.place_kept()
         return totals
 
     def accelerate(
@@ -88,6 +89,7 @@ class ConstrainedJet(CorrectedJet):
         evaluation.write([motion.rates])
         self.evaluate(k, correcting=True)
         self.advance(evaluation, k, motion.rates)
+        self.keep(motion.multipliers, k)
 
     def regular(self) -> Bit:
         return regular_masses(self) & self.sound

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Source, Term
+from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Source, Term, Total
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.native.families.evaluation import Evaluation
+from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import SeriesJet
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.series import LoopSeries
@@ -169,6 +169,8 @@ class CorrectedJet(SeriesJet):
     """The code is longer."""
     members: list[tuple[CorrectedSeries, int]]
     """Their series, with places in ``%work``."""
+    kept: Total | None = None
+    """The multipliers, if what is followed beside the motion contains them."""
 
     @property
     def ahead(self) -> Collection[Array]:
@@ -196,6 +198,21 @@ class CorrectedJet(SeriesJet):
         for local in locals:
             series = series_of(local, self.slots, self.system.time, self.order, alone)
             self.members.append((series, self.take(series.doubles)))
+
+    @property
+    def carried(self) -> Sequence[Array]:
+        return () if self.kept is None else (self.kept,)
+
+    def keep(self, multipliers: Array, k: int | Integer) -> None:
+        """Keep coefficients k of the multipliers, if that is asked for."""
+        if self.kept is not None:
+            self.copy(self.at(multipliers, 0), self.at(self.kept, k), multipliers.count)
+
+    def place_kept(self) -> None:
+        """Find a place for these."""
+        if self.kept is not None:
+            step = room(self.kept.count)
+            self.planes[self.kept] = self.take((self.order + 1) * step), step
 
     def moving(self, totals: Sequence[Array]) -> list[Any]:
         """Those that are no constants of the motion."""

@@ -62,6 +62,8 @@ class SeriesJet(SeriesPlaces, ABC):
     """The name of those beside the motion's (``BesideJet``), which follow from these, if there are any."""
     many = 2**16
     """Coefficients from which on the second copy of the code pays."""
+    copied = True
+    """Whether there may be one."""
 
     @property
     def carried(self) -> Sequence[Array]:
@@ -108,7 +110,7 @@ class SeriesJet(SeriesPlaces, ABC):
         f, end = self.f, self.order - 1
         first = min(max((one.unrolled for one, _ in self.series), default=1), end)
         many = self.vectors.parts == 1 and sum(one.doubles for one, _ in self.series) >= self.many
-        rounds = max(0, end - max(first, BEGUN)) // AHEAD if many else 0
+        rounds = max(0, end - max(first, BEGUN)) // AHEAD if many and self.copied else 0
         begun = end - rounds * AHEAD
         operations = sum(self.counted(k, None, windows) for k in range(first))
         if first < begun:

@@ -10,6 +10,7 @@ from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.closed import ClosedJet
 from lagrange_cli.native.families.constrained import ConstrainedJet
+from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import Jet, SeriesJet
@@ -67,11 +68,15 @@ class MotionJets(Preparation):
 
     def with_beside(self, motion: SeriesJet, name: str, *given: Any) -> Jet:
         """The jet of a motion, and of what is followed beside it, by a function of that name."""
-        motion.beside = "" if self.integrands is None else name
+        motion.beside, motion.copied = "" if self.integrands is None else name, not self.concise
+        if isinstance(motion, CorrectedJet):
+            motion.kept = self.multipliers_beside
         jet = motion.write()
         if self.integrands is None:
             return jet
-        beside = BesideJet(self.integrands, motion, name, *given).write()
+        further = BesideJet(self.integrands, motion, name, *given)
+        further.copied = motion.copied
+        beside = further.write()
         return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations)
 
     def accelerations(self, name: str) -> Jet:

@@ -64,13 +64,17 @@ def write_family_program(
     factor: int | None = None,
     proven: bool = False,
     integrands: Observed = NOTHING,
+    concise: bool = False,
 ) -> Program:
     """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``, and integrals of
     ``integrands``; one of ``RATES`` gives the accelerations alone, with the steps of a ``scheme`` on these,
     in doubles. With a ``factor`` it is that of a companion, whose numbers are of a kind beside those of the
     run (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no
-    constraints, and numbers are doubles."""
-    return _Writer(system, observed, tolerance, order, scheme, kind, factor, proven, integrands).program()
+    constraints, and numbers are doubles. A ``concise`` program has no second copy of the code for many
+    coefficients: it is compiled in less time, and slower."""
+    return _Writer(
+        system, observed, tolerance, order, scheme, kind, factor, proven, integrands, concise
+    ).program()
 
 
 class _Writer(Returning, Observation, MotionJets):

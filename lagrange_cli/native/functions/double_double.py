@@ -218,10 +218,5 @@ def one_by_one(name: str, kinds: str) -> str:
     """The text of a function of eight numbers, each computed by the function of one."""
     f = Function(f"define internal {pair_type(LANES)} {head_of(name, kinds, LANES)} #0")
     given = [Real(f, f"%{part}{i}", LANES) for i in range(len(kinds)) for part in "ab"]
-    results = [f.variable(Real(f, "poison", LANES)) for _ in range(2)]
-    with f.loop(0, LANES, tested=False) as i:
-        made = called(f, f"pair_{name}", *(f.lane(one, i) for one in given))
-        for result, one in zip(results, made.parts):
-            result.set(f.inserted(result.get(), one, i))
-    f.give(*(one.get() for one in results))
+    f.give(*f.lane_by_lane(given, 2, lambda one: called(f, f"pair_{name}", *one).parts))
     return f.text()

@@ -67,16 +67,6 @@ def definition(name: str, lanes: int) -> str:
     if lanes == 1:
         f.give(*function.beyond(f, *arguments))
     else:
-        f.give(*one_by_one(f, name, arguments))
+        kinds = [Real] * function.results
+        f.give(*f.lane_by_lane(arguments, len(kinds), lambda one: f.parts(kinds, f"{name}.1", *one, lanes=1)))
     return f.text()
-
-
-def one_by_one(f: Function, name: str, arguments: list[Real]) -> list[Real]:
-    """Each lane by the version for one double."""
-    results = [f.variable(Real(f, "poison")) for _ in range(FUNCTIONS[name].results)]
-    with f.loop(0, f.lanes, tested=False) as i:
-        single = [f.lane(one, i) for one in arguments]
-        made = f.parts([Real] * len(results), f"{name}.1", *single, lanes=1)
-        for result, one in zip(results, made):
-            result.set(f.inserted(result.get(), one, i))
-    return [result.get() for result in results]

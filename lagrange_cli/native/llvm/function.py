@@ -10,7 +10,7 @@ text = f.text()
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
 from lagrange_cli.native.llvm.flow import Flow
@@ -60,6 +60,18 @@ class Function(Flow):
         made = self.define(f"call {together} @{name}({listed})")
         parts = (self.define(f"extractvalue {together} {made}, {k}") for k in range(len(results)))
         return [one(self, part, lanes) for one, part in zip(results, parts)]
+
+    def lane_by_lane(
+        self, given: Sequence[Real], count: int, single: Callable[[Sequence[Real]], Sequence[Real]]
+    ) -> list[Real]:
+        """So many vectors of what ``single`` makes of each lane of the given ones."""
+        lanes = given[0].lanes
+        results = [self.variable(Real(self, "poison", lanes)) for _ in range(count)]
+        with self.loop(0, lanes, tested=False) as i:
+            made = single([self.lane(one, i) for one in given])
+            for result, one in zip(results, made):
+                result.set(self.inserted(result.get(), one, i))
+        return [result.get() for result in results]
 
     def pointer(self, name: str) -> Pointer:
         """An argument that is a place in memory."""

@@ -22,7 +22,7 @@ from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.proof import proven
-from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, chosen_step
+from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 from lagrange_cli.native.stepping.sums import DoubleDoubleSums, HighLow, difference, pair
 from lagrange_cli.records import replace
@@ -37,10 +37,6 @@ WIDE = 2.0**12
 again."""
 NARROWER, NARROWEST = 2.0**-32, 2.0**-300
 """The factor for the unit if coefficients overflow, and its lower limit."""
-ROUGHLY, ROUGH = 2.0**-40, 2.0**-80
-"""What ``PredictionBounds.almost`` and ``rounding`` are for the trial of a long step's end before it is
-taken."""
-TRIALS = 31
 EXPONENT = 0x7FF0000000000000
 
 
@@ -107,7 +103,7 @@ class DoubleDoubleSteps(Steps):
         sums = self._sums.functions(self.lengths.order)
         integrals = [self.expect("expect_integrals", self.quadratures.own)] if self.quadratures else []
         expected = self.expect("expect", self.lengths), *integrals
-        return [*sums, self.sample_at(), self.update(), *expected, self.holds()]
+        return [*sums, self.sample_at(), self.update(), *expected]
 
     def compute(self, f: Function, time: HighLow, unit: Real, state: Pointer, series: Pointer) -> Bit:
         return f.call(Bit, "jet", f.pointer("%constants"), *time, unit, state, series)
@@ -171,32 +167,6 @@ class DoubleDoubleSteps(Steps):
             for value, pointer in zip((rate, most, low), expected):
                 row.put(value, pointer)
         f.give(farthest.get())
-        return f
-
-    def holds(self) -> Function:
-        """``@holds``: whether the equations hold, roughly, at the end of the step %length."""
-        lengths = self.lengths
-        heads = "ptr %constants, ptr %state, ptr %work, double %length, double %h, double %hl, double %unit"
-        f = Function(f"define internal i1 @holds({heads}, ptr %trial) #0")
-        unit, length, h = Real(f, "%unit"), Real(f, "%length"), (Real(f, "%h"), Real(f, "%hl"))
-        trial, there = f.pointer("%trial"), f.place("%trial", LANES * -(-2 * self._width // LANES))
-        f.call(None, "sample", *self.places(f), *h, trial, f.count(1), f.count(self._width))
-        time = pair(f, "add", *self.time(f), length, f.constant(0.0))
-        good = f.variable(f.call(Bit, "jet", f.pointer("%constants"), *time, unit, trial, there))
-        inverse, farthest = 1.0 / unit, f.variable(f.constant(0.0))
-        with lengths.velocities(f) as row:
-            farthest.set(f.larger(farthest.get(), f.magnitude(row.at(trial, -lengths.degrees))))
-        # as `move` allows it: forces on what hardly moves are rounding of what is far away
-        rounding = farthest.get() * DOUBLE_DOUBLE.rounding / length / length
-        with lengths.velocities(f) as row:
-            rate = self.at_end(f, "slope", row)[0] * inverse
-            found, begin = row.series(there)[1] * inverse, row.series()[1] * inverse
-            v, q = (f.magnitude(row.at(trial, shift)) for shift in (0, -lengths.degrees))
-            size = v / length + f.magnitude(found) + f.magnitude(begin)
-            allowed = f.fused(size, f.constant(ROUGHLY), q * ROUGH / length / length)
-            allowed = allowed + rounding + GONE / length
-            good.set(good.get() & (f.magnitude(rate - found) <= allowed))
-        f.give(good.get())
         return f
 
     def accelerate(self) -> Function:
@@ -265,18 +235,10 @@ class DoubleDoubleSteps(Steps):
         return replace(now, unit=unit.get()), h.get(), Bit(f, "true")
 
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
-        length = f.variable(h)
-        leaps, places = free & (h > now.previous * LEAP), (f.pointer("%constants"), *self.places(f))
-        with f.when(leaps), f.section() as sound, f.loop(0, TRIALS, tested=False):
-            needed = f.smaller(length.get(), left)
-            scaled = self.scaled(f, now.unit, needed, f.constant(0.0))
-            with f.when(f.call(Bit, "holds", *places, needed, *scaled, now.unit, f.pointer("%trial"))):
-                sound.leave()
-            length.set(needed * 0.25)
         if not self.proofs:
-            return length.get()
+            return h
         beyond = f.constant(float(self.lengths.order - 1))
-        return proven(f, self.proofs, now, length.get(), left, free, self.places(f), beyond)
+        return proven(f, self.proofs, now, h, left, free, self.places(f), beyond)
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.guards

@@ -11,16 +11,13 @@ from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
 from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.lengths import Lengths, Row
+from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import AT_REST, Steps
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, HighLow
-
-MANY = 64
-"""From so many coordinates on, those that stand beside no velocity have a loop of their own."""
 
 
 def accelerate(lengths: Lengths) -> str:
@@ -162,8 +159,7 @@ def moved(
     h = lengths.wide(f, h)
     farthest = f.variable(f.zero(lengths.lanes))
 
-    def move(row: Row, *, with_rates: bool = True) -> None:
-        """A vector of rows."""
+    with lengths.each(f) as row:
         c, is_place = row.series().terms(1, lengths.order), row.among(0, degrees)
         change, rest = careful_sum(f, c, h, CHAINS if lengths.together > 1 else 1)
         old, lost = row.at("%state"), row.at("%state", low)
@@ -174,8 +170,6 @@ def moved(
         row.put(error if moving is None else f.select(moving, error, lost), "%state", low)
         lesser = f.smaller(f.magnitude(new), f.magnitude(old))
         farthest.set(f.larger(farthest.get(), row.only(is_place, lesser)))
-        if not with_rates:
-            return
         with row.if_velocities():
             if lengths.together == 1:  # read again: there are too many of them to be kept
                 c = row.series().terms(1, lengths.order)
@@ -185,11 +179,4 @@ def moved(
                 most = most + row.at("%state", noise)
             row.put(speed, rates)
             row.put(most if nothing is None else most + lengths.wide(f, nothing), allowances)
-
-    apart = lengths.vector(degrees) if degrees >= MANY and not lengths.followed[1] else 0
-    if apart:
-        with lengths.each(f, 0, apart) as row:
-            move(row, with_rates=False)
-    with lengths.each(f, apart) as row:
-        move(row)
     return lengths.gather(f, "fmax", farthest.get())

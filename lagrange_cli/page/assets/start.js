@@ -72,23 +72,43 @@ class Start {
   }
 }
 
+// The coordinates that move something, which ``place`` finds at a state: sets of them that do not move it are left out
+// whole. So a member of a family of N takes some 2 log N places, and not N.
+function moving(place, q) {
+  const size = Math.max(1, ...q.map(Math.abs)), here = place(q);
+  const among = (first, last) => {
+    const other = q.slice();
+    for (let k = first; k < last; k++) other[k] += size * (0.1 + 0.1 * Math.random());
+    if (place(other).every((value, i) => value === here[i])) return [];
+    if (last - first === 1) return [first];
+    const middle = (first + last) >> 1;
+    return [...among(first, middle), ...among(middle, last)];
+  };
+  return q.length ? among(0, q.length) : [];
+}
+
 // The state for which a point of the drawing is at a place on the paper, as nearly as it can be: Gauss and Newton's
 // method, by the shortest way in q.
 function reaching(scene, engine, point, [x, y], t, from) {
   const q = Array.from(from), d = scene.dimension, size = Math.max(1, ...q.map(Math.abs));
+  const placed = (state) => {
+    const points = engine.place(t, state);
+    return Array.from({ length: d }, (_, k) => points[d * point + k]);
+  };
   const seen = (state) => {
-    const points = engine.place(t, state), spot = scene.onPaper(Array.from({ length: d }, (_, k) => points[d * point + k]));
+    const spot = scene.onPaper(placed(state));
     return [spot[0] / scene.scale, spot[1] / scene.scale];
   };
+  const moved = moving(placed, q);
   const goal = [x / scene.scale, y / scene.scale];
   let [here, away] = [seen(q), Infinity];
   for (let pass = 0; pass < 30; pass++) {
     const rest = [goal[0] - here[0], goal[1] - here[1]], left = Math.hypot(...rest);
     if (!(left < away) || left * scene.scale < 0.3) break;
     away = left;
-    const slopes = q.map((value, k) => {
+    const slopes = moved.map((k) => {
       const step = 1e-6 * size, other = q.slice();
-      other[k] = value + step;
+      other[k] += step;
       const there = seen(other);
       return [(there[0] - here[0]) / step, (there[1] - here[1]) / step];
     });
@@ -99,7 +119,9 @@ function reaching(scene, engine, point, [x, y], t, from) {
     const weights = [((c + damping) * rest[0] - b * rest[1]) / det, ((a + damping) * rest[1] - b * rest[0]) / det];
     const change = slopes.map(([u, w]) => u * weights[0] + w * weights[1]);
     for (let part = 1; part > 1e-3; part /= 2) { // no farther than it gets nearer
-      const tried = q.map((value, k) => value + part * change[k]), there = seen(tried);
+      const tried = q.slice();
+      moved.forEach((k, i) => { tried[k] += part * change[i]; });
+      const there = seen(tried);
       if (Math.hypot(goal[0] - there[0], goal[1] - there[1]) < away) {
         tried.forEach((value, k) => { q[k] = value; });
         here = there;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,13 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
     from lagrange_cli.store.layout import Dimension, Series
+
+
+MOST_STEPS = 2**19
+"""So many steps of all motions together take eight at once as much less time as it takes to compile them.
+(Both grow with the terms of a system.)"""
+PARTS, SOME_STEPS = (1 / 64, 1 / 8, 1.0), 8
+"""The part of a motion whose steps are counted: the first one with so many."""
 
 
 @dataclass(frozen=True)
@@ -220,15 +228,51 @@ def prepare_ensemble(ensemble: Ensemble, request: Request, monitor: Monitor, sec
     Raises ``SpecError`` where no equations of motion can be derived, they are too large, or an energy jumps.
     """
     check_members(ensemble.spec, ensemble.values)
-    return prepare_run(
-        ensemble.spec,
-        with_proofs(ensemble.spec, ensemble.settings, ensemble.values.several()),
-        monitor.stage,
-        cached=request.cache,
-        ensemble=True,
-        section=section,
-        meanwhile=import_the_rest,
-    )
+    settings = with_proofs(ensemble.spec, ensemble.settings, ensemble.values.several())
+
+    def prepared(*, few: bool) -> Prepared:
+        return prepare_run(
+            ensemble.spec,
+            settings,
+            monitor.stage,
+            cached=request.cache,
+            ensemble=True,
+            few=few,
+            section=section,
+            meanwhile=import_the_rest,
+        )
+
+    found = prepared(few=bool(ensemble.spec.families.get("coordinates")))
+    if found.machine.follow is None and found.compilation.few and steps_of(ensemble, found) > MOST_STEPS:
+        from lagrange_cli.integrate.families import in_loops_if_few
+
+        if in_loops_if_few(ensemble.spec, found.compilation):
+            return prepared(few=False)
+    return found
+
+
+def steps_of(ensemble: Ensemble, prepared: Prepared) -> float:
+    """About how many steps all motions take together, from those at the beginning of the first one; 0 where
+    these are no more than are followed at once."""
+    from lagrange_cli.integrate.ensemble.follow import starts_of
+    from lagrange_cli.integrate.times import Times
+    from lagrange_cli.native.interface import LANES
+
+    members, start, stop = ensemble.values.members, ensemble.settings.start, ensemble.settings.stop
+    if members <= LANES:
+        return 0.0
+    if not math.isfinite(stop):
+        return math.inf
+    parameters, states = starts_of(ensemble.values, prepared.machine.program, slice(0, 1))
+    part, steps = 1.0, 0
+    for part in PARTS:
+        length = (stop - start) * part
+        times = Times(start, start + length, 2, length)
+        given = parameters[0], states[0], times, lambda when, chunk: None, lambda t: False
+        steps = prepared.follower.follow(*given).steps
+        if steps >= SOME_STEPS:
+            break
+    return members * steps / part
 
 
 def import_the_rest() -> None:

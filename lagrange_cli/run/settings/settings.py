@@ -62,12 +62,13 @@ class Settings:
         self,
         *,
         ensemble: bool = False,
+        few: bool = False,
         order: int | None = None,
         section: str = "",
         factor: int | None = None,
     ) -> Compilation:
         """What a program for such a run is compiled for; ``order`` and ``factor`` are those of a companion,
-        ``section`` the kind of an ensemble's section."""
+        ``section`` the kind of an ensemble's section, whose motions may be ``few``."""
         from lagrange_cli.integrate.compilation import Compilation
 
         return Compilation(
@@ -75,6 +76,7 @@ class Settings:
             self.tolerance,
             self.outputs,
             ensemble=ensemble,
+            few=few,
             precision=self.precision,
             portable=self.portable,
             order=order,

@@ -103,7 +103,7 @@ def programmed(motion: Motion, derived: FamilySystem | Residual) -> tuple[Progra
 
     compilation = motion.settings.compilation()
     if isinstance(derived, FamilySystem):
-        return *write_families(derived, compilation), ""
+        return *write_families(derived, compilation, concise=True), ""
     program, recording = write_run(derived, compilation)
     if program.text.count("\n") <= PROVEN:
         return program, recording, ""
