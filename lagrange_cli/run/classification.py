@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 MOST_LINES = 20
 """Entries of one list that are shown."""
+LONGEST = 200
+"""Characters of an expression that is shown."""
 
 
 def as_object(found: Classification) -> dict[str, Any]:
@@ -260,7 +262,18 @@ def in_short(names: Sequence[str], spec: Spec, sections: Sequence[str] = ("coord
 
 def conserved_shown(one: Conserved) -> str:
     """A conserved quantity in a line, with the reason."""
-    return f"{one.quantity} = {one.expression}: {one.because}"
+    return f"{one.quantity} = {readable(one.expression)}: {one.because}"
+
+
+def readable(expression: str) -> str:
+    """An expression, or where it is long, how many terms it has."""
+    if len(expression) <= LONGEST:
+        return expression
+    depth, count = 0, 1
+    for before, letter, after in zip(expression, expression[1:], expression[2:]):
+        depth += (letter in "([") - (letter in ")]")
+        count += depth == 0 and letter in "+-" and before == after == " "
+    return f"a sum of {count} terms, see --json" if count > 1 else "a long expression, see --json"
 
 
 def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
