@@ -14,7 +14,6 @@ from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.switches import is_root, with_modes_in
 from lagrange_cli.families.system import family_system
-from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.family_outputs import Described, Element, FamilyPlanner, Quantities
 from lagrange_cli.integrate.methods.equations import Equations
@@ -50,10 +49,6 @@ INTEGRALS = frozenset({"ledger", "action"})
 """Those that are integrated beside the motion."""
 OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
 """Those that systems with constraints have besides."""
-STATES = 1, 2
-"""Random states at which rates are looked at."""
-BRIEF, UNCHANGED = 1e-4, 1e-8
-"""What changes by so little in so short a time may be conserved."""
 FEWEST_ONE_BY_ONE = 1000
 """Terms of all sums from which on the motions of an ensemble are followed one by one."""
 
@@ -100,8 +95,11 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     system = family_system(spec, algebra_for(compilation))
     if system is None or (compilation.ensemble and not compilation.few and suits_lanes(system)):
         return OTHER
-    if compilation.section == SECTION and may_be_conserved(system):
-        return WrittenOut("a surface that may be conserved", "let --where depend on coordinates alone")
+    if compilation.section == SECTION:
+        from lagrange_cli.integrate.unchanging import may_be_conserved
+
+        if may_be_conserved(system):
+            return WrittenOut("a surface that may be conserved", "let --where depend on coordinates alone")
     if needs is Needs.SERIES and unproven(system, compilation):
         way = "leave out --proven" if compilation.proven else "use --method ias15, which proves no steps"
         return WrittenOut("steps that have to be proven, on chains, with constraints or dry friction", way)
@@ -132,34 +130,6 @@ def in_loops_if_few(spec: Spec, compilation: Compilation) -> bool:
     """Whether the motions of an ensemble are followed one by one, in loops, only as they are few."""
     found = family_run(spec, replace(compilation, few=True))
     return found is not None and suits_lanes(found)
-
-
-def may_be_conserved(system: FamilySystem) -> bool:
-    """Whether the argument of the last event may be the same all along a motion, as a momentum is."""
-    assert system.events is not None
-    arguments = system.events.arguments
-    which = arguments.count - 1
-    terms = [one for total in needed([arguments], system.slots) for one in total.terms]
-    fast = any(system.slots.moving(one.node, {system.v}) for one in terms)
-    if system.bonds is None and not fast:
-        return False
-    if system.bonds is not None or system.joints is not None:
-        return True
-    count = system.q.count
-    for seed in STATES:
-        chance = np.random.default_rng(seed)
-        q, v, t = chance.uniform(0.2, 1.2, count), chance.uniform(-1.0, 1.0, count), chance.uniform(0.2, 1.2)
-        given = chance.uniform(0.5, 1.5, system.given.count)
-        with np.errstate(all="ignore"):
-            now = FamilyValues(system, float(t), q, v, given)
-            a = now.of(system.forces) / now.of(system.masses)
-            near = []
-            for h in (-BRIEF, BRIEF):
-                at = FamilyValues(system, float(t + h), q + h * (v + h / 2.0 * a), v + h * a, given)
-                near.append(at.of(arguments)[which])
-            if abs(near[1] - near[0]) > UNCHANGED * (1.0 + abs(near[0])):
-                return False
-    return True
 
 
 def suits_lanes(system: FamilySystem) -> bool:
