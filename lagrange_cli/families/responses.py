@@ -16,6 +16,15 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
 
+MANY = (
+    "more than {} constraints on one chain or tree",
+    "give each link coordinates of its own, and the joints as holonomic constraints",
+    "nonholonomic",
+    "constraints",
+)
+"""What members are written out for, how to do without, and where it is."""
+
+
 @dataclass(frozen=True, eq=False)
 class Responses:
     """The constraints (entries, 2) of each entry of A M^-1 A^T on the diagonal and below. No constraint feels
@@ -58,14 +67,14 @@ def responses(touched: Iterable[tuple[Places, Places]], count: int, forest: int,
         on_tree.setdefault(tree, []).append(number)
         trees[number].append(tree)
     if any(len(one) > most for one in on_tree.values()):
-        raise Unsuited
+        raise Unsuited(MANY[0].format(most), *MANY[1:])
     felt = [sorted({j for tree in trees[i] for j in on_tree[tree]}) for i in range(count)]
     colors = np.full(count, NONE, dtype=np.int64)
     for i in range(count):
         near = {int(colors[k]) for j in felt[i] for k in felt[j]}
         colors[i] = next(color for color in range(len(near) + 1) if color not in near)
     if count and colors.max() >= most:
-        raise Unsuited
+        raise Unsuited(MANY[0].format(most), *MANY[1:])
     owners = np.full((forest, int(colors.max()) + 1), NONE, dtype=np.int64)
     owners[pairs[:, 1], colors[pairs[:, 0]]] = pairs[:, 0]
     places = np.array([(i, j) for i in range(count) for j in felt[i] if j <= i], dtype=np.int64)

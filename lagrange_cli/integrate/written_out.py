@@ -47,8 +47,9 @@ def unsuited(spec: Spec) -> WrittenOut:
     energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
     forces = [one for given in spec.forces.values() for one in given.values()]
     if known:
-        what, way = known
-        return WrittenOut(what, way, kinked([*forces, *energies]))
+        what, way, *parts = known
+        where = max((getattr(spec, part) for part in parts), key=len, default={})
+        return WrittenOut(what, way, kinked(where.values() or [*forces, *energies]))
     if spec.events and any_family_system(replace(spec, events={})) is not None:
         what = "events that reduce the speed, that jump, or that act on chains or where constraints hold"
         events = [*spec.events.values()]

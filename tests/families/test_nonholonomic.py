@@ -13,6 +13,7 @@ from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.written_out import unsuited
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
@@ -338,6 +339,14 @@ def test_trailers_move_as_one_tree_as_they_do_tied_together() -> None:
     for path in ("q/phi", "v/phi", "multipliers/knife", "diagnostics/h"):
         size = np.max(np.abs(expected.data[path]), initial=1.0)
         assert np.max(np.abs(motion.data[path] - expected.data[path])) < 1e-12 * size, path
+
+
+def test_a_long_train_in_angles_is_to_be_written_in_places() -> None:
+    spec = read_spec((TRAILERS + IN_ANGLES).replace("N: 60", "N: 70"), "system.yaml")
+    found = unsuited(spec)
+    assert found.what == "more than 64 constraints on one chain or tree"
+    assert "joints as holonomic constraints" in found.way
+    assert found.place == spec.nonholonomic["knife[0]"].place
 
 
 @pytest.mark.parametrize("form", ["centres", "points"])
