@@ -48,8 +48,9 @@ def unsuited(spec: Spec) -> WrittenOut:
     forces = [one for given in spec.forces.values() for one in given.values()]
     if known:
         what, way, *parts = known
-        where = max((getattr(spec, part) for part in parts), key=len, default={})
-        return WrittenOut(what, way, kinked(where.values() or [*forces, *energies]))
+        longest = max(parts, key=lambda part: len(getattr(spec, part)), default="")
+        where = getattr(spec, longest).values() if longest else [*forces, *energies]
+        return WrittenOut(what, way, kinked(where))
     if spec.events and any_family_system(replace(spec, events={})) is not None:
         what = "events that reduce the speed, that jump, or that act on chains or where constraints hold"
         events = [*spec.events.values()]
