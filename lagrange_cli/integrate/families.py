@@ -104,7 +104,11 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if compilation.section == SECTION and may_be_conserved(system):
         return WrittenOut("a surface that may be conserved", "let --where depend on coordinates alone")
     if needs is Needs.SERIES and unproven(system, compilation):
-        way = "leave out --proven" if compilation.proven else "write forces that are less narrow"
+        way = "use --method ias15, which proves no steps"
+        if compilation.proven:
+            way = "leave out --proven"
+        elif system.contacts is not None:
+            way = "write forces that are less narrow"
         return WrittenOut("steps that have to be proven, on chains, with constraints, contact, friction", way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))

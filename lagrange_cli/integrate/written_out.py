@@ -65,7 +65,7 @@ def unsuited(spec: Spec) -> WrittenOut:
             way = "write it in terms of neighbours, without jumps"
             return WrittenOut(f"what '{part}' contains", way, kinked(spec.forces[part].values()))
     what = "these energies (loops over members need a constant diagonal mass matrix, or chains and trees of "
-    what += "angles, rigid bodies with three coordinates each, and forces that do not jump with positions or "
+    what += "angles, rigid bodies of up to four coordinates, and forces that do not jump with positions or "
     what += "velocities)"
     return WrittenOut(what, "write energies of this form", kinked(energies))
 

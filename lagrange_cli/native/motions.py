@@ -131,8 +131,8 @@ def given_of(equations: Specification, work: int, project: str = "") -> Given:
     from lagrange_cli.native.stepping.given import Given
 
     given = equations.state, work, equations.tolerance, provings_of(equations), equations.guards
-    more = equations.in_two, equations.followed.multipliers, project, equations.residual.timed
-    return Given(*given, *more)
+    more = equations.in_two, equations.followed.multipliers, project
+    return Given(*given, *more, timed=equations.residual.timed)
 
 
 def double(equations: Specification) -> MotionCode:

@@ -106,6 +106,7 @@ def test_a_bad_start_of_a_long_chain_is_refused_soon(
     "options, told",
     [
         (("--outputs", "reactions"), "written out for --outputs reactions"),
+        (("--proven",), "written out for steps that have to be proven, on chains"),
     ],
 )
 def test_what_members_are_written_out_for_is_told(

@@ -8,6 +8,7 @@ import numpy as np
 
 from lagrange_cli.families.arrays import Array, Chain, Source, Total
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.responses import trees_of
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.stepping.coupling import Coupling, IndexArray, coupling_of, full
 from lagrange_cli.records import dataclass
@@ -44,16 +45,61 @@ def of_families(system: FamilySystem) -> Coupling:
     """The coupling of a system of families."""
     count = system.q.count
     totals = needed([system.forces], system.slots)
-    if system.joints is not None or system.bonds is not None or any(isinstance(one, Chain) for one in totals):
+    joints = system.joints
+    apart = joints is not None and not joints.count
+    if (system.bonds is not None or joints is not None) and not apart:
+        return full(count)
+    if any(isinstance(one, Chain) for one in totals):
         return full(count)
     known: dict[Array, Dependencies] = {}
     try:
         for total in totals:
             known[total] = pairs_of(system, total, known)
+        found = known[system.forces] if system.forces.terms else nothing(count)
+        rows, columns = np.repeat(np.arange(count), np.diff(found.starts)), found.columns
+        if apart:
+            rows, columns = of_joints(system, rows, columns)
     except TooMany:
         return full(count)
-    found = known[system.forces]
-    return coupling_of(count, np.repeat(np.arange(count), np.diff(found.starts)), found.columns)
+    return coupling_of(count, rows, columns)
+
+
+def nothing(count: int) -> Dependencies:
+    """Those of so many numbers that depend on no coordinate."""
+    return Dependencies(np.zeros(count + 1, dtype=np.int64), np.zeros(0, dtype=np.int64))
+
+
+def of_joints(system: FamilySystem, rows: IndexArray, columns: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """What accelerations depend on where there are no nodes, and forces do on ``columns`` by ``rows``: those
+    of a joint are found together, and so are those of joints that constraints couple."""
+    assert system.joints is not None
+    count, bounds = system.q.count, system.bonds.bounds if system.bonds else ()
+    joint = trees_of(system.joints, count)[1]
+    label = joint.copy()
+    while True:
+        before = label.copy()
+        for one in bounds:
+            least = np.full(system.bonds.count if system.bonds else 0, count)
+            for held in one.rows:
+                np.minimum.at(least, one.numbers, label[held])
+            for held in one.rows:
+                np.minimum.at(label, held, least[one.numbers])
+        of_label = np.full(count, count)
+        np.minimum.at(of_label, joint, label)
+        label = of_label[joint]
+        if np.array_equal(before, label):
+            break
+    every = np.arange(count)
+    keys = np.unique(np.concatenate([label * count + every, label[rows] * count + columns]))
+    order = np.argsort(label, kind="stable")
+    starts = np.searchsorted(label[order], every)
+    sizes = np.bincount(label, minlength=count)
+    which, column = np.divmod(keys, count)
+    if int(sizes[which].sum()) > MOST:
+        raise TooMany
+    first = np.repeat(starts[which], sizes[which])
+    inside = np.arange(len(first)) - np.repeat(np.cumsum(sizes[which]) - sizes[which], sizes[which])
+    return order[first + inside], np.repeat(column, sizes[which])
 
 
 def pairs_of(system: FamilySystem, total: Total, known: dict[Array, Dependencies]) -> Dependencies:

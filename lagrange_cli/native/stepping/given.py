@@ -30,8 +30,6 @@ class Given:
     """So many integrals behind those of guards' arguments are those of multipliers, and have no say."""
     project: str = ""
     """The text of ``@project``, if there are constraints."""
-    jointed: bool = False
-    """Whether joints have several coordinates each, whose accelerations are found together."""
     timed: bool = False
     """Whether equations depend on t."""
     floors: str = ""
@@ -44,3 +42,5 @@ class Given:
     """Which rates depend on which coordinates, for implicit steps."""
     rates: str = "jet"
     """The function that computes rates, for steps on these."""
+    jointed: bool = False
+    """Whether joints have several coordinates each, whose accelerations are found together."""
