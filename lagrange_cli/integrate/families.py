@@ -12,8 +12,9 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.resting import with_contacts
-from lagrange_cli.families.switches import is_root, with_modes_in
+from lagrange_cli.families.switches import with_modes_in
 from lagrange_cli.families.system import family_system
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.arrays import Array
