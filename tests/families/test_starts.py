@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lagrange_cli import portions
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.exact import context
 from lagrange_cli.families import consistency
 from lagrange_cli.families.consistency import WholeEquations, equations_of
 from lagrange_cli.model.start.equations import Equations
+from lagrange_cli.portions import latest
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
@@ -125,6 +127,27 @@ def test_the_nearest_state_of_a_long_chain_is_found_with_few_evaluations(
     slopes = np.array([[row.get(k, 0.0) for k in range(len(way))] for row in here.rows])
     mu = np.linalg.lstsq(slopes.T, across, rcond=None)[0]
     assert np.abs(slopes.T @ mu - across).max() < 1e-7 * np.abs(across).max()
+
+
+def test_the_time_left_of_a_search_is_of_the_right_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where each evaluation takes a second: from how much smaller the slope along the surface has become."""
+    now, told = [0.0], []
+    plain = WholeEquations.at
+
+    def at(*given: Any) -> Any:
+        now[0] += 1.0
+        work = latest()
+        told.append((now[0], None if work is None else work.left(now[0])))
+        return plain(*given)
+
+    monkeypatch.setattr(portions.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(WholeEquations, "at", at)
+    spec = read_spec(chain("pinned", 60).replace("initial: -A + h*i", "initial: -1.3*A + h*i"), "system.yaml")
+    consistent_values(spec, resolve_values(spec, {}), 0.0, (), forced=True)
+    known = [(left, now[0] - t) for t, left in told if left is not None and left > 3.0]
+    assert len(known) > now[0] / 2
+    assert 0.4 < np.median([left / true for left, true in known if true]) < 2.5
+    assert latest() is None
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from lagrange_cli.model.start.curvature import Curvature
 from lagrange_cli.model.start.equations import Matter, Row
 from lagrange_cli.model.start.linear import Array, steepness
 from lagrange_cli.model.start.shortest import Shortest
+from lagrange_cli.portions import Portion, portion
 from lagrange_cli.records import dataclass
 
 Values = tuple[Sequence[Any], Sequence[Row]]
@@ -115,11 +116,16 @@ class Surface:
     def descend(self, start: Sequence[Any], x: Sequence[Any]) -> list[Any]:
         """The same along the surface, by steps that reduce the distance. Their directions follow from how the
         slope has changed along earlier ones, see ``Curvature``."""
-        found, part = list(x), 1.0
-        curvature = Curvature(self.weighted)
-        slide, length = self.slide(start, found)
-        step: Mapping[int, float] = slide
-        gap = self.gap(start, found)
+        slide, length = self.slide(start, x)
+        with portion(math.log(max(length, NEAR) / NEAR**1.5)) as work:
+            return self._descend(start, list(x), slide, length, work)
+
+    def _descend(
+        self, start: Sequence[Any], found: list[Any], slide: Mapping[int, float], length: float, work: Portion
+    ) -> list[Any]:
+        """The same from a point with this ``slide``, whose ``length`` becomes smaller as the work is done."""
+        curvature, step, part = Curvature(self.weighted), slide, 1.0
+        gap, begun, least = self.gap(start, found), length, length
         for _ in range(self.descents):
             if length <= NEAR**1.5 or part < (SHORT if length <= NEAR else NEAR):
                 break
@@ -138,6 +144,8 @@ class Surface:
             curvature.learn(way, self.vector(slide) - self.vector(other))
             found, slide, length, gap, part = trial, other, rest, far, 1.0
             step = dict(zip(self.unknown, curvature.direction(self.vector(slide)).tolist()))
+            least = min(least, max(length, NEAR**1.5))
+            work.reach(math.log(begun / least))
         return found
 
     def vector(self, step: Mapping[int, float]) -> Array:
