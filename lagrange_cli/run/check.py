@@ -21,7 +21,7 @@ from lagrange_cli.run.settings.outputs import ALL, default_outputs, resolve_outp
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from lagrange_cli.errors import Problem
     from lagrange_cli.expression.node import Node
@@ -121,10 +121,8 @@ def classify(
     warnings = (*contradicting_units(spec), *rounded_equalities(spec))
     if values is not None and spec.bodies:
         warnings += singular_poses(spec, consistent)
-    found, integrals = velocity_constraints(mechanics, {} if values is None else values.parameters)
-    skipped = left_out(mechanics, left_out_of(spec))
-    if spec.nonholonomic and found is None:
-        skipped += ("whether the constraints on velocities are integrable: that takes too much work",)
+    found, integrals = velocity_constraints(spec, mechanics, {} if values is None else values.parameters)
+    skipped = (*left_out(mechanics, left_out_of(spec)), *undecided(spec, found))
     return Classification(spec, mechanics, skipped, warnings, begin, found, integrals)
 
 
@@ -229,18 +227,40 @@ def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
 
 
 def velocity_constraints(
-    mechanics: Mechanics, parameters: Mapping[str, float]
+    spec: Spec, mechanics: Mechanics, parameters: Mapping[str, float]
 ) -> tuple[Integrability | None, dict[str, str]]:
     """Which constraints on velocities and combinations are integrable, and what these keep constant; nothing
     where that takes too much work."""
-    model = mechanics.model
-    if model is None or all(one.holonomic for one in model.constraints):
+    if not spec.nonholonomic:
         return None, {}
+    from lagrange_cli.mechanics.constrained.frobenius import MOST
     from lagrange_cli.mechanics.variables import graph_of
+
+    model = mechanics.model
+    if model is None or len(model.q) >= MOST:
+        from lagrange_cli.families import frobenius
+        from lagrange_cli.families.system import any_family_system
+
+        system = any_family_system(spec)
+        if system is not None:
+            return frobenius.integrability(system, parameters), {}
+    if model is None:
+        return None, {}
 
     work = graph_of(model).work
     with work.apart():
         return work.attempt(whole("work"), partial(integrable, model, parameters)) or (None, {})
+
+
+def undecided(spec: Spec, found: Integrability | None) -> Iterator[str]:
+    """What is not decided of constraints on velocities, in a sentence."""
+    if not spec.nonholonomic:
+        return
+    known = {} if found is None else found.alone
+    if all(one is None for one in known.values()):
+        yield "whether the constraints on velocities are integrable: that takes too much work"
+    elif found is not None and found.together is None and not all(known.values()):
+        yield "whether combinations of constraints on velocities are integrable: that takes too much work"
 
 
 def integrable(

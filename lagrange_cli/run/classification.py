@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 MOST_LINES = 20
 """Entries of one list that are shown."""
+LONGEST = 200
+"""Characters of an expression that is shown."""
 
 
 def as_object(found: Classification) -> dict[str, Any]:
@@ -177,9 +179,12 @@ def integrable(found: Classification) -> list[str]:
     if found.integrability is None:
         return []
     lines, alone = [], found.integrability.alone
-    for name, is_so in alone.items():
-        if is_so:
-            lines.append(f"{name} is integrable (Frobenius), so it is holonomic: {kept_by(found, name)}")
+    each_so = {
+        name: f"{name} is integrable (Frobenius), so it is holonomic: {kept_by(found, name)}"
+        for name, is_so in alone.items()
+        if is_so
+    }
+    lines += cut(by_template(each_so, found.spec))
     others = [name for name, is_so in alone.items() if is_so is False]
     for name in in_short(others, found.spec, ("nonholonomic",)):
         each = "" if name in alone else "each of "
@@ -257,7 +262,18 @@ def in_short(names: Sequence[str], spec: Spec, sections: Sequence[str] = ("coord
 
 def conserved_shown(one: Conserved) -> str:
     """A conserved quantity in a line, with the reason."""
-    return f"{one.quantity} = {one.expression}: {one.because}"
+    return f"{one.quantity} = {readable(one.expression)}: {one.because}"
+
+
+def readable(expression: str) -> str:
+    """An expression, or where it is long, how many terms it has."""
+    if len(expression) <= LONGEST:
+        return expression
+    depth, count = 0, 1
+    for before, letter, after in zip(expression, expression[1:], expression[2:]):
+        depth += (letter in "([") - (letter in ")]")
+        count += depth == 0 and letter in "+-" and before == after == " "
+    return f"a sum of {count} terms, see --json" if count > 1 else "a long expression, see --json"
 
 
 def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
@@ -278,9 +294,30 @@ def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
     return [*dict.fromkeys(shown.values())]
 
 
+def by_template(lines: Mapping[str, str], spec: Spec) -> list[str]:
+    """The ``lines`` of constraints, with one for a family with one index if all of its members say the same,
+    each of what has its own index."""
+    shown = dict(lines)
+    for family in spec.families.get("nonholonomic", {}).values():
+        if len(family.shape) != 1 or len(family.members) < 2 or not lines.keys() >= {*family.members}:
+            continue
+        found = {
+            lines[member].replace(f"[{k}]", family.label.removeprefix(family.name))
+            for k, member in enumerate(family.members)
+        }
+        if len(found) == 1:
+            range_ = f"   [for i in range({family.shape[0]})]"
+            shown |= dict.fromkeys(family.members, f"{found.pop()}{range_}")
+    return [*dict.fromkeys(shown.values())]
+
+
+def cut(lines: Sequence[str]) -> list[str]:
+    """The lines, and how many more there are, if they are many."""
+    left = len(lines) - MOST_LINES
+    return [*lines[:MOST_LINES], *([f"and {left} more, see --json"] if left > 0 else [])]
+
+
 def section(title: str, lines: Sequence[str], none: str) -> list[str]:
     """A titled list, one line for each entry as long as there are not too many; ``none`` if it is empty."""
-    left = len(lines) - MOST_LINES
-    more = [f"    and {left} more, see --json"] if left > 0 else []
-    shown = [f"    {line}" for line in lines[:MOST_LINES]]
-    return [f"  {title}:", *shown, *more] if lines else [f"  {title}: {none}"]
+    shown = [f"    {line}" for line in cut(lines)]
+    return [f"  {title}:", *shown] if lines else [f"  {title}: {none}"]

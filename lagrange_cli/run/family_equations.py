@@ -150,13 +150,13 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates") or spec.events or spec.bodies or spec.nonholonomic:
+    if not spec.families.get("coordinates") or spec.events or spec.bodies:
         return None
     from lagrange_cli.families.system import any_family_system, family_system, without_constraints
 
     with stage("derive"), located(spec):
         small = small or len(spec.coordinates) >= MANY
-        if spec.constraints:
+        if spec.constrained:
             system = without_constraints(spec) if small else None
         else:
             system = any_family_system(spec) if small else family_system(spec)
@@ -172,7 +172,7 @@ def derive_families(
         return (
             None
             if equations is None
-            else DerivedFamilies(system, equations, work, spec if spec.constraints else None)
+            else DerivedFamilies(system, equations, work, spec if spec.constrained else None)
         )
 
 
@@ -207,8 +207,8 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     parts = [
         part for part in ("constraints", "nonholonomic", "events", "bodies", *UNKNOWN) if getattr(spec, part)
     ]
-    if parts == ["constraints"]:
-        needs = "a constant diagonal mass matrix and constraints without t"
+    if parts and {*parts} <= {"constraints", "nonholonomic"}:
+        needs = "a constant diagonal mass matrix"
         return f"every member is written out, since printing constraints with indices needs {needs}"
     if parts:
         return f"with {parts[-1]} every member is written out"

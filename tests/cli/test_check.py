@@ -1,12 +1,13 @@
 """``lagrange check``: what it says of each kind of system."""
 
 import json
+import re
 
 import pytest
 
 from lagrange_cli.cli.main import main
 from lagrange_cli.run.check import classify
-from lagrange_cli.run.classification import as_text
+from lagrange_cli.run.classification import as_object, as_text
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.support.command import SYSTEMS, lagrange
@@ -343,3 +344,22 @@ def test_what_is_said_of_bodies_and_of_momenta_is_true(tmp_path, capsys):
         assert said in shown
         assert "L does not contain x, but forces may act along it, so that its momentum may change" in shown
     assert "positions, orientations and constraints do not depend on t" in shown
+
+
+def test_long_formulas_are_counted_and_are_whole_in_json():
+    text = """
+        sizes: {N: 4}
+        parameters: {k: 1.5, m: 1, c: 0.3}
+        coordinates: {"x[i in range(N)]": {initial: 0.3*i}}
+        lagrangian: >-
+          sum(m*x_dot[i]**2/2 - k*x[i]**2/2 for i in range(N))
+          - sum(c*(x[i] - x[i - 1])**2/2 for i in range(1, N))
+        """
+    spec = read_spec(text, "a.yaml")
+    found = classify(spec, values=resolve_values(spec))
+    shown = {line.split(" = ")[0].strip(): line for line in as_text(found, verbose=False).splitlines()}
+    long = [one for one in as_object(found)["conserved"] if len(one["expression"]) > 200]
+    assert long
+    for one in long:
+        count = len(re.findall(r" [+-] (?![^(]*\))", one["expression"])) + 1
+        assert f"= a sum of {count} terms, see --json: " in shown[one["quantity"]]

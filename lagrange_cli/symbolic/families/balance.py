@@ -19,16 +19,17 @@ from lagrange_cli.symbolic.indexed.members import Loops, Summed
 
 
 def balance(
-    given: Given, lagrangian: sympy.Expr, momenta: Sequence[Line], forces: Sequence[Line]
+    given: Given, lagrangian: sympy.Expr, momenta: Sequence[Line], forces: Sequence[Line], drawn: sympy.Expr
 ) -> tuple[list[Conserved], list[Changing]]:
-    """The conserved quantities with reasons, and those that are not conserved."""
+    """The conserved quantities with reasons, and those that are not conserved; ``drawn`` is the power of the
+    forces of constraint."""
     constants = constants_of(given.system)
-    bound = bool(given.spec.constraints)
+    bound, drawn = given.spec.constrained, tidy(drawn, given.order)
     kept = [each for each in constants.conserved if each.quantity == "h" or not bound]
     names = {each.quantity for each in kept}
     conserved = [*cyclic(given, names, momenta)]
     changing = []
-    if "h" in names:
+    if "h" in names and drawn == 0:
         because = "`L` does not contain `t` explicitly" + without_work(given.system.driven, bound)
         plain = "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
         because += plain if given.spec.lagrangian is None else ""
@@ -42,8 +43,9 @@ def balance(
                 for one in forces
             )
         )  # fmt: skip
-        reasons += ["generalized forces or friction do work"] * (power != 0)
-        rate = tidy(power - given.explicit_rate(lagrangian), given.order)
+        working = "generalized forces or friction" * (power != 0), "forces of constraint" * (drawn != 0)
+        reasons += [" and ".join(filter(None, working)) + " do work"] * any(working)
+        rate = tidy(power + drawn - given.explicit_rate(lagrangian), given.order)
         changing.append(Changing("h", rate, " and ".join(reasons)))
     texts = dict(displaced(given, momenta))
     for each in kept:

@@ -105,14 +105,20 @@ def constraint_data(
     return [
         {
             "name": one.name(),
-            "kind": "holonomic",
+            **kind_and_rate(text(allowed.expression), one.family.name not in equations.nonholonomic),
             "expression": text(one.expression),
-            "second_derivative": text(allowed.expression),
             "multiplier": text(symbol_of(one, multiplier_name(one.family.name))),
             "members": spoken(one.loops),
         }
         for one, allowed in zip(equations.constraints, equations.allowed)
     ]
+
+
+def kind_and_rate(rate: str | None, holonomic: bool) -> dict[str, str | None]:
+    """The kind of a constraint, and what it says of the accelerations."""
+    if holonomic:
+        return {"kind": "holonomic", "second_derivative": rate}
+    return {"kind": "nonholonomic", "derivative": rate}
 
 
 def spoken(loops: Sequence[Loop]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 
@@ -70,12 +70,15 @@ class FamilyEquations:
     paths: tuple[Path, ...]
     constraints: tuple[Line, ...]
     """Expressions that are 0, each with a multiplier."""
+    nonholonomic: frozenset[str]
+    """The names of the families of those that are on velocities."""
     pulls: tuple[Line, ...]
     """A^T lambda, the forces of constraint on coordinates, where M is diagonal."""
     driving: tuple[Line, ...]
     """f + A^T lambda, the rates of momenta, likewise."""
     allowed: tuple[Line, ...]
-    """The second derivatives of the constraints, which are 0, too."""
+    """The second derivatives of the constraints, and the first ones of those on velocities, which are 0, too.
+    """
     places: tuple[NamedPlace, ...]
     """Where particles are, for places that are written by name, and their velocities and accelerations."""
     reactions: ReactionForm | None = None
@@ -123,10 +126,10 @@ class _Deriver(Given):
         driving: list[Line] = []
         equations: list[tuple[Line, Equation]] = []
         constraints = [*self.constraints()]
-        pull = sympy.Add(
-            *(Summed(symbol_of(one, multiplier_name(one.family.name)) * one.expression, Loops(one.loops))
-              for one in constraints)
-        )  # fmt: skip
+        by_places, by_speeds = (
+            self.with_multipliers((one, one.expression) for one, own in constraints if own is holonomic)
+            for holonomic in (True, False)
+        )
         diagonal = self.system.joints is None
         for family in self.builder.coordinates:
             inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
@@ -142,7 +145,10 @@ class _Deriver(Given):
                 equations += self.balanced(family, potential, force)
                 continue
             several = {**inertial, **force, SLOPE: [*self.parts(lagrangian, family.name)]}
-            several[PULL] = [*self.parts(pull, family.name)]
+            several[PULL] = [
+                *self.parts(by_places, family.name),
+                *self.parts(by_speeds, velocity_name(family.name)),
+            ]
             for line, own in self.lines.of(family, several):
                 equation, acceleration = self.solved(line, own)
                 equations.append((line.of(equation.left), equation))
@@ -154,7 +160,8 @@ class _Deriver(Given):
                 held = {PULL: several[PULL]}
                 pulls += [line.of(self.total(own)) for line, own in self.lines.of(family, held)]
         left = [line for line, _ in equations]
-        conserved, changing = balance(self, lagrangian, momenta, forces)
+        drawn = -self.with_multipliers((one, self.drift(one.expression, own)) for one, own in constraints)
+        conserved, changing = balance(self, lagrangian, momenta, forces, drawn)
         h = self.neat(self.energy(lagrangian) if kinetic is None else self.kinetic(moving=True) + potential)
         found = FamilyEquations(
             name=spec.name,
@@ -176,16 +183,31 @@ class _Deriver(Given):
             conserved=tuple(conserved),
             changing=tuple(changing),
             paths=tuple(self.builder.paths),
-            constraints=tuple(one.of(self.of_members(one.expression, one.loops)) for one in constraints),
+            constraints=tuple(one.of(self.of_members(one.expression, one.loops)) for one, _ in constraints),
+            nonholonomic=frozenset(one.family.name for one, holonomic in constraints if not holonomic),
             pulls=tuple(pulls),
             driving=tuple(driving),
             allowed=tuple(
-                one.of(self.of_members(self.builder.rate(self.builder.rate(one.expression)), one.loops))
-                for one in constraints
+                one.of(self.of_members(self.second_rate(one.expression, own), one.loops))
+                for one, own in constraints
             ),
             places=tuple(self.places(lagrangian, h, *(one.expression for one in (*momenta, *forces, *left)))),
         )
         return self.finished(found)
+
+    @staticmethod
+    def with_multipliers(listed: Iterable[tuple[Line, sympy.Expr]]) -> sympy.Expr:
+        """The sum of expressions of constraints, each times its multiplier."""
+        return sympy.Add(
+            *(Summed(symbol_of(one, multiplier_name(one.family.name)) * expression, Loops(one.loops))
+              for one, expression in listed)
+        )  # fmt: skip
+
+    def second_rate(self, expression: sympy.Expr, holonomic: bool) -> sympy.Expr:
+        """What a constraint says of the accelerations: its second derivative, or the first of one on
+        velocities."""
+        rate = self.builder.rate
+        return rate(rate(expression)) if holonomic else rate(expression)
 
     def of_members(self, expression: sympy.Expr, loops: Sequence[Loop]) -> sympy.Expr:
         """An expression of members in textbook form."""

@@ -9,6 +9,7 @@ import sympy
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import TIME, acceleration_name, velocity_name
+from lagrange_cli.families.bonds import bound_families
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
@@ -95,17 +96,37 @@ class Given:
                 made += plain.diff(symbol) * self.explicit_rate(meaning)
         return made.xreplace(sums)
 
-    def constraints(self) -> Iterator[Line]:
-        """The expressions that constraints keep at 0."""
-        spec = self.spec
-        for family in grouped(spec.constraints, spec.families.get("constraints", {})):
+    def constraints(self) -> Iterator[tuple[Line, bool]]:
+        """The expressions that constraints keep at 0, and whether these are holonomic. Raises ``Unsuited``
+        where they are not linear in the velocities."""
+        for family, section, holonomic in bound_families(self.spec):
             if not family.complete:
                 raise Unsuited
-            for kind in self.kinds(family, spec.constraints):
+            for kind in self.kinds(family, section):
                 for loops, ((one,),) in self.values(kind, self.written(kind)):
-                    if self.builder.rate(one).has(sympy.Symbol(TIME)) or one.has(sympy.Symbol(TIME)):
+                    if not holonomic and any(map(self.is_moving, self.slopes(one))):
                         raise Unsuited
-                    yield Line(family, kind.indices, loops, one)
+                    yield Line(family, kind.indices, loops, one), holonomic
+
+    def slopes(self, expression: sympy.Expr) -> Iterator[sympy.Expr]:
+        """The derivatives of an expression by velocities, each as far as it is one product."""
+        for family in self.builder.coordinates:
+            yield from (one.factor for one in self.parts(expression, velocity_name(family.name)))
+
+    def is_moving(self, expression: sympy.Expr) -> bool:
+        """Whether an expression contains velocities."""
+        return self.order.role(expression) >= Role.VELOCITY
+
+    def drift(self, expression: sympy.Expr, holonomic: bool) -> sympy.Expr:
+        """What a constraint says of the velocities where these are 0: df/dt, or g itself."""
+        return self.explicit_rate(expression) if holonomic else self.at_rest(expression)
+
+    def at_rest(self, expression: sympy.Expr) -> sympy.Expr:
+        """An expression where all velocities are 0."""
+        plain, sums = opened(expression)
+        still = {one: sympy.S.Zero for one in plain.free_symbols - sums.keys() if self.is_moving(one)}
+        inside = {symbol: Summed(self.at_rest(one.body), one.args[1]) for symbol, one in sums.items()}
+        return plain.xreplace(still).xreplace(inside)
 
     def energies(self) -> tuple[sympy.Expr | None, sympy.Expr]:
         """T and U; None and L."""
@@ -181,14 +202,14 @@ def roles(spec: Spec) -> dict[str, tuple[Role, int]]:
         found[name] = Role.COORDINATE, rank
         found[velocity_name(name)] = Role.VELOCITY, rank
         found[acceleration_name(name)] = Role.ACCELERATION, rank
-    for rank, bound in enumerate(grouped(spec.constraints, spec.families.get("constraints", {}))):
-        name = multiplier_name(bound.name)
+    for rank, (family, _, _) in enumerate(bound_families(spec)):
+        name = multiplier_name(family.name)
         if name in found:
             raise Unsuited
         found[name] = Role.MULTIPLIER, rank
     first = len(spec.coordinates)
-    for family in particle_families(spec):
+    for particle in particle_families(spec):
         for components, role in zip(RATES, (Role.COORDINATE, Role.VELOCITY, Role.ACCELERATION)):
-            found |= {f"{family}.{one}": (role, first + k) for k, one in enumerate(components)}
+            found |= {f"{particle}.{one}": (role, first + k) for k, one in enumerate(components)}
         first += 1
     return found

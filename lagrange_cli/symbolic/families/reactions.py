@@ -122,7 +122,7 @@ class _Reactions(Given):
     def of_particles(self, family: Family) -> Iterator[Line]:
         """The lines of a family's components. What nothing but forces moves feels no force of constraint."""
         listed = self.kinds_of[family.name]
-        free = not self.spec.constraints and self.system.joints is None
+        free = not self.spec.constrained and self.system.joints is None
         plain = set(self.plain().values())
         for k, axis in enumerate(COMPONENTS[: len(listed[0][1])]):
             own = Family(f"R_{family.name}_{axis}", family.shape, family.members, family.axes)

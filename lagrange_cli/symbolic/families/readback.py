@@ -115,12 +115,18 @@ class ReadBack:
         self.bound = [*{one.family.name: one.family for one in equations.constraints}.values()]
         self.multipliers = self.chance.uniform(-1, 1, sum(len(one.members) for one in self.bound))
         """Any, as equations are linear in them."""
+        first = 0
+        for family in self.bound:
+            self.first[family.name] = first
+            first += len(family.members)
         self._read: dict[sympy.Expr, Tree] = {}
 
-    def values(self, lines: Sequence[Line], state: State, most: int) -> tuple[Numbers, Numbers]:
-        """Their values for coordinates, and bounds on the sizes of what has been added up: (n,) both. They
-        are those of ``most`` members of each line, nan for all others."""
-        made = np.full((2, self.count), np.nan)
+    def values(
+        self, lines: Sequence[Line], state: State, most: int, count: int | None = None
+    ) -> tuple[Numbers, Numbers]:
+        """Their values for coordinates, or for a ``count`` of constraints, and bounds on the sizes of what
+        has been added up: (n,) both. They are those of ``most`` members of each line, nan for all others."""
+        made = np.full((2, self.count if count is None else count), np.nan)
         for line in lines:
             places, indices = self.members(line)
             which = np.sort(self.chance.permutation(len(places))[:most])

@@ -18,7 +18,7 @@ from lagrange_cli.symbolic.mathml import MathML, fragment
 from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.render import Notation
 from lagrange_cli.symbolic.report import changing_statement, conserved_statement
-from lagrange_cli.symbolic.statements import Section, Statement, Writer, equation_statements
+from lagrange_cli.symbolic.statements import KINDS, Section, Statement, Writer, equation_statements
 
 PAGES: Mapping[str, Callable[[], Notation]] = {"text": Text, "unicode": Unicode, "latex": Latex}
 
@@ -125,7 +125,7 @@ def matrix_sections(equations: FamilyEquations, writer: Writer) -> list[Section]
         *found,
         Section("Force of the constraints", tuple(pulls)),
         *constraints(equations, writer),
-        Section("Accelerations allowed by the constraints", zeros(equations.allowed, writer)),
+        Section("Accelerations allowed by the constraints", zeros(equations, equations.allowed, writer)),
     ]
 
 
@@ -161,7 +161,8 @@ def accelerations(equations: FamilyEquations, writer: Writer) -> Section:
     """The accelerations, or what they follow from."""
     if equations.accelerations is None:
         if equations.constraints:
-            return Section("Accelerations and multipliers", (Statement("", "", BOUND),), True)
+            rates = "derivatives" if equations.nonholonomic else "second derivatives"
+            return Section("Accelerations and multipliers", (Statement("", "", BOUND.format(rates)),), True)
         return Section("Accelerations", (Statement("", "", TOGETHER),), True)
     listed = (
         line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
@@ -171,23 +172,24 @@ def accelerations(equations: FamilyEquations, writer: Writer) -> Section:
 
 NOT_LOOKED_FOR = "with constraints, momenta are examined only where all members are written out"
 TOGETHER = "the solution of all equations of motion together, which are linear in them"
-
-
-BOUND = "the solution of all equations of motion and the second derivatives of the constraints together"
+BOUND = "the solution of all equations of motion and the {} of the constraints together"
 
 
 def constraints(equations: FamilyEquations, writer: Writer) -> Iterator[Section]:
     """The constraints, if there are any."""
     if equations.constraints:
-        yield Section("Constraints", zeros(equations.constraints, writer))
+        yield Section("Constraints", zeros(equations, equations.constraints, writer))
 
 
-def zeros(lines: Sequence[Line], writer: Writer) -> tuple[Statement, ...]:
-    """What is 0 of some members, with the names of these."""
+def zeros(equations: FamilyEquations, lines: Sequence[Line], writer: Writer) -> tuple[Statement, ...]:
+    """What constraints keep at 0, with the names of their members."""
     return tuple(
         Statement(
             writer.text(one.expression), "0",
-            with_members(writer.notation.words(one.name()), one.loops, writer),
+            with_members(
+                writer.notation.words(one.name() + KINDS[one.family.name not in equations.nonholonomic]),
+                one.loops, writer,
+            ),
         )
         for one in lines
     )  # fmt: skip

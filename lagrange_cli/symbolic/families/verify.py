@@ -14,7 +14,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values
-from lagrange_cli.symbolic.direct import directly
+from lagrange_cli.symbolic.direct import Direct, directly
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.readback import ReadBack, Reader, Sizes
@@ -137,6 +137,18 @@ class Comparison:
             yield self.worst("p_{}", DIRECT, self.values(self.equations.momenta, at), momenta)
             h, size = self.value(self.equations.h, {}, 1, at)
             yield "h", DIRECT, abs(float(h[0]) - float(direct.h)) / float(size[0] or 1)
+            if self.equations.constraints:
+                yield from self.of_constraints(direct, at)
+
+    def of_constraints(self, direct: Direct, at: Any) -> Quantities:
+        """Those of the constraints, and of their derivatives."""
+        names = [name for family in self.read.bound for name in family.members]
+        for quantity, lines, values in (
+            ("{}", self.equations.constraints, direct.constraints),
+            ("the derivative of {}", self.equations.allowed, direct.rates),
+        ):
+            printed = self.values(lines, at, len(names))
+            yield self.worst(quantity, DIRECT, printed, np.array(values, dtype=float), names)
 
     def momenta(self, at: Any) -> Quantities:
         """Those of momenta."""
@@ -168,11 +180,12 @@ class Comparison:
             apart, size = self.value(one.expression - one.symbol, indices, len(grid[0]), at)
             yield one.symbol.name, DERIVED, float(np.max(np.abs(apart) / np.maximum(size, 1e-300)))
 
-    def values(self, lines: Sequence[Line], at: Any) -> tuple[Array, Array]:
-        """The values of lines and their sizes, of as many members as is possible."""
+    def values(self, lines: Sequence[Line], at: Any, count: int | None = None) -> tuple[Array, Array]:
+        """The values of lines and their sizes, of as many members as is possible; of coordinates, or of a
+        ``count`` of constraints."""
         while True:
             try:
-                return self.read.values(lines, at, self.most)
+                return self.read.values(lines, at, self.most, count)
             except Unsuited as error:
                 if self.most == 1:
                     raise UsageError(TOO_MANY) from error
@@ -186,11 +199,16 @@ class Comparison:
             raise UsageError(TOO_MANY) from error
 
     def worst(
-        self, quantity: str, routes: str, printed: tuple[Array, Array], other: Array
+        self,
+        quantity: str,
+        routes: str,
+        printed: tuple[Array, Array],
+        other: Array,
+        names: Sequence[str] = (),
     ) -> tuple[str, str, float]:
         """The largest difference of the members that are compared."""
         values, sizes = printed
         compared = np.flatnonzero(~np.isnan(sizes))
         apart = np.abs(values - other)[compared] / np.maximum(sizes[compared], np.finfo(float).tiny)
         k = int(np.argmax(np.where(np.isnan(apart), np.inf, apart)))
-        return quantity.format(self.names[compared[k]]), routes, float(apart[k])
+        return quantity.format((names or self.names)[compared[k]]), routes, float(apart[k])
