@@ -18,6 +18,7 @@ WORTH = 3.0
 STAGES = {
     "import": "loading modules",
     "parse": "reading the system file",
+    "start": "finding a consistent initial state",
     "derive": "deriving the equations of motion",
     "program": "writing the program",
     "compile": "compiling",
