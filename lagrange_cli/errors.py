@@ -205,6 +205,10 @@ class TooLarge(LagrangeError):
         super().__init__(f"{message}; {hint}")
 
 
+class TooLong(TooLarge):
+    """An expression is too long to print."""
+
+
 class TooManyNumbers(TooLarge):
     """What steps work on takes more memory than a limit allows, whatever the longest expression is."""
 

@@ -13,9 +13,12 @@ DELAY = 0.5
 """Seconds before the line is first shown and between its updates."""
 PATIENCE = 2.0
 """Seconds of work before the motion after which its stage is shown."""
+WORTH = 3.0
+"""Seconds left of a stage that are shown."""
 STAGES = {
     "import": "loading modules",
     "parse": "reading the system file",
+    "start": "finding a consistent initial state",
     "derive": "deriving the equations of motion",
     "program": "writing the program",
     "compile": "compiling",
@@ -157,6 +160,14 @@ def duration(seconds: float) -> str:
     return f"{hours} h {minutes} min" if hours < 48 else f"{hours // 24} d {hours % 24} h"
 
 
+def roughly(seconds: float) -> str:
+    """``about 5 s``, ``about 20 s``, ``about 3 min``, ``about 2 h``: an estimate has no more digits."""
+    if seconds < 55:
+        return f"about {5 if seconds < 7.5 else max(10, 10 * round(seconds / 10))} s"
+    minutes = max(1, round(seconds / 60))
+    return f"about {minutes} min" if minutes < 100 else f"about {round(minutes / 60)} h"
+
+
 def eraser() -> bytes:
     """What removes the line that is shown now, for a process that ends at once."""
     return (
@@ -229,14 +240,14 @@ class Waiting:
         try:
             yield
         finally:
-            self._enter(before)
+            self._enter(*before)
 
-    def _enter(self, text: str | None) -> str | None:
+    def _enter(self, text: str | None, began: float | None = None) -> tuple[str | None, float | None]:
         if not self._line.enabled:
-            return None
+            return None, None
         with self._lock:
-            now, before = time.monotonic(), self._stage
-            self._stage, self._began = text, now
+            now, before = time.monotonic(), (self._stage, self._began)
+            self._stage, self._began = text, now if began is None else began
             self._first = now if self._first is None else self._first
             if text is None:
                 self._line.clear()
@@ -258,4 +269,13 @@ class Waiting:
         """Bring the line up to date."""
         now = time.monotonic()
         if self._stage is not None and self._first is not None and now - self._first >= PATIENCE:
-            self._line.say(f"{self._stage}, {duration(now - self._began)}")
+            passed = f"{self._stage}, {duration(now - self._began)}"
+            self._line.say(*[f"{passed}, {roughly(left)} left" for left in self._left(now)], passed)
+
+    def _left(self, now: float) -> list[float]:
+        """The seconds left of the stage, if these are known and worth showing."""
+        from lagrange_cli.portions import latest
+
+        work = latest()
+        left = work.left(now) if work is not None and work.began >= self._began else None
+        return [left] if left is not None and left > WORTH else []

@@ -11,8 +11,8 @@ from lagrange_cli.families.arrays import Array, Domain, Term, Total
 from lagrange_cli.families.articulation import constant_total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
+from lagrange_cli.families.jumps import refuse_jumps
 from lagrange_cli.families.slopes import slopes
-from lagrange_cli.families.switches import refuse_jumps
 from lagrange_cli.model.orientation import cross
 from lagrange_cli.spec.spec import Spec, grouped
 

@@ -13,6 +13,7 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds
+from lagrange_cli.families.contacts import Contacts
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass, field
@@ -109,6 +110,13 @@ class FamilySystem:
     """The system with modes in place of switches in forces, if there are any."""
     modes: Modes | None = None
     """These modes, in that system."""
+    contact: Contacts | None = None
+    """Resting contact, whose forces are among the others then (see ``families.resting``)."""
+
+    @property
+    def contacts(self) -> Contacts | None:
+        """Resting contact at events."""
+        return None if self.events is None else self.events.contacts
 
     @cached_property
     def reactions(self) -> Mapping[str, Sequence[Total]] | None:

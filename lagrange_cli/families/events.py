@@ -1,12 +1,11 @@
 """Events of families: what becomes 0 is one array for all events, and so is what actions set.
 
-An event of a member is written once, as forces are. Which events have simple actions, and whether these keep
-the energy, follows from tables: which coordinates, velocities and parameters each of them reads and sets.
+An event of a member is written once, as forces are. What follows from actions is in ``families.actions``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -15,8 +14,9 @@ import numpy as np
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.families.arrays import Chain, Domain, Slot, Term, Total, total_of
+from lagrange_cli.families.arrays import Chain, Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.contacts import Contacts
 from lagrange_cli.families.groups import listed
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.defect import hides
@@ -27,12 +27,8 @@ from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import Event, Expression, Spec
 
 if TYPE_CHECKING:
-    from lagrange_cli.expression.index_arrays import Places
-
     Values = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
-AFFECTED = 16
-"""So many events, on the average, have arguments that each simple action changes, at most."""
 SEEDS = 1, 2
 ROUNDED = 1e-10
 """Numbers that differ by less are equal, in terms of what they are made of."""
@@ -44,7 +40,7 @@ class Events:
     the sizes of the terms of its argument and of its rate. ``values`` is what actions set, each at the place
     that ``changed`` has for it beside the number of its event: among coordinates, velocities and parameters.
     ``simple`` are events whose actions are (see ``native.stepping.actions``), and ``affected`` pairs of these
-    and those whose arguments they change.
+    and those whose arguments they change. Members may rest at those with ``contacts``.
     """
 
     listed: Sequence[Event]
@@ -56,6 +52,7 @@ class Events:
     affected: tuple[tuple[int, int], ...]
     keeps_energy: bool
     """Whether no action changes it."""
+    contacts: Contacts | None = None
 
     @cached_property
     def set(self) -> frozenset[int]:
@@ -63,12 +60,12 @@ class Events:
         return frozenset(place for _, place in self.changed)
 
 
-def events_of(builder: FamilyBuilder, spec: Spec, masses: Total, *, free: bool) -> Events | None:
-    """The events of the file; None if there are none. Where M is diagonal, ``masses`` has it, and where there
-    are no constraints besides, coordinates are ``free``.
+def events_of(builder: FamilyBuilder, spec: Spec, *, free: bool) -> Events | None:
+    """The events of the file; None if there are none. Where M is diagonal and there are no constraints,
+    coordinates are ``free``.
 
-    Raises ``Unsuited`` for events whose arguments may jump or hide their zeros, and for actions after which
-    the motion may rest at an event.
+    Raises ``Unsuited`` for events whose arguments may jump or hide their zeros, and for actions where
+    coordinates are not free.
     """
     if not spec.events:
         return None
@@ -90,7 +87,7 @@ def events_of(builder: FamilyBuilder, spec: Spec, masses: Total, *, free: bool) 
         frozenset(), (), keeps_energy=True,
     )  # fmt: skip
     refuse_unchanging(builder, arguments)
-    return with_actions(builder, found, masses) if sets else found
+    return found
 
 
 def built(builder: FamilyBuilder, written: Sequence[Expression]) -> Total:
@@ -130,7 +127,7 @@ def random_state(builder: FamilyBuilder, seed: int) -> tuple[FamilyValues, Value
     """A state, and its velocities; parameters are the same in all of them."""
     chance, count = np.random.default_rng(seed), builder.q.count
     q, v = chance.uniform(0.2, 1.2, count), chance.uniform(-1.0, 1.0, count)
-    parameters = np.linspace(0.7, 1.1, builder.given.count)
+    parameters = np.random.default_rng(SEEDS).uniform(0.7, 1.1, builder.given.count)
     return FamilyValues(builder, float(chance.uniform(0.2, 1.2)), q, v, parameters), v
 
 
@@ -195,135 +192,3 @@ def carried(
         known[total] = total_of(total.count, terms, builder.graph, tree, back=back)
         builder.totals.append(known[total])
     return known[total]
-
-
-# actions
-
-
-class Reading:
-    """Which places arguments read: at ``places`` the events ``readers``; ``wide`` are those that sums read,
-    and ``adding`` the events in whose arguments such sums are."""
-
-    def __init__(self, builder: FamilyBuilder, arguments: Total) -> None:
-        self._builder = builder
-        self._first = {builder.q: 0, builder.v: builder.q.count, builder.given: 2 * builder.q.count}
-        starts = names_of(builder.spec.parameters).starts
-        self._scalars = {node: starts[name] for name, node in builder.parameters.items()}
-        self.wide = np.zeros(2 * builder.q.count + builder.given.count, dtype=bool)
-        self.adding = np.zeros(arguments.count, dtype=bool)
-        self._seen: set[Total] = set()
-        readers, places = [], []
-        for term in arguments.terms:
-            sums = (isinstance(slot.array, Total) for _, slot in builder.slots.inside(term.node))
-            self.adding[term.targets] |= any(sums)
-            for table in self._tables(term):
-                readers.append(term.targets)
-                places.append(table)
-        empty = np.zeros(0, dtype=np.int64)
-        found, order = np.concatenate([empty, *places]), np.concatenate([empty, *readers])
-        which = np.argsort(found, kind="stable")
-        self.places, self.readers = found[which], order[which]
-
-    def _tables(self, term: Term) -> Iterable[Places]:
-        builder = self._builder
-        for _, slot in builder.slots.inside(term.node):
-            if slot.array in self._first:
-                yield slot.table + self._first[slot.array]
-            elif isinstance(slot.array, Total):
-                self._mark(slot.array)
-        for node, place in self._scalars.items():
-            if term.node.symbols & node.symbols:
-                yield np.full(term.domain.count, 2 * builder.q.count + place)
-
-    def _mark(self, total: Total) -> None:
-        if total not in self._seen:
-            self._seen.add(total)
-            for term in total.terms:
-                for table in self._tables(term):
-                    self.wide[table] = True
-
-
-def with_actions(builder: FamilyBuilder, events: Events, masses: Total) -> Events:
-    """What follows from what actions set."""
-    n = builder.q.count
-    acting, places = np.array(events.changed, dtype=np.int64).T
-    read, of_masses = Reading(builder, events.arguments), Reading(builder, masses)
-    if np.any(of_masses.wide[places]) or np.any(np.isin(places, of_masses.places)):
-        raise Unsuited
-    refuse_contacts(builder, events, read)
-    left, right = (np.searchsorted(read.places, places, side) for side in ("left", "right"))
-    counts = right - left
-    never = set(acting[read.wide[places]].tolist())
-    pairs: list[tuple[int, int]] = []
-    if int(counts.sum()) > AFFECTED * (len(events.listed) + len(acting)):
-        never = set(acting.tolist())
-    else:
-        for e, first, last in zip(acting.tolist(), left.tolist(), right.tolist()):
-            pairs += [(e, other) for other in read.readers[first:last].tolist()]
-        never |= {e for e, other in pairs if e == other}
-    simple = frozenset(acting.tolist()) - never
-    affected = tuple(dict.fromkeys(one for one in pairs if one[0] in simple))
-    keeps = bool(np.all((places >= n) & (places < 2 * n))) and keeps_energy(builder, events, masses)
-    return replace(events, simple=simple, affected=affected, keeps_energy=keeps)
-
-
-def keeps_energy(builder: FamilyBuilder, events: Events, masses: Total) -> bool:
-    """Whether no action changes T: each is done at a random state."""
-    acting, places = np.array(events.changed, dtype=np.int64).T
-    state, v = random_state(builder, SEEDS[0])
-    with np.errstate(all="ignore"):
-        after, rows = state.of(events.values), places - builder.q.count
-        mass = state.of(masses)[rows]
-        change = np.bincount(acting, mass * (after**2 - v[rows] ** 2), len(events.listed))
-        size = np.bincount(acting, mass * (after**2 + v[rows] ** 2), len(events.listed))
-    return bool(np.all(np.abs(change) <= ROUNDED * size))
-
-
-def refuse_contacts(builder: FamilyBuilder, events: Events, read: Reading) -> None:
-    """Raise ``Unsuited`` where an action is an impact that reduces the speed: the motion may come to rest
-    there (see ``mechanics.contacts``)."""
-    n, count = builder.q.count, len(events.listed)
-    acting, places = np.array(events.changed, dtype=np.int64).T
-    is_speed = (places >= n) & (places < 2 * n)
-    impact = np.zeros(count, dtype=bool)
-    impact[acting] = True
-    impact[acting[~is_speed]] = False
-    of_speeds = (read.places >= n) & (read.places < 2 * n)
-    impact[read.readers[of_speeds]] = False
-    if not impact.any():
-        return
-    if np.any(impact & read.adding):
-        raise Unsuited
-    keys = acting * n + (places - n)
-    order = np.argsort(keys)
-    keys = keys[order]
-    state, v = random_state(builder, SEEDS[1])
-    with np.errstate(all="ignore"):
-        new = state.of(events.values)[order]
-        total, size = np.zeros(count), np.zeros(count)
-
-        def add(targets: Places, values: Values) -> None:
-            total[:] += np.bincount(targets, values, count)
-            size[:] += np.bincount(targets, np.abs(values), count)
-
-        def slope(term: Term, symbol: Node) -> Values:
-            node = builder.graph.diff(term.node, symbol)
-            return np.broadcast_to(np.asarray(state.node(node), dtype=float), term.domain.count)
-
-        for term in events.arguments.terms:
-            add(term.targets, 2.0 * slope(term, builder.time))
-            for symbol, slot in builder.slots.inside(term.node):
-                if slot.array is builder.q:
-                    add(term.targets, slope(term, symbol) * v[slot.table])
-                    add(term.targets, slope(term, symbol) * after(slot, term, keys, new, v, n))
-    touched = np.zeros(count, dtype=bool)
-    touched[read.readers[read.places < n]] = True
-    if np.any(impact & touched & ~(np.abs(total) <= ROUNDED * size)):
-        raise Unsuited
-
-
-def after(slot: Slot, term: Term, keys: Places, new: Values, v: Values, n: int) -> Values:
-    """The velocities of what a slot has, after the action of each member's own event."""
-    wanted = term.targets * n + slot.table
-    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    return np.where(keys[at] == wanted, new[at], v[slot.table])

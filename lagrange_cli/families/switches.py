@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, placed, total_of
+from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.families.friction import Decision, Friction, Held, Rest, held, holds, speeds_of
+from lagrange_cli.families.jumps import is_root, jumps, partial, symbols_of
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
-from lagrange_cli.mechanics.switching.switches import MOST, Merging, switches, vanishes_with
+from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -35,8 +35,6 @@ JUMPS = (
     "constraints, and let other forces not jump",
 )
 """What members are written out for, and how to do without."""
-PARTIAL = "log", "asin", "acos", "acosh", "atanh"
-"""Functions that do not have a value everywhere."""
 
 
 def with_modes(system: FamilySystem) -> FamilySystem | None:
@@ -61,50 +59,6 @@ def with_modes_in(
     without."""
     found = Switching(system, listed)
     return found.smooth(), {one: found.of(one) for one in listed}
-
-
-def symbols_of(slots: Slots, *arrays: Array) -> int:
-    """The symbols of numbers of these arrays, and of sums."""
-    found = 0
-    for symbol, slot in slots.of.items():
-        if slot.array in arrays or isinstance(slot.array, Total):
-            found |= symbol.symbols
-    return found
-
-
-def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
-    """Raise ``Unsuited`` where an expression, or a sum in it, may jump as numbers of these arrays change."""
-    moving = symbols_of(slots, *arrays)
-    for one in switches(Merging(slots.graph, moving).merged([node]), moving):
-        if jumps(slots.graph, one):
-            raise Unsuited
-    for _, slot in slots.inside(node):
-        if isinstance(slot.array, Total):
-            for term in slot.array.terms:
-                refuse_jumps(slots, term.node, *arrays)
-
-
-def jumps(graph: Graph, switch: Node) -> bool:
-    """Whether a switch may have two values where its argument is 0, on some side of the switches in it."""
-    argument, above, below = switch.arguments
-    return _differ(graph, above - below, argument, most=MOST)
-
-
-def _differ(graph: Graph, *both: Node, most: int) -> bool:
-    """Whether the first of ``both`` may be other than 0 where the second is, on some side of so many
-    switches."""
-    node, argument = both
-    if vanishes_with(graph, node, argument):
-        return False
-    inside = [one for one in reachable([node, argument]) if one.kind is Kind.SWITCH]
-    if not inside or not most:
-        return True
-    decides = inside[0].arguments[0]
-    for side in (1, 2):
-        given = {one: one.arguments[side] for one in inside if one.arguments[0] is decides}
-        if _differ(graph, *substituted(graph, [node, argument], given), most=most - 1):
-            return True
-    return False
 
 
 Use: TypeAlias = "tuple[Domain, Node]"
@@ -391,14 +345,3 @@ class Switching:
             else:
                 made[node] = rebuilt(self.graph, node, arguments)
         return made[root]
-
-
-def is_root(node: Node) -> bool:
-    """Whether it has no series where what it is of is 0."""
-    return node.kind is Kind.POWER or (node.kind is Kind.PRODUCT and any(e != int(e) for e in node.data))
-
-
-def partial(node: Node) -> bool:
-    """Whether it may have no value somewhere."""
-    inside = reachable([node])
-    return any(is_root(one) or (one.kind is Kind.FUNCTION and one.data in PARTIAL) for one in inside)

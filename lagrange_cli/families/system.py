@@ -18,6 +18,7 @@ from lagrange_cli.expression.index_arrays import Differ
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.families.actions import with_actions
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.articulation import articulation, centres
@@ -201,9 +202,8 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()
     }
     observables = dict(observed(builder, spec))
-    parts["events"] = events_of(
-        builder, spec, parts["masses"], free="joints" not in parts and parts["bonds"] is None
-    )
+    events = events_of(builder, spec, free="joints" not in parts and parts["bonds"] is None)
+    parts["events"] = events and with_actions(builder, events, parts["masses"])
     if builder.bodies:
         from lagrange_cli.families.turning import bodies_of
 
@@ -216,7 +216,10 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         positions=positions, observables=observables, **parts,
     )  # fmt: skip
     refuse_others(found)
-    return replace(found, smooth=with_modes(found))
+    smooth = with_modes(found)
+    if smooth is not None and found.contacts is not None and smooth.modes and smooth.modes.limits:
+        raise Unsuited  # friction would have to know the forces of contact
+    return replace(found, smooth=smooth)
 
 
 def opposite(total: Total) -> list[Term]:

@@ -12,7 +12,9 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.switches import is_root, with_modes_in
+from lagrange_cli.families.jumps import is_root
+from lagrange_cli.families.resting import with_contacts
+from lagrange_cli.families.switches import with_modes_in
 from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.family_outputs import Described, Element, FamilyPlanner, Quantities
@@ -101,11 +103,18 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         if may_be_conserved(system):
             return WrittenOut("a surface that may be conserved", "let --where depend on coordinates alone")
     if needs is Needs.SERIES and unproven(system, compilation):
-        way = "leave out --proven" if compilation.proven else "use --method ias15, which proves no steps"
-        return WrittenOut("steps that have to be proven, on chains, with constraints or dry friction", way)
+        way = "use --method ias15, which proves no steps"
+        if compilation.proven:
+            way = "leave out --proven"
+        elif system.contacts is not None:
+            way = "write forces that are less narrow"
+        return WrittenOut("steps that have to be proven, on chains, with constraints, contact, friction", way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
-    if "ledger" in compilation.outputs and system.bonds is not None and system.smooth is not None:
+    if system.contacts is not None and needs is not Needs.SERIES:
+        return WrittenOut(f"--method {method} where impacts reduce the speed", "use --method taylor")
+    worked = system.contacts is not None or (system.bonds is not None and system.smooth is not None)
+    if "ledger" in compilation.outputs and worked:
         return without_outputs(["ledger"])
     if compilation.backward and (system.moved_in_time or not system.steady_bonds):
         return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
@@ -171,7 +180,7 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
 
 def unproven(system: FamilySystem, compilation: Compilation) -> bool:
     """Whether steps must be proven, and cannot be."""
-    provable = system.joints is None and system.bonds is None and not held(system)
+    provable = system.joints is None and system.bonds is None and not held(system) and not system.contacts
     return not (provable or compilation.unproven) and (compilation.proven or narrow(system))
 
 
@@ -234,6 +243,8 @@ def write_families(
     if system.smooth is not None:
         followed, changed = with_modes_in(system, [*dict.fromkeys(one for one, _ in integrands.values())])
         integrands = {name: (changed[one], index) for name, (one, index) in integrands.items()}
+    if order > RATES or scheme:
+        followed = with_contacts(followed)
     if compilation.backward:
         from lagrange_cli.families.backward import Reversal
 

@@ -52,7 +52,7 @@ def unsuited(spec: Spec) -> WrittenOut:
         where = getattr(spec, longest).values() if longest else [*forces, *energies]
         return WrittenOut(what, way, kinked(where))
     if spec.events and any_family_system(replace(spec, events={})) is not None:
-        what = "events that reduce the speed, that jump, or that act on chains or where constraints hold"
+        what = "events that jump, that act on chains or where constraints hold, or impacts between members"
         events = [*spec.events.values()]
         acting = [one.when for one in events if one.changes] or [one.when for one in events]
         return WrittenOut(what, "let them record or stop only", kinked(acting))

@@ -74,7 +74,7 @@ class Interface:
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
     or ``SIMPLE``, ``ROOTED``, ``CUT``, ``BREAK`` or ``EXPLICIT``; ``limits`` are those whose multipliers are
     forces up to a limit; ``events`` for each event its direction, its role, and that number for resting
-    contact, or -1.
+    contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there is none.
     The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
     event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple action,
     and what it changes the argument of. ``@act`` computes new values, two sizes of each event's argument, and
@@ -158,7 +158,12 @@ class Interface:
             if one == BREAK:
                 made[j] = replace(made[j], beside=first + arguments)
                 arguments += BESIDE
-        made += [GuardRow(Role.REST, multiplier(one)) for _, _, one in self.events if one >= 0]
+        for _, _, one in self.events:
+            if one == EXPLICIT:
+                made.append(GuardRow(Role.REST, first + arguments))
+                arguments += 1
+            elif one >= 0:
+                made.append(GuardRow(Role.REST, multiplier(one)))
         changed = tuple((switches + event, place) for event, place in self.changed)
         affected = tuple((switches + a, switches + b) for a, b in self.affected)
         return GuardRows(first, arguments, tuple(made), len(self.parameters), changed, affected)

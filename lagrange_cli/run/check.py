@@ -105,7 +105,7 @@ def classify(
     if method == AUTO:
         method, _ = chosen_method(spec, outputs)
     if values is not None:
-        with stage("parse"):
+        with stage("start"):
             start = spec.solve.start or 0.0
             spec, consistent, begin = consistent_values(spec, values, start, given)
         check_energies(spec, values.parameters)

@@ -118,9 +118,10 @@ def read_motion(
         )
         settings = request.settings(spec, values.parameters)
         exact = request.portable or request.precision != DOUBLE
-        spec, values, begin = begin_at(
-            spec, values, settings.start, request.overrides, forced=request.projected, exact=exact
-        )
+        with stage("start"):
+            spec, values, begin = begin_at(
+                spec, values, settings.start, request.overrides, forced=request.projected, exact=exact
+            )
         return Motion(spec, values, settings, begin)
 
 

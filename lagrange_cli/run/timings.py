@@ -11,8 +11,8 @@ from lagrange_cli.run.monitor import Stage, untimed
 STAGES = ("import", "parse", "derive", "compile", "cache", "integrate", "write")
 """In the order of the pipeline; ``cache`` is looking for a compiled program there, and keeping a new one."""
 
-PARTS = {"program": "derive"}
-"""A stage that is shown while it runs, but counted as a part of another one."""
+PARTS = {"start": "parse", "program": "derive"}
+"""Stages that are shown while they run, but counted as parts of others."""
 
 
 class Stopwatch:

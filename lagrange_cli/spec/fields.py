@@ -57,8 +57,10 @@ def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None
         drags = [
             (key.text, value.text.strip() or "c") for key, value in node.entries if isinstance(value, Scalar)
         ]
-        if where == "dissipation" and drags:  # a coefficient for each coordinate
+        if where == "dissipation" and drags:  # a coefficient for each coordinate, or particle
+            name, drag = drags[0]
             hint = f"write {' + '.join(f'{drag}*{velocity_name(name)}**2/2' for name, drag in drags)}"
+            hint += f"; for a particle, {drag}*({name}.vx**2 + {name}.vy**2)/2"
         elif not axes and len(node.entries) == 1 and isinstance(node.entries[0][1], Scalar):
             hint = f"write {node.entries[0][1].text.strip() or 'one expression'}"
         problems.add(node.place, f"{where} must be an expression, not a mapping", hint)

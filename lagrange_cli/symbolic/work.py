@@ -19,7 +19,7 @@ from sympy.core.basic import Basic
 from sympy.core.traversal import preorder_traversal
 from sympy.printing.printer import Printer
 
-from lagrange_cli.errors import TooLarge
+from lagrange_cli.errors import TooLarge, TooLong
 from lagrange_cli.limits import Work, way_out, whole
 
 T = TypeVar("T")
@@ -74,7 +74,7 @@ def counting(work: Work | None = None) -> Iterator[None]:
     try:
         yield
     except TooLarge as error:
-        raise TooLarge(error.message, ADVICE + error.hint) from error
+        raise type(error)(error.message, ADVICE + error.hint) from error
     finally:
         Basic.__new__ = staticmethod(new)
         for (owner, name), attribute in plain.items():
@@ -110,11 +110,11 @@ def attempt(steps: int, function: Callable[[], T]) -> T | None:
 
 
 def check_size(expression: sympy.Expr) -> sympy.Expr:
-    """The expression itself; raises ``TooLarge`` where it is too long to be read or to be walked by sympy."""
+    """The expression itself; raises ``TooLong`` where it is too long to be read or to be walked by sympy."""
     size = size_of(expression)
     charge(STEPS_A_LOOK + size)
     if size > whole("printed"):
-        raise TooLarge(
+        raise TooLong(
             f"an expression of the equations has {size} terms and factors, more than {whole('printed')}",
             way_out("printed"),
         )

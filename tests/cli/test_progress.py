@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from lagrange_cli import portions
 from lagrange_cli.cli import progress
 from lagrange_cli.cli.console import complain
 from lagrange_cli.cli.progress import (
@@ -21,7 +22,10 @@ from lagrange_cli.cli.progress import (
     columns,
     duration,
     eraser,
+    roughly,
 )
+from lagrange_cli.native.compilation import llvm
+from lagrange_cli.portions import latest, portion
 from lagrange_cli.run.timings import Stopwatch
 from tests.support.command import PATIENCE, SYSTEMS, environment
 
@@ -36,6 +40,7 @@ def clock(monkeypatch):
     """Seconds that pass as the test says; no thread updates a line by itself."""
     now = [100.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(portions.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(progress.threading.Thread, "start", lambda thread: None)
     return now
 
@@ -139,6 +144,89 @@ def test_the_stages_of_a_run_are_shown_in_words(terminal, clock):
         "chain: compiling, 3 s",
     ]
     assert {*watch.seconds} == {"import", "parse", "derive", "compile", "cache", "integrate", "write"}
+
+
+def test_the_time_left_of_a_stage_follows_from_what_is_done(terminal, clock):
+    """At the rate so far; the elapsed time alone where nothing is known, or little is left."""
+    waiting = Waiting("chain", quiet=False)
+    with waiting.stage("derive"), portion(4) as work:
+        for passed, done in (
+            (3.0, None),
+            (7.0, 1),
+            (4.0, None),
+            (6.0, 2),
+            (10.0, 3),
+            (8.0, None),
+            (9.0, None),
+        ):
+            clock[0] += passed
+            if done is not None:
+                work.reach(done)
+            waiting.update()
+        with waiting.stage("import"):  # of which nothing is known
+            clock[0] += 1.0
+            waiting.update()
+        work.reach(3.2)
+        waiting.update()
+    assert lines(terminal) == [
+        f"chain: {text}"
+        for text in (
+            "deriving the equations of motion, 3 s",
+            "deriving the equations of motion, 10 s, about 30 s left",
+            "deriving the equations of motion, 14 s, about 30 s left",
+            "deriving the equations of motion, 20 s, about 20 s left",
+            "deriving the equations of motion, 30 s, about 10 s left",
+            "deriving the equations of motion, 38 s",
+            "deriving the equations of motion, 47 s",
+            "loading modules, 1 s",
+            "deriving the equations of motion, 48 s, about 10 s left",
+        )
+    ]
+    assert latest() is None
+
+
+def test_work_within_other_work_is_one_part_of_it(clock):
+    with portion(4) as outer:
+        outer.reach(1)
+        with portion(10) as inner:
+            clock[0] += 15
+            inner.reach(5)
+        assert latest() is outer
+        assert outer.left(clock[0] + 1) == pytest.approx(24)  # 1.5 of 4 parts in 15 s
+
+
+def test_compiling_says_how_long_llvm_is_going_to_take(terminal, clock, monkeypatch):
+    """Its text is read in a known part of the time."""
+    waiting = Waiting("chain", quiet=False)
+
+    class Target:
+        def emit_object(self, module):
+            waiting.update()
+            clock[0] += 6.0
+            waiting.update()
+            return b"code"
+
+    def read(text):
+        clock[0] += 4.0
+        waiting.update()
+
+    monkeypatch.setattr(llvm, "target_machine", lambda optimize: Target())
+    monkeypatch.setattr(llvm.llvm, "parse_assembly", read)
+    with waiting.stage("compile"):
+        assert llvm.compile_text("", 0) == b"code"
+    assert lines(terminal) == [
+        "chain: compiling, 4 s",
+        "chain: compiling, 4 s, about 20 s left",
+        "chain: compiling, 10 s, about 10 s left",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(3.1, "5 s"), (7.4, "5 s"), (8, "10 s"), (44, "40 s"), (56, "1 min"), (150.1, "3 min"), (7100, "2 h")],
+)
+def test_estimates_have_no_more_digits_than_they_deserve(seconds, text):
+    assert roughly(seconds) == f"about {text}"
 
 
 def test_messages_take_the_line_away(terminal, clock, monkeypatch):
@@ -249,8 +337,8 @@ from lagrange_cli.cli import progress
 progress.PATIENCE, progress.DELAY = 0, 1e-3
 enter, update = progress.Waiting._enter, progress.Waiting.update
 
-def enter_and_wait(self, text):
-    before, self.said = enter(self, text), False
+def enter_and_wait(self, text, *began):
+    before, self.said = enter(self, text, *began), False
     while text is not None and self._line.enabled and not self.said:
         time.sleep(1e-3)
     return before

@@ -170,7 +170,6 @@ events:
 @pytest.mark.parametrize(
     "events",
     [
-        '{"floor[i in range(N)]": {when: "x[i]", action: {set: {"x_dot[i]": "-0.5*x_dot[i]"}}}}',
         '{angle: {when: "atan2(x[0], x[1]) - 1"}}',
         '{narrow: {when: "exp(-1000*x[0]**2) - 0.5"}}',
     ],

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lagrange_cli import portions
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.exact import context
 from lagrange_cli.families import consistency
 from lagrange_cli.families.consistency import WholeEquations, equations_of
 from lagrange_cli.model.start.equations import Equations
+from lagrange_cli.portions import latest
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
@@ -100,6 +102,52 @@ def test_a_bad_start_of_a_long_chain_is_refused_soon(
         consistent_values(spec, resolve_values(spec, {}), 0.0, ())
     assert hint in f"{found.value}"
     assert 0 < len(evaluated) < 60
+
+
+@pytest.mark.parametrize("case", ["pinned", "on a rod", "on a bent rail"])
+def test_the_nearest_state_of_a_long_chain_is_found_with_few_evaluations(
+    case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From far off, in three searches. The way is perpendicular to the surface in the metric of the masses:
+    M (q - q0) = A^T mu, mu by least squares. (Steps along the gradient take two or three times as many.)"""
+    evaluated: list[Any] = []
+    plain = WholeEquations.at
+    monkeypatch.setattr(WholeEquations, "at", lambda *given: evaluated.append(1) or plain(*given))
+    spec = read_spec(chain(case, 60).replace("initial: -A + h*i", "initial: -1.3*A + h*i"), "system.yaml")
+    values = resolve_values(spec, {})
+    _, found, _ = consistent_values(spec, values, 0.0, (), forced=True)
+    assert 0 < len(evaluated) < 600
+    equations = equations_of(spec, values.parameters)
+    assert equations is not None
+    here = equations.at(0.0, found.q, found.v)
+    assert max(map(abs, here.values)) < 1e-14
+    way = np.subtract(found.q, values.q)
+    assert np.abs(way).max() > 0.1
+    across = np.array([*equations.masses(0.0, values.q, values.v).times(way, range(len(way))).values()])
+    slopes = np.array([[row.get(k, 0.0) for k in range(len(way))] for row in here.rows])
+    mu = np.linalg.lstsq(slopes.T, across, rcond=None)[0]
+    assert np.abs(slopes.T @ mu - across).max() < 1e-7 * np.abs(across).max()
+
+
+def test_the_time_left_of_a_search_is_of_the_right_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where each evaluation takes a second: from how much smaller the slope along the surface has become."""
+    now, told = [0.0], []
+    plain = WholeEquations.at
+
+    def at(*given: Any) -> Any:
+        now[0] += 1.0
+        work = latest()
+        told.append((now[0], None if work is None else work.left(now[0])))
+        return plain(*given)
+
+    monkeypatch.setattr(portions.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(WholeEquations, "at", at)
+    spec = read_spec(chain("pinned", 60).replace("initial: -A + h*i", "initial: -1.3*A + h*i"), "system.yaml")
+    consistent_values(spec, resolve_values(spec, {}), 0.0, (), forced=True)
+    known = [(left, now[0] - t) for t, left in told if left is not None and left > 3.0]
+    assert len(known) > now[0] / 2
+    assert 0.4 < np.median([left / true for left, true in known if true]) < 2.5
+    assert latest() is None
 
 
 @pytest.mark.parametrize(

@@ -70,20 +70,27 @@ class Finding(Exception):
 
 
 class Guard:
-    """Notes what the interpreter does to files and processes while ``on``.
+    """Notes what the interpreter does to files and processes while ``watching``.
 
-    A hook is called many times and never leaves a process: it is there from the first ``start`` on, so that
-    other tests are not slowed.
+    A hook is called many times and never leaves a process: it is there from the first ``watching`` on, so
+    that other tests are not slowed.
     """
 
     def __init__(self) -> None:
         self.on = self.hooked = False
         self.seen: list[str] = []
 
-    def start(self) -> None:
+    @contextmanager
+    def watching(self) -> Iterator[None]:
         if not self.hooked:
             sys.addaudithook(self._note)
-        self.on = self.hooked = True
+        before = sys.dont_write_bytecode
+        # modules that a command is the first to import are compiled; Python would write what it compiles
+        self.on = self.hooked = sys.dont_write_bytecode = True
+        try:
+            yield
+        finally:
+            self.on, sys.dont_write_bytecode = False, before
 
     def _note(self, event: str, arguments: tuple[Any, ...]) -> None:
         if not self.on:
@@ -119,13 +126,11 @@ def feed(content: bytes, commands: tuple[tuple[str, ...], ...] = COMMANDS) -> li
     for command in commands:
         out, errors = Stream(), Stream()
         with redirect_stdout(out), redirect_stderr(errors), limited():
-            GUARD.start()
             try:
-                status = main([*command, "input.yaml"])
+                with GUARD.watching():
+                    status = main([*command, "input.yaml"])
             except Hang as error:
                 raise Finding(f"{command[0]}: more than {SECONDS} s\n{traceback.format_exc()}") from error
-            finally:
-                GUARD.on = False
         said = errors.getvalue()
         if status not in DOCUMENTED or "Traceback" in said:
             raise Finding(f"{command[0]}: exit status {status}\n{said}")

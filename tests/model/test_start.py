@@ -20,6 +20,7 @@ from lagrange_cli.model.start.beginnings import STARTS
 from lagrange_cli.model.start.blocks import Block, blocks
 from lagrange_cli.model.start.closures import closures
 from lagrange_cli.model.start.consistent import consistent
+from lagrange_cli.model.start.curvature import Curvature
 from lagrange_cli.model.start.equations import Equations, Masses
 from lagrange_cli.model.start.nearest import ROUND, Surface
 from lagrange_cli.model.start.search import Given
@@ -211,6 +212,27 @@ def test_a_closure_that_is_found_again_is_not_looked_at_again() -> None:
     found = closures(surface, [0.0] * count, [])
     assert np.allclose(found.states, [[7.0 + k / 10 for k in range(count)]])
     assert looks[0] < STARTS * count  # Newton's method takes 25 from each place
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_directions_of_a_quadratic_function_lead_to_its_minimum(seed):
+    """In as many steps as there are coordinates, each to the lowest place in its direction; then what is
+    known of the slope's changes is exact. In a metric M: slope -M^-1 (H x - b)."""
+    count, chance = 7, np.random.default_rng(seed)
+    metric, bent = (a @ a.T + np.eye(count) for a in chance.normal(size=(2, count, count)))
+    right, x = chance.normal(size=(2, count))
+    curvature = Curvature(lambda step: metric @ step)
+    slope = np.linalg.solve(metric, right - bent @ x)
+    for _ in range(count):
+        step = curvature.direction(slope)
+        step = step * (step @ metric @ slope) / (step @ bent @ step)
+        x = x + step
+        before, slope = slope, np.linalg.solve(metric, right - bent @ x)
+        curvature.learn(step, before - slope)
+    np.testing.assert_allclose(x, np.linalg.solve(bent, right), atol=1e-8)
+    there = chance.normal(size=count)
+    ahead = curvature.direction(np.linalg.solve(metric, right - bent @ there))
+    np.testing.assert_allclose(there + ahead, x, atol=1e-6)
 
 
 @pytest.mark.parametrize(

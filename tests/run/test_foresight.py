@@ -197,9 +197,10 @@ def test_code_is_the_same_when_it_is_compiled_apart() -> None:
     from lagrange_cli.native.compilation.llvm import compile_text
 
     text = "define i64 @f(i64 %x) {\n  %y = add i64 %x, 1\n  ret i64 %y\n}\n"
-    assert compile_apart(text, 0, 2**20) == compile_text(text, 0)
+    for loops in (False, True):
+        assert compile_apart(text, 0, 2**20, loops) == compile_text(text, 0, loops)
     with pytest.raises(MemoryError):
-        compile_apart("no code", 0, 2**20)
+        compile_apart("no code", 0, 2**20, loops=False)
 
 
 def test_matrices_of_implicit_steps_take_memory(monkeypatch: pytest.MonkeyPatch) -> None:

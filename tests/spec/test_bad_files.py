@@ -227,6 +227,9 @@ bodies:
     ("masses:", "mass:", [(8, "mass", "unknown key 'mass'", "write 'masses'")]),
     ("embedding:", "positions:", []),
     ("potential:", "V:", [(12, "V", "unknown key 'V'", "write 'potential'")]),
+    ("potential:", "dissipation: {bob: c}\npotential:", [
+        (12, "{", "must be an expression", "bob_dot**2/2; for a particle, c*(bob.vx**2 + bob.vy**2)/2"),
+    ]),
     ("potential:", "friction: 1\npotential:", [(12, "friction", "unknown key", "write 'dissipation:")]),
     ("potential:", "T: 1\npotential:", [(12, "T", "unknown key", "follows from 'masses' and 'positions'")]),
     ("potential:", "stop: 1\npotential:", [(12, "stop", "unknown key", "it belongs under 'solve'")]),

@@ -10,6 +10,7 @@ from lagrange_cli.cli.console import emit, emit_json, run_each, stem
 from lagrange_cli.cli.options.shared import Given, given_options, systems_argument
 from lagrange_cli.cli.progress import Waiting
 from lagrange_cli.cli.source import read_system
+from lagrange_cli.errors import TooLargeSystem, TooLong
 from lagrange_cli.run.equations import FORMATS, FORMS
 
 if TYPE_CHECKING:
@@ -63,7 +64,8 @@ def equations(
 ) -> int:
     """Print the Lagrangian, the equations of motion, momenta, energy function and conserved quantities.
 
-    Large families, such as a thousand bodies, are printed with their indices.
+    Large families, such as a thousand bodies, are printed with their indices. What is too long to print
+    is left out.
 
     \b
     lagrange equations pendulum.yaml
@@ -93,7 +95,19 @@ def show_system(
 
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, parameters = read_system(system, given, resolve_parameters, waiting.stage)
-    derived = derive_printed(spec, form, waiting.stage, given.overrides, coordinates=coordinates)
+    try:
+        derived = derive_printed(spec, form, waiting.stage, given.overrides, coordinates=coordinates)
+    except TooLargeSystem as error:
+        from lagrange_cli.run.partial_equations import FORMATS as IN_PART
+        from lagrange_cli.run.partial_equations import written_in_part
+
+        readable = form == FORMS[0] and format_ in IN_PART and not (coordinates or verifying)
+        if not (readable and isinstance(error.__cause__, TooLong)):
+            raise
+        with waiting.stage("print"):
+            text = written_in_part(spec, format_, given.overrides)
+        emit(text)
+        return 0
     verification = None
     if verifying:
         with waiting.stage("verify"):

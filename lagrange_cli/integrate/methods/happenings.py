@@ -116,7 +116,7 @@ class Happenings:
 
     def _changes_nothing(self, event: int, new: Array) -> bool:
         """Whether an action sets values that are already there."""
-        own = [(i, place) for i, (e, place) in enumerate(self._program.changed) if e == event]
+        own = self._sides.sets.get(event, ())
         there = np.concatenate([self._sides.state(self._sides.memory), self._sides.parameters()])
         motion, rows = 2 * self._program.degrees, self._program.rows * self._program.parts
         places = [place if place < motion else rows + place - motion for _, place in own]
@@ -183,7 +183,7 @@ class Happenings:
         if ended is not None or role is Role.RECORD:
             sides.flip(event)
             return ended
-        if all(e != event for e, _ in self._program.changed):
+        if event not in sides.sets:
             return self._finished(Ending.STOPPED, event)
         return self._act(event, sample)
 
@@ -252,11 +252,15 @@ class Happenings:
         sides.settling.marks[: len(switches)][sides.switches() != switches] = 0.0  # these were 0, perhaps
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
-        for e, (row, after, (_, rate)) in enumerate(zip(rows, sides.all_coefficients(), sizes)):
-            if sides.side(e) == 0.0 and e in self._resting.guards:
-                self._resting.go_on(e, float(after[1]), ROUNDING * rate)
-            elif e == event or after[0] != row[0] or sides.side(e) == 0.0:
-                sides.choose_side(e, after, 2.0 * abs(row[0]) if e == event else 0.0, rate)
+        after = sides.all_coefficients()
+        chosen = (after[:, 0] != rows[:, 0]) | (sides.modes == 0.0)
+        chosen[event] = True
+        resting = [e for e in np.flatnonzero(sides.modes == 0.0).tolist() if e in self._resting.guards]
+        chosen[resting] = False
+        self._resting.go_on(resting, after[:, 1] - rows[:, 1], ROUNDING * sizes[:, 1])
+        for e in np.flatnonzero(chosen).tolist():
+            noise = 2.0 * abs(rows[e, 0]) if e == event else 0.0
+            sides.choose_side(e, after[e], noise, sizes[e, 1])
         if self._standstill.possible:
             self._standstill.hold()
         ended = self._recurs(event, now)

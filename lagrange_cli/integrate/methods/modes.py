@@ -92,6 +92,13 @@ class Modes:
         self._series()
         return [self._coefficients(row) for row in rows]
 
+    def values_of(self, rows: Sequence[int]) -> Array:
+        """The rates of some rows."""
+        self._series()
+        first, step, term = self.machine.program.series_at
+        found: Array = self._work[first + step * np.array(rows) + term]
+        return found
+
     def coefficients_between(self, start: int, stop: int) -> Array:
         """The same of the rows from one to before another (rows, coefficients)."""
         self._series()

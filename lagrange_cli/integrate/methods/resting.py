@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.integrate.methods.sides import Sides
-from lagrange_cli.native.guards import Role
+from lagrange_cli.native.guards import SIMPLE, Role
 from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
@@ -38,7 +39,7 @@ class Resting:
     def __init__(self, sides: Sides, start: float) -> None:
         self._sides, self._start = sides, start
         rests = [j for j, one in enumerate(sides.guards.guards) if one.role is Role.REST]
-        events = (e for e, one in enumerate(sides.program.events) if one[2] >= 0)
+        events = (e for e, one in enumerate(sides.program.events) if one[2] != SIMPLE)
         self.guards = dict(zip(events, rests))
         """The guards of resting contact, by event."""
         self.released: set[int] = set()
@@ -96,8 +97,22 @@ class Resting:
             settling.mark([j])
             settling.prepare()
 
-    def go_on(self, event: int, speed: float, noise: float) -> None:
-        """Rest on after another event's action, if that has given the motion no ``speed`` here."""
+    def go_on(self, events: Sequence[int], speeds: Array, noise: Array) -> None:
+        """Rest on at these events after the action of another one, where that has given the motion no speed,
+        which is more than ``noise`` (all events,): what it had at rest is a rounding error."""
+        settling = self._sides.settling
+        while events:
+            rests = np.array([self.guards[e] for e in events])
+            forces = settling.values_of([self._sides.guards.guards[one].row for one in rests])
+            firm = (np.abs(speeds[events]) <= noise[events]) & (forces * settling.modes[rests] > 0.0)
+            if firm.all():
+                return
+            first = int(np.argmin(firm))
+            self._try(events[first], float(speeds[events[first]]), float(noise[events[first]]))
+            events = events[first + 1 :]  # may rest on others
+
+    def _try(self, event: int, speed: float, noise: float) -> None:
+        """Rest on, or leave the contact."""
         settling, j, rest = self._sides.settling, event + self._sides.first, self.guards[event]
         side = float(settling.modes[rest])
         settling.modes[rest], settling.modes[j] = 0.0, side

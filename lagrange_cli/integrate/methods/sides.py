@@ -32,6 +32,12 @@ class Sides:
         self.layout, self.guards = program.inner, program.rows_of_guards
         self.first = len(program.guards)
         """The guard of the first event."""
+        self.modes = settling.modes[self.first : self.first + len(program.events)]
+        """The sides of all events."""
+        self.sets: dict[int, list[tuple[int, int]]] = {}
+        """By events with actions: the numbers and places of what they set."""
+        for i, (event, place) in enumerate(program.changed):
+            self.sets.setdefault(event, []).append((i, place))
 
     @property
     def now(self) -> float:
@@ -40,7 +46,7 @@ class Sides:
 
     def side(self, event: int) -> float:
         """1 or -1; 0 where the motion rests at the event."""
-        return float(self.settling.modes[event + self.first])
+        return float(self.modes[event])
 
     def at_zero(self, event: int) -> bool:
         """Whether its argument is 0 now."""
@@ -101,7 +107,7 @@ class Sides:
         """Set what an action sets to ``values``, which ``act_on`` gave; whether these are finite."""
         program, layout, memory = self.program, self.layout, self.memory
         width, motion = self.guards.parameters + self.guards.count, 2 * program.degrees
-        chosen = [(i, place) for i, (e, place) in enumerate(program.changed) if e == event]
+        chosen = self.sets[event]
         if not np.all(np.isfinite(values[:, [i for i, _ in chosen]])):
             return False
         for i, place in chosen:
@@ -118,7 +124,7 @@ class Sides:
 
     def close(self, event: int) -> bool:
         """Let the forces of constraint act after an action; whether that leads to the constraints."""
-        changed = {place for e, place in self.program.changed if e == event}
+        changed = {place for _, place in self.sets[event]}
         return Impulses(self.settling).close(self.state(self.memory), self.outer, changed)
 
     def begin_anew(self) -> None:

@@ -16,6 +16,7 @@ from lagrange_cli.model.start.closures import SAME
 from lagrange_cli.model.start.linear import DENSE, independent, steepness
 from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface
 from lagrange_cli.model.start.search import SLIGHTLY, Search, away
+from lagrange_cli.portions import portion
 from lagrange_cli.records import replace
 
 FEW = 10
@@ -45,7 +46,8 @@ def moved(
         surface = replace(surface, patience=PATIENCE)
         if not search.given.forced:
             surface = replace(surface, descents=0)  # what is not slightly off is refused
-    near = tried(surface.nearest, x)
+    with portion(1 + 2 * sides(x) * search.given.forced):
+        near = tried(surface.nearest, x)
     if near is not None and off(near) > NEAR:
         near = None
     if near is not None:
@@ -80,9 +82,10 @@ def equally_near(
     scale, typical = surface.scale, search.typical(surface.scale)
     part = ASIDE * (1.0 if near is None else far(x, near, scale)) / math.sqrt(len(x))
     found = [] if near is None else [near]
-    for number in range(SIDES if len(x) <= FEW else 1):
-        for side in (part, -part):
-            begin = away(x, scale, number, side)
+    begins = [away(x, scale, number, side) for number in range(sides(x)) for side in (part, -part)]
+    with portion(len(begins)) as work:
+        for done, begin in enumerate(begins):
+            work.reach(done)
             with suppress(ArithmeticError):
                 kept = independent(surface.at(begin)[1], scale, typical)
                 aside = replace(surface, kept=kept)
@@ -96,6 +99,11 @@ def equally_near(
             for one in best:
                 one[k] = 0.0 if abs(values[0]) <= ROUND * scale[k] else values[0]
     return sorted(best)
+
+
+def sides(x: Sequence[Any]) -> int:
+    """In how many directions, and their opposites, searches begin aside of a state."""
+    return SIDES if len(x) <= FEW else 1
 
 
 def tried(nearest: Callable[[Sequence[Any]], list[Any] | None], x: Sequence[Any]) -> list[Any] | None:

@@ -11,9 +11,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from lagrange_cli.model.start.curvature import Curvature
 from lagrange_cli.model.start.equations import Matter, Row
-from lagrange_cli.model.start.linear import steepness
+from lagrange_cli.model.start.linear import Array, steepness
 from lagrange_cli.model.start.shortest import Shortest
+from lagrange_cli.portions import Portion, portion
 from lagrange_cli.records import dataclass
 
 Values = tuple[Sequence[Any], Sequence[Row]]
@@ -29,8 +33,13 @@ CONTRACTING = 0.5
 """Steps that become shorter by this factor converge."""
 SOLVED = 2.0**-46
 """Steps that are no longer are rounding errors of ones in doubles, and need not become shorter at once."""
-DESCENTS, LONGEST = 400, 100.0
-"""Steps along the surface, and the longest one, as a part of the slope."""
+DESCENTS, TRIAL_ROUNDS = 400, 10
+"""Steps along the surface, and rounds of Newton's method that lead back to it after each of them."""
+SHORT, FORGET = 0.1, 1e-3
+"""The parts of a step below which nothing but rounding errors is left, if slopes are near 0, and below which
+what is known of its direction is forgotten."""
+ROUGHLY, SMALLER = 1e-3, 0.1
+"""Before the end of this way Newton's method ends with a step of this size, or this part of the slope."""
 NEAR = 1e-9
 """Newton's method has converged if its steps are no longer than this, and do not become shorter."""
 
@@ -51,13 +60,15 @@ class Surface:
     descents: int = DESCENTS
     patience: int = ROUNDS
 
-    def reach(self, x: Sequence[Any]) -> list[Any] | None:
-        """A point of it, by Newton's method from ``x``; None where there is none."""
+    def reach(self, x: Sequence[Any], enough: float | None = None, rounds: int = ROUNDS) -> list[Any] | None:
+        """A point of it, by Newton's method from ``x``; None where there is none. A step as small as is
+        ``enough`` is the last one; by default, one of the size of rounding errors."""
+        enough = self.unit if enough is None else enough
         found, last, halved = list(x), math.inf, 0
         if not self.kept:
             return found
         sizes, least, waited = [1.0 for _ in self.kept], math.inf, 0
-        for number in range(ROUNDS):
+        for number in range(rounds):
             values, rows = self.at(found)
             if not number:
                 sizes = [x or 1.0 for x in steepness([rows[i] for i in self.kept], self.scale)]
@@ -72,7 +83,7 @@ class Surface:
             halved = halved + 1 if 0.4 < size / last < 0.6 else 0
             factor = 2.0 if halved > 2 else min(1.0, FAR / size) if size else 1.0  # 2: at a double root
             found = self.moved(found, step, factor)
-            if size <= self.unit or (size >= last / 2 and last <= self.unit * 2**12):
+            if size <= enough or (size >= last / 2 and last <= self.unit * 2**12):
                 return found
             last = size
         return found if last <= NEAR else None
@@ -103,28 +114,50 @@ class Surface:
         return self.descend(start, x)
 
     def descend(self, start: Sequence[Any], x: Sequence[Any]) -> list[Any]:
-        """The same along the surface, by steps that reduce the distance. Their lengths follow from how the
-        slope has changed (J. Barzilai and J. M. Borwein, IMA J. Numer. Anal. 8, 141, 1988)."""
-        found, part = list(x), 1.0
-        slide, length = self.slide(start, found)
+        """The same along the surface, by steps that reduce the distance. Their directions follow from how the
+        slope has changed along earlier ones, see ``Curvature``."""
+        slide, length = self.slide(start, x)
+        with portion(math.log(max(length, NEAR) / NEAR**1.5)) as work:
+            return self._descend(start, list(x), slide, length, work)
+
+    def _descend(
+        self, start: Sequence[Any], found: list[Any], slide: Mapping[int, float], length: float, work: Portion
+    ) -> list[Any]:
+        """The same from a point with this ``slide``, whose ``length`` becomes smaller as the work is done."""
+        curvature, step, part = Curvature(self.weighted), slide, 1.0
+        gap, begun, least = self.gap(start, found), length, length
         for _ in range(self.descents):
-            if length <= NEAR**1.5 or part < NEAR:
+            if length <= NEAR**1.5 or part < (SHORT if length <= NEAR else NEAR):
                 break
-            trial = self.reach(self.moved(found, slide, part))
-            if trial is None:
+            if part < FORGET and curvature:
+                curvature.forget()
+                step, part = slide, 1.0
+            part = min(part, FAR / self.size(step))
+            enough = max(self.unit, min(ROUGHLY, SMALLER * length))
+            trial = self.reach(self.moved(found, step, part), enough, TRIAL_ROUNDS)
+            other, rest = ({}, math.inf) if trial is None else self.slide(start, trial)
+            far = math.inf if trial is None else self.gap(start, trial)
+            if trial is None or not (far < gap * (1 - NEAR) or (rest < length and far <= gap * (1 + NEAR))):
                 part /= 2
                 continue
-            other, rest = self.slide(start, trial)
-            if rest < length or self.gap(start, trial) < self.gap(start, found) * (1 - NEAR):
-                change = {k: slide[k] - other.get(k, 0.0) for k in slide}
-                bent = sum(
-                    float(one) * change[k] for k, one in self.pull(trial, found).items() if k in change
-                )
-                part = min(LONGEST, self.gap(trial, found) / bent) if bent > 0 else min(LONGEST, 2 * part)
-                found, slide, length = trial, other, rest
-            else:
-                part /= 2
+            way = self.vector({k: float(trial[k] - found[k]) for k in self.unknown})
+            curvature.learn(way, self.vector(slide) - self.vector(other))
+            found, slide, length, gap, part = trial, other, rest, far, 1.0
+            step = dict(zip(self.unknown, curvature.direction(self.vector(slide)).tolist()))
+            least = min(least, max(length, NEAR**1.5))
+            work.reach(math.log(begun / least))
         return found
+
+    def vector(self, step: Mapping[int, float]) -> Array:
+        """A displacement of the unknown coordinates, in their order."""
+        return np.array([step.get(k, 0.0) for k in self.unknown])
+
+    def weighted(self, step: Array) -> Array:
+        """M times a displacement."""
+        way = [0.0] * len(self.scale)
+        for k, dx in zip(self.unknown, step.tolist()):
+            way[k] = dx
+        return np.array([float(one) for one in self.masses.times(way, self.unknown).values()])
 
     def slide(self, start: Sequence[Any], x: Sequence[Any]) -> tuple[Mapping[int, float], float]:
         """The displacement towards ``start`` along the surface, and its size."""

@@ -69,10 +69,15 @@ class Arrangement:
         guards = sum(one.count for one in followed)
         if self.modes is not None and self.modes.limits is not None:
             followed.append(self.modes.limits)
+        self.contact = system.contact
+        if self.contact is not None:
+            followed.append(self.contact.multipliers)
         self.integrals = (*(f"guard {i}" for i in range(sum(one.count for one in followed))), *integrands)
         """What is followed beside the motion: the arguments of switches and events, limits of forces that
-        hold coordinates, and quadratures."""
-        self.settings = len(self.parameters) + guards
+        hold coordinates, forces of contact, and quadratures."""
+        self.sides = len(self.parameters) + guards
+        """Where the modes of contacts are among the settings."""
+        self.settings = self.sides + (0 if self.contact is None else self.contact.count)
         """The numbers of all parameters and of all modes."""
         self.layout = StateLayout(self.degrees, len(self.integrals))
         self.closure = self.balance = self.motion = self.sticking = None
@@ -120,6 +125,8 @@ class Arrangement:
             self.place(array, count)
         if self.modes is not None:
             self.place(self.modes.signs, self.modes.signs.count)
+        if self.contact is not None:
+            self.place(self.contact.signs, self.contact.count)
         for array in self.lasting.fixed:
             self.place(array, array.count)
 

@@ -76,11 +76,12 @@ class Preparation(Arrangement):
                 f.store(f.load("%parameters", i + part * count if part else i), target, i)
         with f.loop(0, self.largest, tested=False) as i:
             vectors.store(vectors.whole(i), whole, i)
-        if self.modes is not None:
-            signs = vectors.place(base, self.places[self.modes.signs])
-            with f.loop(0, self.modes.arguments.count, tested=False) as i:
-                sign = f.load("%parameters", i + len(self.parameters))
-                vectors.store(vectors.at(sign), signs, i)
+        kept = [] if self.modes is None else [(self.modes.signs, len(self.parameters))]
+        kept += [] if self.contact is None else [(self.contact.signs, self.sides)]
+        for modes, first in kept:
+            signs = vectors.place(base, self.places[modes])
+            with f.loop(0, modes.count, tested=False) as i:
+                vectors.store(vectors.at(f.load("%parameters", i + first)), signs, i)
         # arrays may need further constants, which are computed before them
         inner = Function(f"define internal void {arrays}(ptr noalias %constants) #0")
         one = kind(inner)

@@ -205,10 +205,12 @@ class _Writer(Returning, Observation, MotionJets):
         """The events as ``Interface`` has them."""
         if self.events is None:
             return ()
+        rests = () if self.contact is None else frozenset(self.contact.events.tolist())
         found = []
         for e, one in enumerate(self.events.listed):
             acts = Role.CHANGE if e in self.events.simple else Role.ACTION
-            found.append((one.direction, int(acts if one.stops or one.changes else Role.RECORD), -1))
+            role = acts if one.stops or one.changes else Role.RECORD
+            found.append((one.direction, int(role), EXPLICIT if e in rests else SIMPLE))
         return tuple(found)
 
     def shared(self) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import SpecError
+from lagrange_cli.portions import portion
 from lagrange_cli.records import replace
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
 from lagrange_cli.run.start_notes import notes
@@ -41,19 +42,21 @@ def consistent_ensemble(
     faint: set[str] = set()
     first: tuple[str, ...] | None = None
     error: SpecError | None = None
-    for member in range(values.members):
-        try:
-            one, found, begin = consistent_values(spec, values.of(member), t, given, forced=forced)
-        except SpecError as problem:
-            error, refused[member] = error or problem, problem.problems[0].message
-            continue
-        if first is None:
-            first = one.left_out
-        if one.left_out != first:
-            otherwise[member] = one.left_out
-        faint.update(one.faint)
-        states[:, member] = (*found.q, *found.v)
-        begins.append(begin)
+    with portion(values.members) as work:
+        for member in range(values.members):
+            work.reach(member)
+            try:
+                one, found, begin = consistent_values(spec, values.of(member), t, given, forced=forced)
+            except SpecError as problem:
+                error, refused[member] = error or problem, problem.problems[0].message
+                continue
+            if first is None:
+                first = one.left_out
+            if one.left_out != first:
+                otherwise[member] = one.left_out
+            faint.update(one.faint)
+            states[:, member] = (*found.q, *found.v)
+            begins.append(begin)
     if first is None:
         assert error is not None
         raise error

@@ -1,0 +1,166 @@
+"""Actions of events of families: which of them are simple, which keep the energy, and where members may rest.
+
+All of this follows from tables: which coordinates, velocities and parameters each event reads and sets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Slot, Term, Total
+from lagrange_cli.families.builder import FamilyBuilder
+from lagrange_cli.families.contacts import Contacts
+from lagrange_cli.families.events import ROUNDED, SEEDS, Events, random_state
+from lagrange_cli.families.impacts import contacts_of
+from lagrange_cli.records import replace
+from lagrange_cli.spec.content import names_of
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
+
+    Values = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+AFFECTED = 16
+"""So many events, on the average, have arguments that each simple action changes, at most."""
+
+
+class Reading:
+    """Which places arguments read: at ``places`` the events ``readers``; ``wide`` are those that sums read,
+    and ``adding`` the events in whose arguments such sums are."""
+
+    def __init__(self, builder: FamilyBuilder, arguments: Total) -> None:
+        self._builder = builder
+        self._first = {builder.q: 0, builder.v: builder.q.count, builder.given: 2 * builder.q.count}
+        starts = names_of(builder.spec.parameters).starts
+        self._scalars = {node: starts[name] for name, node in builder.parameters.items()}
+        self.wide = np.zeros(2 * builder.q.count + builder.given.count, dtype=bool)
+        self.adding = np.zeros(arguments.count, dtype=bool)
+        self._seen: set[Total] = set()
+        readers, places = [], []
+        for term in arguments.terms:
+            sums = (isinstance(slot.array, Total) for _, slot in builder.slots.inside(term.node))
+            self.adding[term.targets] |= any(sums)
+            for table in self._tables(term):
+                readers.append(term.targets)
+                places.append(table)
+        empty = np.zeros(0, dtype=np.int64)
+        found, order = np.concatenate([empty, *places]), np.concatenate([empty, *readers])
+        which = np.argsort(found, kind="stable")
+        self.places, self.readers = found[which], order[which]
+
+    def _tables(self, term: Term) -> Iterable[Places]:
+        builder = self._builder
+        for _, slot in builder.slots.inside(term.node):
+            if slot.array in self._first:
+                yield slot.table + self._first[slot.array]
+            elif isinstance(slot.array, Total):
+                self._mark(slot.array)
+        for node, place in self._scalars.items():
+            if term.node.symbols & node.symbols:
+                yield np.full(term.domain.count, 2 * builder.q.count + place)
+
+    def _mark(self, total: Total) -> None:
+        if total not in self._seen:
+            self._seen.add(total)
+            for term in total.terms:
+                for table in self._tables(term):
+                    self.wide[table] = True
+
+
+def with_actions(builder: FamilyBuilder, events: Events, masses: Total) -> Events:
+    """Events with what follows from what actions set, if they set anything.
+
+    Raises ``Unsuited`` for actions that change masses, and for contacts that are not followed here.
+    """
+    if not events.changed:
+        return events
+    n = builder.q.count
+    acting, places = np.array(events.changed, dtype=np.int64).T
+    read, of_masses = Reading(builder, events.arguments), Reading(builder, masses)
+    if np.any(of_masses.wide[places]) or np.any(np.isin(places, of_masses.places)):
+        raise Unsuited
+    contacts = contacts_in(builder, events, read)
+    left, right = (np.searchsorted(read.places, places, side) for side in ("left", "right"))
+    counts = right - left
+    never = set(acting[read.wide[places]].tolist())
+    pairs: list[tuple[int, int]] = []
+    if int(counts.sum()) > AFFECTED * (len(events.listed) + len(acting)):
+        never = set(acting.tolist())
+    else:
+        for e, first, last in zip(acting.tolist(), left.tolist(), right.tolist()):
+            pairs += [(e, other) for other in read.readers[first:last].tolist()]
+        never |= {e for e, other in pairs if e == other}
+    simple = frozenset(acting.tolist()) - never
+    affected = tuple(dict.fromkeys(one for one in pairs if one[0] in simple))
+    keeps = bool(np.all((places >= n) & (places < 2 * n))) and keeps_energy(builder, events, masses)
+    if contacts is not None:  # actions have to tell whether the motion rests on
+        simple, affected = frozenset(), ()
+    return replace(events, simple=simple, affected=affected, keeps_energy=keeps, contacts=contacts)
+
+
+def keeps_energy(builder: FamilyBuilder, events: Events, masses: Total) -> bool:
+    """Whether no action changes T: each is done at a random state."""
+    acting, places = np.array(events.changed, dtype=np.int64).T
+    state, v = random_state(builder, SEEDS[0])
+    with np.errstate(all="ignore"):
+        after, rows = state.of(events.values), places - builder.q.count
+        mass = state.of(masses)[rows]
+        change = np.bincount(acting, mass * (after**2 - v[rows] ** 2), len(events.listed))
+        size = np.bincount(acting, mass * (after**2 + v[rows] ** 2), len(events.listed))
+    return bool(np.all(np.abs(change) <= ROUNDED * size))
+
+
+def contacts_in(builder: FamilyBuilder, events: Events, read: Reading) -> Contacts | None:
+    """The contacts of impacts that do not reflect the speed: the motion may come to rest there (see
+    ``mechanics.contacts``)."""
+    n, count = builder.q.count, len(events.listed)
+    acting, places = np.array(events.changed, dtype=np.int64).T
+    is_speed = (places >= n) & (places < 2 * n)
+    impact = np.zeros(count, dtype=bool)
+    impact[acting] = True
+    impact[acting[~is_speed]] = False
+    of_speeds = (read.places >= n) & (read.places < 2 * n)
+    impact[read.readers[of_speeds]] = False
+    if not impact.any():
+        return None
+    if np.any(impact & read.adding):
+        raise Unsuited
+    keys = acting * n + (places - n)
+    order = np.argsort(keys)
+    keys = keys[order]
+    state, v = random_state(builder, SEEDS[1])
+    with np.errstate(all="ignore"):
+        new = state.of(events.values)[order]
+        total, size = np.zeros(count), np.zeros(count)
+
+        def add(targets: Places, values: Values) -> None:
+            total[:] += np.bincount(targets, values, count)
+            size[:] += np.bincount(targets, np.abs(values), count)
+
+        def slope(term: Term, symbol: Node) -> Values:
+            node = builder.graph.diff(term.node, symbol)
+            return np.broadcast_to(np.asarray(state.node(node), dtype=float), term.domain.count)
+
+        for term in events.arguments.terms:
+            add(term.targets, 2.0 * slope(term, builder.time))
+            for symbol, slot in builder.slots.inside(term.node):
+                if slot.array is builder.q:
+                    add(term.targets, slope(term, symbol) * v[slot.table])
+                    add(term.targets, slope(term, symbol) * after(slot, term, keys, new, v, n))
+    touched = np.zeros(count, dtype=bool)
+    touched[read.readers[read.places < n]] = True
+    resting = np.flatnonzero(impact & touched & ~(np.abs(total) <= ROUNDED * size))
+    with np.errstate(all="ignore"):
+        return contacts_of(builder, events, resting, state) if len(resting) else None
+
+
+def after(slot: Slot, term: Term, keys: Places, new: Values, v: Values, n: int) -> Values:
+    """The velocities of what a slot has, after the action of each member's own event."""
+    wanted = term.targets * n + slot.table
+    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    return np.where(keys[at] == wanted, new[at], v[slot.table])

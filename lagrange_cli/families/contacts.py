@@ -1,0 +1,37 @@
+"""What is known of resting contact of families (see ``families.impacts``)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Resting contact at the ``events`` of these numbers, in order. ``slopes`` are dg/dq, each of a contact
+    by a coordinate that it ``reads`` (2, slopes), ``bends`` what d2g/dt2 is without accelerations.
+    ``directions`` are d, each of a contact and a coordinate on which it ``acts`` (2, directions), and
+    ``divisors`` grad g d. ``signs`` has the modes, which are 0 but at rest, and ``others`` the contact that
+    has the same coordinate and goes before, or ``NONE``. ``multipliers`` are N, once forces are known.
+    """
+
+    events: Places
+    reads: Places
+    slopes: Total
+    bends: Total
+    acts: Places
+    directions: Total
+    divisors: Total
+    signs: Array
+    others: Places
+    multipliers: Total
+
+    @property
+    def count(self) -> int:
+        """The number of contacts."""
+        return len(self.events)

@@ -1,0 +1,182 @@
+"""Members of families that bounce and come to rest, beside the same systems written out and closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.families import family_run
+from lagrange_cli.native.guards import EXPLICIT
+from lagrange_cli.spec.read import read_spec
+from tests.families.test_events import OUTPUTS, followed, keep_families, ready
+
+BALLS = """
+sizes: {{N: {count}}}
+parameters: {{g: 9.81, s: 0.3, L: 0.9, "e[i in range(N)]": "0.4 + 0.1*cos(i)"}}
+coordinates:
+  x[i in range(N)]: {{initial: "0.2*sin(i)", velocity: "0.3*cos(i*i + 1)"}}
+  y[i in range(N)]: {{initial: "1 + 0.3*sin(i)", velocity: "0.3*cos(i*i + 2)"}}
+masses: {{"ball[i in range(N)]": 1 + i/7}}
+embedding: {{"ball[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: sum((1 + i/7)*g*y[i] + x[i]**2 + 0.1*y[i]*x[i] for i in range(N))
+generalized_forces: {{"x[i in range(N)]": "{across}", "y[i in range(N)]": "{up}"}}
+events: {events}
+"""
+
+
+def event(when: str, sets: str, direction: str = "falling") -> str:
+    """The text of an event."""
+    return f'{{when: "{when}", direction: {direction}, action: {{set: {{{sets}}}}}}}'
+
+
+FLOOR = event("y[i]", '"y_dot[i]": "-e[i]*y_dot[i]"')
+ALONG = '"y_dot[i]": "y_dot[i] - (1 + e[i])*{0}/{1}", "x_dot[i]": "x_dot[i] + {2}*(1 + e[i])*{0}/{1}"'
+SLOPE = ALONG.format("(y_dot[i] - s*x_dot[i])", "(1 + s**2)", "s")
+BOWL = ALONG.format("(y_dot[i] - 2*s*x[i]*x_dot[i])", "(1 + 4*s**2*x[i]**2)", "2*s*x[i]")
+BACK = '"x_dot[i]": "-e[i]*x_dot[i]"'
+SHAKEN = '"y_dot[i]": "1.2*cos(6*t) - e[i]*(y_dot[i] - 1.2*cos(6*t))"'
+CASES = {
+    "a floor": ("0", "0", f'{{"floor[i in range(N)]": {FLOOR}}}'),
+    "a floor that drags": (
+        "0",
+        "0",
+        '{"floor[i in range(N)]": '
+        + event("y[i]", '"y_dot[i]": "-e[i]*y_dot[i]", "x_dot[i]": "0.9*x_dot[i] + 0.1*y_dot[i]"')
+        + "}",
+    ),
+    "a slope": ("0", "0", f'{{"floor[i in range(N)]": {event("y[i] - s*x[i]", SLOPE)}}}'),
+    "a bowl": ("0", "0", f'{{"floor[i in range(N)]": {event("y[i] - s*x[i]**2", BOWL)}}}'),
+    "a floor that shakes": ("0", "0", f'{{"floor[i in range(N)]": {event("y[i] - 0.2*sin(6*t)", SHAKEN)}}}'),
+    "walls": (
+        "9*sin(1.5*t + i)",
+        "0",
+        f'{{"right[i in range(N)]": {event("x[i] - L", BACK, "rising")},'
+        f' "left[i in range(N)]": {event("x[i] + L", BACK)}, "floor[i in range(N)]": {FLOOR}}}',
+    ),
+    "kicks": (
+        "0",
+        "0",
+        f'{{"floor[i in range(N)]": {FLOOR}, "zero[i in range(N)]": {{when: "x[i]"}},'
+        ' kick: {when: "t - 1.6", action: {set: {"y_dot[i in range(N)]": "y_dot[i] + 0.3*i"}}}}',
+    ),
+    "balls that are lifted": ("0", "12*max(0, sin(2*t + i))", f'{{"floor[i in range(N)]": {FLOOR}}}'),
+    "an elastic wall besides": (
+        "0",
+        "0",
+        f'{{"floor[i in range(N)]": {FLOOR},'
+        f' "wall[i in range(N)]": {event("x[i] - 0.1", BACK.replace("-e[i]", "-"), "rising")}}}'.replace(
+            "-*", "-"
+        ),
+    ),
+    "clay": ("0", "0", '{"floor[i in range(N)]": ' + event("y[i]", '"y_dot[i]": 0') + "}"),
+}
+SAMPLES, LATE = 2.0**-36, 2.0**-26
+"""Bounds for samples, and for impacts shortly before members rest, whose times are known less well."""
+FIRST = 6
+"""Impacts of a member that are compared: how many there are before it rests is up to rounding."""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("case", CASES)
+def test_members_rest_as_they_do_one_by_one(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    across, up, events = CASES[case]
+    text = BALLS.format(count=count, across=across, up=up, events=events)
+    keep_families(monkeypatch, whole=True)
+    assert family_run(read_spec(text, "system.yaml"), Compilation("taylor", 2.0**-52, OUTPUTS)) is not None
+    found = followed(ready(text), text, 3.1)
+    keep_families(monkeypatch, whole=False)
+    expected = followed(ready(text), text, 3.1)
+    assert found.keys() == expected.keys()
+    for path in (one for one in expected if not one.startswith("events/")):
+        assert np.max(np.abs(found[path] - expected[path]), initial=0.0) <= SAMPLES, path
+    for path in (one for one in expected if one.startswith("events/") and one.endswith("/i")):
+        for i in range(count):
+            both = [data[path[:-1] + "t"][data[path] == i][:FIRST] for data in (found, expected)]
+            assert len(both[0]) == len(both[1])
+            assert np.max(np.abs(both[0] - both[1]), initial=0.0) <= LATE, path
+
+
+def test_balls_come_to_rest_when_the_geometric_series_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Impacts at t0 (1 + 2 e + ... + 2 e^k), t0 = sqrt(2 h/g), until (1 + e)/(1 - e) t0."""
+    keep_families(monkeypatch, whole=True)
+    text = """
+sizes: {N: 9}
+parameters: {g: 2, "h[i in range(N)]": "1 + i/4", "e[i in range(N)]": "0.2 + 0.05*i"}
+coordinates: {"y[i in range(N)]": {initial: "h[i]"}}
+masses: {"ball[i in range(N)]": 1 + i}
+embedding: {"ball[i in range(N)]": "y[i]"}
+potential: sum((1 + i)*g*y[i] for i in range(N))
+events:
+  floor[i in range(N)]: {when: "y[i]", direction: falling, action: {set: {"y_dot[i]": "-e[i]*y_dot[i]"}}}
+"""
+    prepared = ready(text)
+    assert {one[2] for one in prepared.machine.program.events} == {EXPLICIT}
+    assert prepared.recording.conserved == ()
+    found = followed(prepared, text, 9.0)
+    for i in range(9):
+        first, e = np.sqrt(1.0 + i / 4), 0.2 + 0.05 * i
+        times = found["events/floor/t"][found["events/floor/i"] == i]
+        powers = e ** np.arange(1, len(times))
+        assert len(times) > 10
+        assert np.allclose(times, first * (1.0 + 2.0 * np.cumsum([0.0, *powers])), rtol=0.0, atol=2.0**-40)
+    at_rest = (1.0 + 0.6) / (1.0 - 0.6) * np.sqrt(3.0)
+    assert found["t"][-1] > at_rest
+    assert np.max(np.abs(found["q/y"][-1])) <= 2.0**-60
+    assert np.max(np.abs(found["v/y"][-1])) <= 2.0**-60
+
+
+@pytest.mark.parametrize(
+    "events",
+    [
+        '{"knock[i in range(1, N)]": {when: "y[i] - y[i - 1]",'
+        ' action: {set: {"y_dot[i]": "0.5*y_dot[i - 1]", "y_dot[i - 1]": "0.5*y_dot[i]"}}}}',
+        '{"floor[i in range(N)]": {when: "y[i]", action: {set: {"y_dot[i]": "-0.5*y_dot[i]"}}},'
+        ' "moving[i in range(N)]": {when: "y[i] - 3*t + 9", action: {set: {"y_dot[i]": "-0.5*y_dot[i]"}}}}',
+        '{"floor[i in range(N)]": {when: "y[i]",'
+        ' action: {set: {"y_dot[i]": "-y_dot[i]/(1 + abs(y_dot[i]))"}}}}',
+    ],
+)
+def test_other_contacts_go_through_the_members(events: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    spec = read_spec(BALLS.format(count=3, across="0", up="0", events=events), "system.yaml")
+    assert systems.family_system(spec) is None
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_said_of_contacts_does_not_grow_with_them(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+
+    def counted(count: int) -> tuple[int, int]:
+        across, up, events = CASES[case]
+        text = BALLS.format(count=count, across=across, up=up, events=events)
+        system = systems.family_system(read_spec(text, "system.yaml"))
+        assert system is not None
+        program = ready(text).machine.program
+        return len(system.slots.graph.nodes), len(program.text.splitlines())
+
+    assert counted(64) == counted(100)
+
+
+def test_a_ball_rests_on_while_others_bounce(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Written out, too: what an impact leaves of a speed by rounding is none."""
+    across, up, events = CASES["kicks"]
+    text = BALLS.format(count=3, across=across, up=up, events=events)
+    for whole in (True, False):
+        keep_families(monkeypatch, whole=whole)
+        assert np.min(followed(ready(text), text, 3.1)["q/y"]) >= -(2.0**-40)
+
+
+def test_other_methods_go_through_the_members(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    across, up, events = CASES["a floor"]
+    spec = read_spec(BALLS.format(count=3, across=across, up=up, events=events), "system.yaml")
+    for asked in (
+        Compilation("ias15", 2.0**-52, OUTPUTS),
+        Compilation("taylor", 2.0**-52, OUTPUTS | {"ledger"}),
+        Compilation("taylor", 2.0**-52, OUTPUTS, proven=True),
+    ):
+        assert family_run(spec, asked) is None
