@@ -147,7 +147,7 @@ class Motion(Pictured):
         return self._group(name) if is_group(name) else self._dataset(name)
 
     def __dir__(self) -> list[str]:
-        computed = self._followed.motion.settings.outputs
+        computed = self._followed.motion.settings.outputs.difference(self._followed.outcome.left_out)
         return sorted({*super().__dir__(), *computed})
 
     def __repr__(self) -> str:
@@ -171,6 +171,8 @@ class Motion(Pictured):
     def _missing(self, name: str) -> AttributeError:
         """Why an output is not there."""
         asked = self._followed.motion.settings.outputs
+        if name in self._followed.outcome.left_out:
+            return AttributeError(f"{name!r} was not computed: it is left out of 'all', as the notes say")
         if name in asked or name == "t":
             what = "there are no samples" if not self._followed.samples else "this system has none"
             return AttributeError(f"{name!r} was not computed: {what}")

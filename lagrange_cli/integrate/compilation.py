@@ -20,7 +20,7 @@ class Compilation:
     only where a force may hide; in an ``unproven`` program, which is shorter, none is. An ensemble's
     ``section`` is a kind of them (``native.interface``): what is kept of its motions are not samples at given
     times. With a ``factor``, the program is that of a companion (see ``native.numbers.beside``). Outputs that
-    are ``optional`` are left out as far as they are not defined.
+    are ``optional`` are left out as far as they are not defined, or too large where others are not.
     """
 
     method: str

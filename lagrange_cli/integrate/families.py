@@ -135,6 +135,18 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     return system
 
 
+def without_expansion(
+    spec: Spec, compilation: Compilation
+) -> tuple[FamilySystem, Compilation] | tuple[None, None]:
+    """The system as one of families, without those optional outputs that members would be written out for,
+    and what it is compiled for then; twice None where members are written out for something else."""
+    while isinstance(found := family_run_or_why(spec, compilation), WrittenOut):
+        if not found.outputs or not compilation.optional.issuperset(found.outputs):
+            return None, None
+        compilation = replace(compilation, outputs=compilation.outputs.difference(found.outputs))
+    return found, compilation
+
+
 def in_loops_if_few(spec: Spec, compilation: Compilation) -> bool:
     """Whether the motions of an ensemble are followed one by one, in loops, only as they are few."""
     found = family_run(spec, replace(compilation, few=True))

@@ -19,6 +19,7 @@ from lagrange_cli.native.compilation.machine import (
     load_machine,
     worth_improving,
 )
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
@@ -77,7 +78,8 @@ def prepare_system(
     stage: Stage = untimed,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
-    """``prepare`` for the residual that ``derive`` makes of ``spec``, unless ``cache`` has it compiled.
+    """``prepare`` for the residual that ``derive`` makes of ``spec``, unless ``cache`` has it compiled. Where
+    that is too large, outputs that are optional are left out if members are written out for them alone.
 
     ``meanwhile`` is called once, while LLVM compiles if it has to: it is for what the run needs next.
     """
@@ -87,19 +89,28 @@ def prepare_system(
             meanwhile()
 
     def write(stage: Stage = untimed) -> tuple[Program, Recording]:
-        from lagrange_cli.integrate.families import family_run, write_families
+        from lagrange_cli.errors import TooLarge, TooLargeSystem
+        from lagrange_cli.integrate.families import family_run, without_expansion, write_families
         from lagrange_cli.integrate.program import write_run
 
         with uncollected():
-            with stage("derive"):
-                system = family_run(spec, compilation)
-                residual = derive(spec) if system is None else None
-            if system is not None:
+            try:
+                with stage("derive"):
+                    system = family_run(spec, compilation)
+                    residual = derive(spec) if system is None else None
                 with stage("program"):
-                    return write_families(system, compilation)
-            assert residual is not None
+                    if system is not None:
+                        return write_families(system, compilation)
+                    assert residual is not None
+                    return write_run(residual, compilation)
+            except (TooLarge, TooLargeSystem):
+                system, less = without_expansion(spec, compilation)
+                if system is None or less is None or less == compilation:
+                    raise
             with stage("program"):
-                return write_run(residual, compilation)
+                program, recording = write_families(system, less)
+            left_out = tuple(sorted(compilation.outputs - less.outputs))
+            return program, replace(recording, left_out=left_out)
 
     def store(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:

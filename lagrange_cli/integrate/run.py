@@ -123,6 +123,7 @@ def integrate(
         h_rounding=samples.rounding() if h_drift and h_drift > USUAL * samples.size else 0.0,
         p_drift=p_drift,
         undetected=prepared.recording.undetected,
+        left_out=prepared.recording.left_out,
         unknown=samples.unknown,
         happened=dict(zip(log.names, log.happened)),
         progress=further if end.snapshot is None else reached(end.snapshot),

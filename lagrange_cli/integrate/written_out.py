@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class WrittenOut:
     """Members are written out because of ``what``, at its ``place`` in the file if it stands there; the
-    ``way`` out is to do without."""
+    ``way`` out is to do without. If it is for ``outputs``, these are their names."""
 
     what: str
     way: str
     place: Place | None = None
+    outputs: tuple[str, ...] = ()
 
 
 OTHER = WrittenOut("a system of another kind", "change it")
@@ -33,8 +34,8 @@ KINKED = "sign", "where", "abs", "min", "max", "atan2"
 
 def without_outputs(names: Sequence[str]) -> WrittenOut:
     """What cannot be computed with families."""
-    listed = ",".join(names)
-    return WrittenOut(f"--outputs {listed}", f"leave {'it' if len(names) == 1 else 'them'} out of --outputs")
+    listed, them = ",".join(names), "it" if len(names) == 1 else "them"
+    return WrittenOut(f"--outputs {listed}", f"leave {them} out of --outputs", outputs=tuple(names))
 
 
 def unsuited(spec: Spec) -> WrittenOut:

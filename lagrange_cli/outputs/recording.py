@@ -165,7 +165,8 @@ class Recording:
 
     ``conserved`` names the observed quantities that every motion keeps. ``undetected`` is what the method's
     steps may pass over, of ``NARROW``, ``SWITCHES`` and ``CUTS``. ``events`` are in the order of the model,
-    and ``at_events`` are the datasets of q and v at their crossings.
+    and ``at_events`` are the datasets of q and v at their crossings. Outputs that are ``left_out`` would take
+    members of families written out, which are too many.
     """
 
     coordinates: tuple[str, ...]
@@ -175,6 +176,7 @@ class Recording:
     undetected: tuple[str, ...] = ()
     events: tuple[EventGroup, ...] = ()
     at_events: tuple[Dataset, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
@@ -223,6 +225,7 @@ class Recording:
             "undetected": self.undetected,
             "events": [[one.name, one.shape, one.members] for one in self.events],
             "at_events": list(map(_as_list, self.at_events)),
+            "left_out": self.left_out,
         }
 
     @classmethod
@@ -232,8 +235,10 @@ class Recording:
         events = tuple(
             EventGroup(name, tuple(shape), tuple(members)) for name, shape, members in data["events"]
         )
-        conserved, undetected = tuple(data["conserved"]), tuple(data["undetected"])
-        return cls(tuple(data["coordinates"]), states, made, conserved, undetected, events, there)
+        conserved, undetected, left_out = (
+            tuple(data[one]) for one in ("conserved", "undetected", "left_out")
+        )
+        return cls(tuple(data["coordinates"]), states, made, conserved, undetected, events, there, left_out)
 
 
 def _as_list(one: Dataset) -> list[Any]:

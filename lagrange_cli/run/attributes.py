@@ -112,10 +112,22 @@ def final_state(outcome: Outcome) -> dict[str, Any] | None:
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
     """The warnings about the result: a drift of h, forces that may have been missed, values that are not
-    finite."""
+    finite, outputs that were left out."""
     drifts = not_finite(outcome), drifting(outcome, settings.tolerance)
     unknown = {path: f"at t = {t:.9g}" for path, t in outcome.unknown.items()}
-    return joined(*drifts, *missed(outcome, settings), without_value(unknown))
+    return joined(*drifts, *missed(outcome, settings), without_value(unknown), without_outputs(outcome))
+
+
+def without_outputs(outcome: Outcome | EnsembleOutcome) -> str | None:
+    """The warning that ``--outputs all`` does not have all outputs of the system, and why."""
+    names = outcome.left_out
+    if not names:
+        return None
+    them = "it" if len(names) == 1 else "them"
+    return (
+        f"left out of --outputs all: {', '.join(names)}, as members of families have to be written out for "
+        f"{them}, and are too many (--outputs {','.join(names)} says which limit that exceeds)"
+    )
 
 
 def without_value(unknown: Mapping[str, str]) -> str | None:
@@ -137,7 +149,8 @@ def doubt_of_all(outcome: EnsembleOutcome, settings: Settings) -> str | None:
         path: f"{'' if alone else f'in member {member} '}at t = {t:.9g}"
         for path, (member, t) in outcome.unknown.items()
     }
-    return joined(not_finite(outcome), *missed(outcome, settings), without_value(unknown))
+    told = not_finite(outcome), *missed(outcome, settings), without_value(unknown), without_outputs(outcome)
+    return joined(*told)
 
 
 def joined(*warnings: str | None) -> str | None:

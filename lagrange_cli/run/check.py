@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from lagrange_cli.errors import TooLarge, TooLargeSystem
 from lagrange_cli.integrate.methods.table import AUTO
 from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.limits import whole
@@ -17,7 +18,7 @@ from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import measures_of, named
 from lagrange_cli.run.settings.methods import resolve_method
-from lagrange_cli.run.settings.outputs import ALL, default_outputs, resolve_outputs
+from lagrange_cli.run.settings.outputs import ALL, default_outputs, optional_outputs, resolve_outputs
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
 
 if TYPE_CHECKING:
@@ -66,6 +67,8 @@ class Mechanics:
     """The coordinates that follow from constraints beforehand."""
     searched: bool = True
     """Whether the search for conserved quantities came to its end."""
+    too_large: tuple[str, ...] = ()
+    """The outputs for which members would have to be written out that are too many."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,9 @@ def classify(
         check_energies(spec, values.parameters)
         check_domain(spec, consistent, start)
     with stage("derive"), located(spec):
-        mechanics = of_families(spec, method, outputs) or of_members(spec, method, outputs)
+        mechanics = of_families(spec, method, outputs)
+        if mechanics is None:
+            mechanics = of_members_or_less(spec, method, outputs, optional_outputs(asked))
         if values is not None and spec.bodies:
             mechanics = with_this_motion(mechanics, consistent)
     if spec.draw is not None and values is not None:
@@ -144,6 +149,25 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
     return Mechanics(
         depending, constants.cyclic, constants.conserved, system.driven, engine(system), "Lagrange", {}
     )
+
+
+def of_members_or_less(
+    spec: Spec, method: str, outputs: frozenset[str], optional: frozenset[str]
+) -> Mechanics:
+    """The mechanics member by member, or where that is too large, without optional outputs, as in
+    ``integrate.prepare``."""
+    try:
+        return of_members(spec, method, outputs)
+    except (TooLarge, TooLargeSystem):
+        from lagrange_cli.integrate.compilation import Compilation
+        from lagrange_cli.integrate.families import without_expansion
+
+        asked = Compilation(method, FULL_PRECISION, outputs, optional=optional)
+        less = without_expansion(spec, asked)[1]
+        found = None if less is None else of_families(spec, method, less.outputs)
+        if found is None or less is None:
+            raise
+        return replace(found, too_large=tuple(sorted(outputs - less.outputs)))
 
 
 def of_members(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics:
@@ -221,6 +245,9 @@ def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
     said = [] if mechanics.applied else ["generalized forces: all of them are zero"]
     if not mechanics.searched:
         said.append("further conserved quantities: looking for all of them takes too much work")
+    if mechanics.too_large:
+        what = "members of families would have to be written out, and are too many"
+        said.append(f"{', '.join(mechanics.too_large)}: {what}")
     if outputs:
         said.append(f"{', '.join(outputs)}: computed only if --outputs asks for them")
     return tuple(said)

@@ -280,16 +280,16 @@ class EnsembleDatasets:
     def outcome(self) -> EnsembleOutcome:
         """The outcome of all members."""
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
-        missed = self._recording.undetected
         return EnsembleOutcome(
             self._endings,
             self._failed,
             self._steps,
             self._drift.get("h"),
             momenta,
-            missed,
+            self._recording.undetected,
             dict(sorted(self._unknown.items(), key=lambda one: one[1])),
             self._doubtful,
+            self._recording.left_out,
         )
 
 

@@ -22,6 +22,12 @@ def default_outputs(spec: Spec) -> tuple[str, ...]:
     return tuple(row.name for row in rows if not row.section or getattr(spec, row.section))
 
 
+def optional_outputs(names: Iterable[str]) -> frozenset[str]:
+    """Those that ``all`` stands for, if it is among the names, and that are not named themselves."""
+    asked = set(names)
+    return frozenset(OUTPUTS).difference(asked) if ALL in asked else frozenset()
+
+
 def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[str]:
     """The outputs asked for; ``all`` stands for every one that the system has."""
     known = frozenset(OUTPUTS) if has_particles else frozenset(OUTPUTS) - PARTICLE_OUTPUTS

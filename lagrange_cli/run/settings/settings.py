@@ -20,7 +20,7 @@ from lagrange_cli.run.settings.methods import (
     resolve_method,
     resolve_tolerance,
 )
-from lagrange_cli.run.settings.outputs import ALL, default_outputs, resolve_outputs
+from lagrange_cli.run.settings.outputs import default_outputs, optional_outputs, resolve_outputs
 from lagrange_cli.run.settings.samples import check_count, sample_times
 
 if TYPE_CHECKING:
@@ -44,7 +44,8 @@ class Settings:
     portable: bool = False
     proven: bool = False
     optional: frozenset[str] = frozenset()
-    """The outputs that are not requested by name: those that are not defined are left out."""
+    """The outputs that are not requested by name: those that are not defined are left out, and those for
+    which members of families would have to be written out that are too many."""
     chosen_because: str = ""
     """Why ``--method auto`` does not mean Taylor series here."""
 
@@ -146,7 +147,7 @@ def resolve_settings(
         tolerance=resolve_tolerance(asked.tolerance, method, precision),
         outputs=named,
         chosen_because=why,
-        optional=frozenset(OUTPUTS).difference(outputs) if ALL in outputs else frozenset(),
+        optional=optional_outputs(outputs),
         precision=precision,
         portable=portable,
         proven=proven,
