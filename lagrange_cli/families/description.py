@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total
+from lagrange_cli.families.arrays import Array, Domain, Slots, Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.contacts import Contacts
 from lagrange_cli.families.events import Events
@@ -73,6 +73,7 @@ class FamilySystem:
     """
 
     spec: Spec
+    algebra: GraphAlgebra
     slots: Slots
     q: Array
     v: Array
@@ -117,32 +118,6 @@ class FamilySystem:
     def contacts(self) -> Contacts | None:
         """Resting contact at events."""
         return None if self.events is None else self.events.contacts
-
-    @cached_property
-    def reactions(self) -> Mapping[str, Sequence[Total]] | None:
-        """The forces of constraint on the particles of each family; None where they are not determined."""
-        assert self.bonds is not None
-        if self.joints is not None:
-            return None
-        moved = np.concatenate([one.rows for one in self.components] or [np.zeros(0, dtype=np.int64)])
-        if self.spec.lagrangian is not None or len(np.unique(moved)) < len(moved):
-            return None
-        slots, multipliers = self.slots, self.bonds.multipliers
-        terms = []
-        for b, a in self.bonds.pulls:
-            bound = self.bonds.bounds[b]
-            multiplier = slots.symbol(bound.domain, multipliers, bound.numbers)
-            terms.append(Term(bound.domain, bound.slopes[a] * multiplier, bound.rows[a]))
-        pull = Total(Source.TOTAL, self.q.count, tuple(terms))
-        found = {}
-        for name, axes in self.positions.items():
-            parts: list[list[Term]] = [[] for _ in axes]
-            for one in self.components:
-                if one.family == name:
-                    force = slots.symbol(one.domain, pull, one.rows) / one.slope
-                    parts[one.axis].append(Term(one.domain, force, one.members))
-            found[name] = [Total(Source.TOTAL, axes[0].count, tuple(some)) for some in parts]
-        return found
 
     @property
     def mixed(self) -> bool:

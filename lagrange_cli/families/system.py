@@ -211,9 +211,9 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     if "joints" in parts:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(
-        spec=spec, slots=builder.slots, q=builder.q, v=builder.v, given=builder.given, whole=builder.whole,
-        time=builder.time, parameters=builder.parameters, root=builder.root, totals=builder.totals,
-        positions=positions, observables=observables, **parts,
+        spec=spec, algebra=builder.algebra, slots=builder.slots, q=builder.q, v=builder.v,
+        given=builder.given, whole=builder.whole, time=builder.time, parameters=builder.parameters,
+        root=builder.root, totals=builder.totals, positions=positions, observables=observables, **parts,
     )  # fmt: skip
     refuse_others(found)
     smooth = with_modes(found)

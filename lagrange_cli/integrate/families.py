@@ -13,6 +13,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
+from lagrange_cli.families.reactions import reactions
 from lagrange_cli.families.resting import with_contacts
 from lagrange_cli.families.switches import with_modes_in
 from lagrange_cli.families.system import family_system
@@ -125,7 +126,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
     if acting and "conserved" in compilation.outputs:
         return without_outputs(["conserved"])
-    if system.bonds is not None and "reactions" in compilation.outputs and system.reactions is None:
+    if system.bonds is not None and "reactions" in compilation.outputs and reactions(system) is None:
         return without_outputs(["reactions"])
     if compilation.backward and system.bonds is not None and system.joints is not None:
         return WrittenOut("motion backward in time on chains with constraints", "let it go forward in time")

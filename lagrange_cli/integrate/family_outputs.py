@@ -13,6 +13,7 @@ from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import felt_of
+from lagrange_cli.families.reactions import reactions
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.turning import Bodies
 from lagrange_cli.mechanics.conservation import Conserved
@@ -118,10 +119,11 @@ class FamilyPlanner(Planner):
 
     def reactions(self) -> tuple[Mapping[str, tuple[Any, ...]], Mapping[str, str]]:
         system = self.residual.system  # type: ignore[attr-defined]
-        found = {}
+        forces, found = reactions(system), {}
+        assert forces is not None
         for family in self.families("embedding", [one.name for one in self.model.particles]):
             for i, name in enumerate(family.members):
-                found[name] = tuple((one, i) for one in system.reactions[family.name])
+                found[name] = tuple((one, i) for one in forces[family.name])
         return found, {}
 
 
