@@ -158,7 +158,7 @@ def limits_of(
     each = total_of(sticking.count * width, terms, graph)
     chance = np.random.default_rng(SEED)
     q, v = (chance.uniform(0.2, 1.2, system.q.count) for _ in range(2))
-    given = np.linspace(0.7, 1.1, system.given.count)
+    given = chance.uniform(0.7, 1.1, system.given.count)
     signs = np.where(chance.uniform(-1.0, 1.0, contacts.modes.count) < 0.0, -1.0, 1.0)
     with np.errstate(all="ignore"):
         values = FamilyValues(system, 0.6, q, v, given, {contacts.modes: signs}).of(each).reshape(-1, width)

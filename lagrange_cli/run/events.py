@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.events import Happened
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.outputs.recording import EventGroup
+    from lagrange_cli.spec.family import Family
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import EventSeries, Series
 
@@ -92,15 +93,35 @@ def notes(spec: Spec, happened: Mapping[str, Happened]) -> list[str]:
         all_of_it = [happened[name] for name in family.members]
         if not any(one.count for one in all_of_it):
             found.append(f"event '{family.label}' did not occur")
+        found += rests(family, all_of_it)
     for name, one in happened.items():
         found += [f"event '{name}': {text}" for text in doubts(one)]
-        if one.accumulates is not None:
-            times = "" if one.accumulations == 1 else f", the first of {one.accumulations} such times"
-            found.append(
-                f"event '{name}': infinitely many accumulate at t = {one.accumulates:.9g}{times}; "
-                "from then on the motion rests there"
-            )
     return found
+
+
+def rests(family: Family, happened: Sequence[Happened]) -> Iterator[str]:
+    """One message about the members of a family at whose events the motion has come to rest."""
+    ends = [
+        (one.accumulates, name, one.accumulations)
+        for name, one in zip(family.members, happened)
+        if one.accumulates is not None
+    ]
+    if len(ends) > 1:
+        (first, *_), (last, *_) = min(ends), max(ends)
+        when = f"t = {first:.9g}" if first == last else f"t = {first:.9g} to {last:.9g}"
+        again = ", for the first time" if any(times > 1 for *_, times in ends) else ""
+        members = f"{len(ends)} of {len(happened)} members"
+        yield (
+            f"event '{family.label}': infinitely many accumulate at {when}{again} ({members}); "
+            "from then on each rests there"
+        )
+        return
+    for t, name, times in ends:
+        more = "" if times == 1 else f", the first of {times} such times"
+        yield (
+            f"event '{name}': infinitely many accumulate at t = {t:.9g}{more}; "
+            "from then on the motion rests there"
+        )
 
 
 def notes_of_members(doubtful: Mapping[str, tuple[int, Happened]]) -> list[str]:

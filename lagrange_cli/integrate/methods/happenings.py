@@ -164,6 +164,9 @@ class Happenings:
         if self._standstill.leaving(event, sides.now):
             sides.flip(event)
             return self._recurs(event, sides.now)
+        if sides.leaves_zero(event):  # a root of rounding errors
+            sides.settling.mark([due])
+            return self._recurs(event, sides.now)
         if sides.at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from
             sides.flip(event)
             if event not in self._resting.released:
@@ -265,8 +268,9 @@ class Happenings:
             self._standstill.hold()
         ended = self._recurs(event, now)
         if ended is None and event in self._resting.guards and sides.at_zero(event):
-            noise = float(ROUNDING * sizes[event, 1])
-            ends = self._resting.settle(Impact(event, side, before, float(rows[event][1]), noise, length))
+            size, noise = float(sizes[event, 0]), float(ROUNDING * sizes[event, 1])
+            impact = Impact(event, side, before, float(rows[event][1]), noise, length, size)
+            ends = self._resting.settle(impact)
             if ends is not None:
                 self._sink.accumulated(event, ends)
         self._resting.note(event)

@@ -18,12 +18,16 @@ if TYPE_CHECKING:
 SOON = 2.0**-30, 2.0**-44
 """If all further impacts take no longer than this part of a step, the motion rests; in doubles and in
 double-double."""
+UNSEEN = 2.0**-47
+"""A flight no higher than this part of the argument's terms may be hidden by rounding, for methods that know
+values of the argument instead of its series: they would miss the next impact."""
 
 
 @dataclass(frozen=True)
 class Impact:
     """An impact at an event, from the state ``before`` it, which came from ``side`` with the argument's
-    ``speed``. Up to ``noise`` a speed is 0; ``length`` was that of a step."""
+    ``speed``. Up to ``noise`` a speed is 0; ``length`` was that of a step, and ``size`` is that of the
+    argument's terms."""
 
     event: int
     side: float
@@ -31,6 +35,7 @@ class Impact:
     speed: float
     noise: float
     length: float
+    size: float
 
 
 class Resting:
@@ -67,12 +72,17 @@ class Resting:
         elif 0.0 < flight < since and sides.side(event) == impact.side:
             remaining = float(flight / (1.0 - flight / since))
             longest = SOON[sides.program.parts - 1] * min(impact.length, sides.now - self._start)
-            if remaining <= longest:
+            if remaining <= longest or self._hidden(impact, left, bend):
                 ends = sides.now + remaining
                 self._stop(impact, left)
                 self.hold(event, impact.side)
                 return ends
         return None
+
+    def _hidden(self, impact: Impact, left: float, bend: float) -> bool:
+        """Whether rounding may hide the next flight, which begins with the speed ``left``."""
+        height = left**2 / (4.0 * abs(bend))
+        return bool(self._sides.program.carried) and height <= UNSEEN * impact.size
 
     def _stop(self, impact: Impact, left: float) -> None:
         """Take the speed that is ``left`` away, in the direction of the impact."""
