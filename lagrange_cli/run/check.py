@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import TooLarge, TooLargeSystem
 from lagrange_cli.integrate.methods.table import AUTO
 from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
-from lagrange_cli.limits import whole
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.choice import chosen_method
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.domains import check_domain
+from lagrange_cli.run.doubtful import contradicting_units, rounded_equalities, singular_poses
+from lagrange_cli.run.integrability import undecided, velocity_constraints
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import measures_of, named
@@ -22,7 +23,7 @@ from lagrange_cli.run.settings.outputs import ALL, default_outputs, optional_out
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from lagrange_cli.errors import Problem
     from lagrange_cli.expression.node import Node
@@ -126,7 +127,8 @@ def classify(
     warnings = (*contradicting_units(spec), *rounded_equalities(spec))
     if values is not None and spec.bodies:
         warnings += singular_poses(spec, consistent)
-    found, integrals = velocity_constraints(spec, mechanics, {} if values is None else values.parameters)
+    parameters = {} if values is None else values.parameters
+    found, integrals = velocity_constraints(spec, mechanics.model, parameters)
     skipped = (*left_out(mechanics, left_out_of(spec)), *undecided(spec, found))
     return Classification(spec, mechanics, skipped, warnings, begin, found, integrals)
 
@@ -251,108 +253,6 @@ def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
     if outputs:
         said.append(f"{', '.join(outputs)}: computed only if --outputs asks for them")
     return tuple(said)
-
-
-def velocity_constraints(
-    spec: Spec, mechanics: Mechanics, parameters: Mapping[str, float]
-) -> tuple[Integrability | None, dict[str, str]]:
-    """Which constraints on velocities and combinations are integrable, and what these keep constant; nothing
-    where that takes too much work."""
-    if not spec.nonholonomic:
-        return None, {}
-    from lagrange_cli.mechanics.constrained.frobenius import MOST
-    from lagrange_cli.mechanics.variables import graph_of
-
-    model = mechanics.model
-    if model is None or len(model.q) >= MOST:
-        from lagrange_cli.families import frobenius
-        from lagrange_cli.families.system import any_family_system
-
-        system = any_family_system(spec)
-        if system is not None:
-            return frobenius.integrability(system, parameters), {}
-    if model is None:
-        return None, {}
-
-    work = graph_of(model).work
-    with work.apart():
-        return work.attempt(whole("work"), partial(integrable, model, parameters)) or (None, {})
-
-
-def undecided(spec: Spec, found: Integrability | None) -> Iterator[str]:
-    """What is not decided of constraints on velocities, in a sentence."""
-    if not spec.nonholonomic:
-        return
-    known = {} if found is None else found.alone
-    if all(one is None for one in known.values()):
-        yield "whether the constraints on velocities are integrable: that takes too much work"
-    elif found is not None and found.together is None and not all(known.values()):
-        yield "whether combinations of constraints on velocities are integrable: that takes too much work"
-
-
-def integrable(
-    model: Model[Node], parameters: Mapping[str, float]
-) -> tuple[Integrability | None, dict[str, str]]:
-    """The same, whatever work it takes."""
-    from lagrange_cli.mechanics.constrained.frobenius import forms_of, integrability
-    from lagrange_cli.mechanics.variables import graph_of
-
-    found = integrability(model, parameters)
-    given = {one.name: form for one, form in zip(model.constraints, forms_of(model))}
-    forms = {name: given[name] for name, alone in found.alone.items() if alone}
-    forms |= {each.name: each.form for each in found.combinations}
-    integrals = {}
-    for name, form in forms.items():
-        from lagrange_cli.symbolic.integrals import integral_of
-
-        integral = integral_of(graph_of(model), form, (*model.q, model.time))
-        if integral is not None:
-            integrals[name] = integral
-    return found, integrals
-
-
-def contradicting_units(spec: Spec) -> tuple[Problem, ...]:
-    """A warning for each place of the file where units contradict each other."""
-    from lagrange_cli.outputs.units import find_units
-    from lagrange_cli.spec.source import Source
-
-    conflicts = find_units(spec).conflicts
-    if not conflicts:
-        return ()
-    source = Source(spec.filename, spec.text)
-    return tuple(source.problem(one.place, one.message, one.hint) for one in conflicts)
-
-
-def rounded_equalities(spec: Spec) -> tuple[Problem, ...]:
-    """A warning for each comparison of numbers by == or != that are not whole."""
-    if "==" not in spec.text and "!=" not in spec.text:
-        return ()
-    from lagrange_cli.spec.equality import doubtful_equalities
-    from lagrange_cli.spec.source import Source
-
-    source, hint = Source(spec.filename, spec.text), "compare whole numbers, or write abs(a - b) < 1e-9"
-    return tuple(
-        source.problem(place, f"rounding may decide whether {comparison} holds", hint)
-        for place, comparison in doubtful_equalities(spec)
-    )
-
-
-def singular_poses(spec: Spec, values: Values) -> tuple[Problem, ...]:
-    """A warning for each body whose angles are singular at the start."""
-    from lagrange_cli.run.singular import angles_at
-    from lagrange_cli.spec.source import Source
-
-    source = Source(spec.filename, spec.text)
-    hint = "begin elsewhere, or use a quaternion: it has no such pose"
-    found = angles_at(spec, values.parameters, spec.solve.start or 0.0, (*values.q, *values.v))
-    return tuple(
-        source.problem(
-            spec.bodies[name].orientation.place,
-            f"the angles of body '{name}' are singular at the start: the {function} of the second one is 0",
-            hint,
-        )
-        for name, function in found.items()
-    )
 
 
 def left_out_of(spec: Spec) -> list[str]:

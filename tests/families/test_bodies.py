@@ -175,6 +175,15 @@ def test_tops_precess_regularly_at_every_tilt() -> None:
     assert np.ptp(data["diagnostics/conserved/L_z"]) < 1e-13
 
 
+def test_ledgers_that_are_rounding_of_large_terms_are_followed() -> None:
+    """The torque along theta is 0, but the terms that cancel in it are those of the spin."""
+    spec = read_spec(TOPS.replace("COUNT", "20").replace("w: 300.0", "w: 3000.0"), "tops.yaml")
+    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, frozenset({"ledger"})))
+    motion = run(ready, resolve_values(spec, {}), 0.0, 0.001, 2)
+    assert motion.outcome.steps < 20
+    assert np.max(np.abs(motion.data["diagnostics/ledger/p/theta"])) < 1e-14  # I3 w^2 times the time is 0.45
+
+
 def test_what_the_rotation_does_not_depend_on_is_cyclic() -> None:
     """It is not seen by the form of T, in which the masses at the axes depend on all three angles."""
     found = classify(read_spec(TOPS.replace("COUNT", "20"), "tops.yaml")).mechanics

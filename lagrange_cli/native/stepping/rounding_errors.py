@@ -1,7 +1,9 @@
 """Rounding errors of integrands: how much these change where the state does by what counts as rounding.
 
 Where forces cancel, as those of a spring at rest, an integrand is nothing but rounding errors. No series
-agrees with these, however short. A force that holds a motion, as dry friction does, cancels others however
+agrees with these, however short. Where large terms cancel whatever the state is, as those of a fast spin in
+the torque on a top, small changes of the state show nothing but rounding: they are not in proportion, while
+larger ones are. A force that holds a motion, as dry friction does, cancels others however
 the state changes: it is as large as what the integrand changes by where it is let go.
 """
 
@@ -22,7 +24,14 @@ SPREAD, STRIDE, RANGE = 40503, 24862, 2**16
 more it is from one way to the next: the golden ratio spreads these (D. E. Knuth, The Art of Computer
 Programming, vol. 3, sec. 6.4)."""
 LINEAR = 0.25
-"""A change that is not in proportion, up to this part of it, is that of a jump, or of a pole."""
+"""A change that is not in proportion, up to this part of it, is that of a jump, or of a pole; or else of
+rounding errors of terms that cancel whatever the state is."""
+WIDER = 2.0**12
+"""It is of these where changes of the state so many times as large are in proportion: there is no jump."""
+OFTEN = 16.0
+"""Then the few changes are random ones: the next may be so many times as large."""
+SMOOTH = ENDED + 1
+"""The array in which it is marked where they are."""
 
 
 def measure_rounding(parts: StepParts, place: HighLow) -> None:
@@ -33,9 +42,10 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
         row.put(row.series(parts.at.there)[1], parts.array(RATES))
         if beyond:
             row.put(row.series(parts.at.there)[1 + beyond], parts.array(ENDED))
-    with f.loop(0, WAYS, tested=False) as way:
+    with f.loop(0, WAYS, tested=False) as way, f.loop(0, 2, tested=False) as turn:
+        wide = turn.equals(0)
         for array in (ALLOWED, KNOWN):
-            _change(parts, way, size)
+            _change(parts, way, f.select(wide, f.constant(size * WIDER), f.constant(size)))
             parts.expand(place)
             with own.velocities(f) as row:
                 change = row.series(parts.at.there)[1] - row.at(parts.array(RATES))
@@ -45,8 +55,13 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
         with own.velocities(f) as row:
             half, whole = (row.at(parts.array(one)) for one in (ALLOWED, KNOWN))
             change, before = f.magnitude(whole), row.at(parts.array(ROUNDING))
+            narrow = ~f.splat(wide, own.lanes)
             steady = f.magnitude((whole - half) - half) <= change * LINEAR
-            row.put(f.select(steady, f.larger(change, before), before), parts.array(ROUNDING))
+            rough = ~steady & row.at(parts.array(SMOOTH)).equals(1.0) & (change < ENDLESS)
+            found = f.larger(f.select(rough, change * OFTEN, change), before)
+            row.put(f.select(narrow & (steady | rough), found, before), parts.array(ROUNDING))
+            one = f.splat(f.constant(1.0), own.lanes)
+            row.put(f.select(steady, one, f.zero(own.lanes)), parts.array(SMOOTH))
         parts.go(place)
     if parts.let_go:
         for side in (1.0, -1.0):  # of these changes one may be 0 by chance
@@ -60,12 +75,12 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
         parts.expand(place)
 
 
-def _change(parts: StepParts, way: Integer, size: float) -> None:
+def _change(parts: StepParts, way: Integer, size: Real) -> None:
     """Change coordinates and velocities by up to this part of them, in their last parts."""
     f, last = parts.f, parts.low if parts.sums.beyond else 0
     with parts.lengths.each(f) as row:
         old = row.at(parts.at.arrays, last)
-        new = old + row.at(parts.at.arrays) * share(f, row, way) * size
+        new = old + row.at(parts.at.arrays) * share(f, row, way) * parts.lengths.wide(f, size)
         row.put(f.select(row.among(*parts.own.leading), old, new), parts.at.arrays, last)
 
 
