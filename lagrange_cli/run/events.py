@@ -94,8 +94,10 @@ def notes(spec: Spec, happened: Mapping[str, Happened]) -> list[str]:
         if not any(one.count for one in all_of_it):
             found.append(f"event '{family.label}' did not occur")
         found += rests(family, all_of_it)
-    for name, one in happened.items():
-        found += [f"event '{name}': {text}" for text in doubts(one)]
+        for doubt in touching, blurred:
+            said = [(name, doubt(one)) for name, one in zip(family.members, all_of_it) if doubt(one)]
+            more = f" (also {len(said) - 1} more of its family)" if len(said) > 1 else ""
+            found += [f"event '{name}': {text}{more}" for name, text in said[:1]]
     return found
 
 
@@ -135,14 +137,25 @@ def notes_of_members(doubtful: Mapping[str, tuple[int, Happened]]) -> list[str]:
 
 def doubts(one: Happened) -> Iterator[str]:
     """Messages about zeros that rounding may have decided."""
-    if one.grazes is not None and not one.accumulations:  # impacts before their end are as weak as can be
-        times = "" if one.grazing == 1 else f", the first of {one.grazing} such times"
-        yield (
-            f"its expression touches 0 without a clear change of sign "
-            f"at t = {one.grazes:.9g}{times}; whether that counts depends on rounding"
-        )
-    if one.blurred is not None:
-        yield (
-            f"at t = {one.blurred:.9g} its expression and its rate are both 0 up to rounding (a multiple "
-            f"zero): the time may be off by {one.error:.1e}"
-        )
+    return filter(None, (touching(one), blurred(one)))
+
+
+def touching(one: Happened) -> str:
+    """A message about zeros that may be none, or nothing."""
+    if one.grazes is None or one.accumulations:  # impacts before their end are as weak as can be
+        return ""
+    times = "" if one.grazing == 1 else f", the first of {one.grazing} such times"
+    return (
+        f"its expression touches 0 without a clear change of sign "
+        f"at t = {one.grazes:.9g}{times}; whether that counts depends on rounding"
+    )
+
+
+def blurred(one: Happened) -> str:
+    """A message about zeros whose times rounding makes uncertain, or nothing."""
+    if one.blurred is None:
+        return ""
+    return (
+        f"at t = {one.blurred:.9g} its expression and its rate are both 0 up to rounding (a multiple "
+        f"zero): the time may be off by {one.error:.1e}"
+    )

@@ -216,6 +216,14 @@ def test_forces_without_a_counterforce_go_through_the_members(monkeypatch: pytes
     assert family_run(spec, Compilation("taylor", 2.0**-52, OUTPUTS)) is None
 
 
+def test_a_parameter_that_may_be_1_gives_no_counterforce(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The numbers that forces are compared with are no special ones, such as 1."""
+    keep_families(monkeypatch, whole=True)
+    force = BY_HAND.replace("F*sign(x_dot[i + 1]", "w[2]*F*sign(x_dot[i + 1]")
+    spec = read_spec(blocks(5, force), "system.yaml")
+    assert family_run(spec, Compilation("taylor", 2.0**-52, OUTPUTS)) is None
+
+
 @pytest.mark.parametrize(
     "series, least",
     [([0.0, 1.0, -2.0], 0.0), ([-1.0, -1.0], 0.0), ([-1e-8, 1.0], 2.5e-17), ([-1e-8, -1e-8, 1.0], 3e-13)],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from functools import cache
 from unittest import mock
 
@@ -22,6 +23,7 @@ from lagrange_cli.run.view import content as shown_content
 from lagrange_cli.run.view import page as shown_page
 from lagrange_cli.run.view.motion import ViewedMotion, read_shown, watched
 from lagrange_cli.run.view.page import Page, view
+from tests.motions.test_shaking_floor import BALLS
 from tests.support.command import SYSTEMS
 from tests.support.v8 import Engine, data_of, unpacked
 
@@ -236,6 +238,13 @@ def test_a_ball_bounces_and_comes_to_rest_as_in_solve():
     expected = assert_same(found, "bouncing_ball", e=0.6)
     assert found["q"] == [0.0]
     assert found["events"] == sum(len(one) for path, one in expected.datasets.items() if path.endswith("/t"))
+
+
+def test_balls_whose_impacts_are_almost_at_one_time_do_not_fall_through_the_floor():
+    """Just after the impact of a ball, rounding decides on which side of the floor it is."""
+    text = BALLS.format(count=3, e=0.267, g=6.542, start=1.495) + "solve: {stop: 4}\n"
+    found = Engine(view(read_shown(text.encode(), "balls.yaml", Request())).text).end()
+    assert min(found["q"]) > 0.2 * math.sin(6 * 4) - 1e-9
 
 
 def test_a_trail_is_seen_from_the_point_that_is_followed():

@@ -55,8 +55,8 @@ class Sides:
     def leaves_zero(self, event: int) -> bool:
         """Whether its argument moves away from 0 to the side where it is already. Shortly after it was 0, as
         when another event happens at almost the same time, rounding does not tell its value from 0."""
-        noise = ROUNDING * self.act_on(self.state(self.memory))[1][event, 1]
-        return bool(self.coefficients(event)[1] * self.side(event) > noise)
+        rate = float(self.coefficients(event)[1]) * self.side(event)
+        return rate > 0.0 and bool(rate > ROUNDING * self.act_on(self.state(self.memory))[1][event, 1])
 
     def coefficients(self, event: int) -> Array:
         """The first ones of its argument's series, from the value on."""

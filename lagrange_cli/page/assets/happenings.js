@@ -103,6 +103,7 @@ class Happenings {
   happen(due, sample) {
     const guard = this.rows.guards[due], e = due - this.first;
     if (guard.role === Role.REST) { this.release(due); return ""; }
+    if (this.leavesZero(e)) { this.settling.mark([due]); return this.recurs(e, this.settling.now); }
     if (this.atZero(e) && !this.drivenBack(e)) { this.flip(e); return ""; }
     if (this.side(e) * guard.direction > 0) { this.flip(e); return ""; }
     if (this.crossed(e, this.settling.now)) return "there are more events than a page shows";
@@ -110,6 +111,12 @@ class Happenings {
     if (guard.role === Role.RECORD) { this.flip(e); return ""; }
     if (!this.rows.changed.some(([event]) => event === e)) return `${this.name(e)} stops it`;
     return this.act(e, sample);
+  }
+
+  // Whether its argument moves away from 0 to its own side: what looks like a root is rounding.
+  leavesZero(e) {
+    const rate = this.seriesOf(e)[1] * this.side(e);
+    return rate > 0 && rate > ROUNDING * this.actOn(this.state(this.memory)).sizes[e][1];
   }
 
   drivenBack(e) {

@@ -1,0 +1,70 @@
+"""Balls that lose speed on a shaking floor: they come to rest on it, and leave it when it falls faster than
+they do."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from lagrange_cli.integrate.ending import Ending
+from tests.support.motion import Motion, follow
+
+BALLS = """
+sizes: {{N: {count}}}
+parameters: {{e: {e}, g: {g}, A: 0.2, w: 6}}
+coordinates: {{"x[i in range(N)]": {{initial: {start} + 0.3*i}}}}
+masses: {{"ball[i in range(N)]": 1}}
+positions: {{"ball[i in range(N)]": "x[i]"}}
+potential: sum(g*x[i] for i in range(N))
+events:
+  "floor[i in range(N)]":
+    when: x[i] - A*sin(w*t)
+    direction: falling
+    action: {{set: {{"x_dot[i]": A*w*cos(w*t) - e*(x_dot[i] - A*w*cos(w*t))}}}}
+"""
+TOLERANCES = {"taylor": 2.0**-52, "ias15": 2.0**-52, "DOP853": 1e-12, "Radau": 1e-10}
+
+
+def dropped(method: str, count: int, e: float, g: float, start: float, stop: float) -> Motion:
+    text = BALLS.format(count=count, e=e, g=g, start=start)
+    return follow(text, stop, 801, method=method, tolerance=TOLERANCES[method])
+
+
+def heights(motion: Motion) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """How high balls are above the floor."""
+    found: np.ndarray[tuple[int, int], np.dtype[np.float64]] = (
+        motion["q/x"] - 0.2 * np.sin(6 * motion.t)[:, None]
+    )
+    return found
+
+
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+def test_balls_leave_the_floor_when_it_falls_faster(method: str) -> None:
+    """They have come to rest by t = 2.1, and let go where A w^2 sin(w t) = g, both at once."""
+    g, w, amplitude = 6.111, 6.0, 0.2
+    motion = dropped(method, 2, 0.3, g, 0.6, 2.6)
+    assert motion.outcome.ending is Ending.COMPLETE
+    leaves = (math.asin(g / (amplitude * w**2)) + 4 * math.pi) / w
+    t, above = motion.t, heights(motion)
+    rests = (t > 2.1) & (t < leaves)
+    assert np.count_nonzero(rests) > 10
+    assert np.abs(above[rests]).max() < 1e-8
+    flies = (t > leaves) & (t < leaves + 0.3)
+    y, v = amplitude * math.sin(w * leaves), amplitude * w * math.cos(w * leaves)
+    free = y + v * (t[flies] - leaves) - g / 2 * (t[flies] - leaves) ** 2
+    assert motion["q/x"][flies] == pytest.approx(np.stack([free, free], axis=1), abs=1e-8)
+    assert above[flies].max() > 0.01
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("method", TOLERANCES)
+@pytest.mark.parametrize("count", [1, 3])
+def test_no_ball_falls_through(method: str, count: int, request: pytest.FixtureRequest) -> None:
+    chance = random.Random(f"{request.config.option.seed} {method} {count}")
+    given = {"e": chance.uniform(0.1, 0.8), "g": chance.uniform(3, 12), "start": chance.uniform(0.3, 1.5)}
+    motion = dropped(method, count, **given, stop=4.0)
+    assert motion.outcome.ending is Ending.COMPLETE, given
+    assert heights(motion).min() > -1e-7, given
