@@ -33,8 +33,9 @@ ROUNDED = 1e-10
 COUPLED = (
     "events after which members may rest on each other",
     "let each event act on what no other one depends on, or reflect without loss",
+    "events",
 )
-"""What members are written out for, and how to do without."""
+"""What members are written out for, how to do without, and the section of the file that has it."""
 WALLS = 2
 """So many contacts may have one coordinate: those of walls on both sides."""
 

@@ -51,6 +51,8 @@ def unsuited(spec: Spec) -> WrittenOut:
         what, way, *parts = known
         longest = max(parts, key=lambda part: len(getattr(spec, part)), default="")
         where = getattr(spec, longest).values() if longest else [*forces, *energies]
+        if longest == "events":
+            where = [one.when for one in spec.events.values()]
         return WrittenOut(what, way, kinked(where))
     if spec.events and any_family_system(replace(spec, events={})) is not None:
         what = "events that jump, that act on chains or where constraints hold, or impacts between members"

@@ -30,8 +30,9 @@ potential: "sum((x[i] - x[i - 1])**2/2 for i in range(1, N))"
 """
 FRICTION = BEADS + "generalized_forces:\n  x[i in range(N - 1)]: -mu*sign(x_dot[i] - x_dot[i + 1])\n"
 IMPACTS = BEADS + (
-    "events:\n  floor[i in range(N)]: "
-    '{when: "x[i] + 9", direction: falling, action: {set: {"x_dot[i]": "-x_dot[i]/2"}}}\n'
+    'events:\n  blow[i in range(N - 1)]: {when: "x[i] - x[i + 1] + 9", direction: falling, '
+    'action: {set: {"x_dot[i]": "(x_dot[i] + 3*x_dot[i + 1])/4", '
+    '"x_dot[i + 1]": "(3*x_dot[i] + x_dot[i + 1])/4"}}}\n'
 )
 SOME = BEADS + "  + sum(sin(x[i])**3 for i in range(N) if i % 5 == 0 or i % 7 == 1)\n"
 SOME = SOME.replace('N))"\n  + ', "N)) + ").replace("== 1)\n", '== 1)"\n')

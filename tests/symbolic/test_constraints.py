@@ -10,7 +10,7 @@ import sympy
 from lagrange_cli.errors import NotLinear, UsageError
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.records import replace
-from lagrange_cli.run import equations as printed
+from lagrange_cli.run import verification
 from lagrange_cli.run.equations import as_data, as_written, derive
 from lagrange_cli.run.verification import verify_system
 from lagrange_cli.symbolic.admissible import admissible
@@ -306,7 +306,7 @@ def test_moving_constraints_do_work():
 @pytest.fixture
 def patient(monkeypatch):
     """However busy the machine is, the motion is followed to its end."""
-    monkeypatch.setattr(printed, "PATIENCE", 600.0)
+    monkeypatch.setattr(verification, "PATIENCE", 600.0)
 
 
 @pytest.mark.exhaustive(keep=0.25)

@@ -12,6 +12,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.polynomial_integrals import PolynomialIntegrals
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
+from lagrange_cli.mechanics.switching.saturation import released
 from tests.support.motion import follow, residual_of
 
 PLANE = """
@@ -258,6 +259,6 @@ def test_as_many_integrals_as_particles_act_on_each_other_in_pairs(case, count):
         .replace("N: 3", f"N: {count}")
         .replace('range(N)]": 1}', 'range(N)]": 1.3}')
     )
-    residual = residual_of(text)
-    search = PolynomialIntegrals(residual.model, Noether(residual.model), [])
+    model = released(residual_of(text).model)
+    search = PolynomialIntegrals(model, Noether(model), [])
     assert [one.degree for one in search.of_pairs()] == [*range(3, count + 1)] * integrable
