@@ -54,9 +54,13 @@ class Sides:
 
     def leaves_zero(self, event: int) -> bool:
         """Whether its argument moves away from 0 to the side where it is already. Shortly after it was 0, as
-        when another event happens at almost the same time, rounding does not tell its value from 0."""
-        rate = float(self.coefficients(event)[1]) * self.side(event)
-        return rate > 0.0 and bool(rate > ROUNDING * self.act_on(self.state(self.memory))[1][event, 1])
+        when another event happens at almost the same time, rounding does not tell its value from 0. (Where an
+        action has put it beyond 0 by more, it does not come back.)"""
+        value, rate = (self.coefficients(event)[:2] * self.side(event)).tolist()
+        if not rate > 0.0:
+            return False
+        noise = ROUNDING * self.act_on(self.state(self.memory))[1][event]
+        return bool(value >= -noise[0] and rate > noise[1])
 
     def coefficients(self, event: int) -> Array:
         """The first ones of its argument's series, from the value on."""

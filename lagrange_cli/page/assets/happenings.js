@@ -113,10 +113,12 @@ class Happenings {
     return this.act(e, sample);
   }
 
-  // Whether its argument moves away from 0 to its own side: what looks like a root is rounding.
+  // Whether its argument, which is 0 up to rounding, moves away from 0 to its own side.
   leavesZero(e) {
-    const rate = this.seriesOf(e)[1] * this.side(e);
-    return rate > 0 && rate > ROUNDING * this.actOn(this.state(this.memory)).sizes[e][1];
+    const side = this.side(e), [value, rate] = this.seriesOf(e);
+    if (!(rate * side > 0)) return false;
+    const noise = this.actOn(this.state(this.memory)).sizes[e].map((size) => ROUNDING * size);
+    return value * side >= -noise[0] && rate * side > noise[1];
   }
 
   drivenBack(e) {
