@@ -74,13 +74,22 @@ def chain(case: str, count: int) -> str:
     return CHAIN.format(count=count, begin=begin, speed=speed, more=more, constraints=constraints)
 
 
+def outputs_of(case: str) -> frozenset[str]:
+    """All that loops compute: where positions depend on t, integrals go through the members."""
+    return OUTPUTS - {"ledger", "action"} if case == "moving supports" else OUTPUTS
+
+
 def followed(
-    text: str, stop: float = 0.3, samples: int = 4, method: str = "taylor"
+    text: str,
+    stop: float = 0.3,
+    samples: int = 4,
+    method: str = "taylor",
+    outputs: frozenset[str] = OUTPUTS,
 ) -> tuple[Prepared, Motion]:
     """A motion of a system, and what it was followed by."""
     spec = read_spec(text, "system.yaml")
     spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
-    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, OUTPUTS))
+    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, outputs))
     return ready, run(ready, values, 0.0, stop, samples)
 
 
@@ -88,10 +97,10 @@ def followed(
 @pytest.mark.parametrize("case", [*CASES])
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = chain(case, 14) + EVENTS.format(3)
-    together, motion = followed(text, method=method)
+    text, outputs = chain(case, 14) + EVENTS.format(3), outputs_of(case)
+    together, motion = followed(text, method=method, outputs=outputs)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
-    apart, expected = followed(text, method=method)
+    apart, expected = followed(text, method=method, outputs=outputs)
     assert together.machine.program.loops and not apart.machine.program.loops
     assert together.recording.conserved == apart.recording.conserved
     assert set(motion.data) == set(expected.data)
@@ -108,7 +117,7 @@ def test_chains_move_as_their_members_do_in_double_double(case: str, monkeypatch
     text = chain(case, 6)
     monkeypatch.setattr(consistency, "FEWEST", 0)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
-    outputs = OUTPUTS - {"T", "U", "conserved"}
+    outputs = outputs_of(case) - {"T", "U", "conserved"}
     together, motion = exactly_followed(text, outputs)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
     monkeypatch.setattr(consistency, "FEWEST", 10**9)
