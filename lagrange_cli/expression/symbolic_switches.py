@@ -4,7 +4,8 @@ sympy's own Abs, Max and Piecewise rewrite one another, and ask whether symbols 
 them. Derivatives are those on both sides of a jump, as in the expression graph.
 
 ``eval`` is sympy's name for the method by which a function class simplifies its arguments. These are sympy
-expressions that ``expression.build`` has made of a checked tree.
+expressions that ``expression.build`` has made of a checked tree. (sympy would run a string among them as a
+program: it is given none, see ``tests/expression/test_symbolic_switches.py``.)
 """
 
 from __future__ import annotations

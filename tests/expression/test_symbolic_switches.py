@@ -1,0 +1,28 @@
+"""sympy reads a string among a function's arguments as a program: none may get there."""
+
+from __future__ import annotations
+
+import pytest
+from sympy.parsing import sympy_parser
+
+from lagrange_cli.expression.symbolic_switches import Absolute
+from lagrange_cli.run.equations import derive
+from lagrange_cli.spec.read import read_spec
+
+KINKS = """
+coordinates: {x: {initial: 0.3}, y: {initial: 0.2}}
+masses: {bead: 1}
+embedding: {bead: [x, y]}
+potential: abs(x)**3 + max(0, y)**2 + where(x > y, (x - y)**2, 0)
+generalized_forces: {x: -0.1*sign(x_dot)}
+"""
+
+
+def test_no_text_reaches_functions_with_kinks(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(text: str, *_: object, **__: object) -> None:
+        raise AssertionError(f"sympy was given {text!r} to run")
+
+    monkeypatch.setattr(sympy_parser, "parse_expr", refuse)
+    derive(read_spec(KINKS, "system.yaml"))
+    with pytest.raises(AssertionError, match="to run"):  # it would be seen
+        Absolute("x")
