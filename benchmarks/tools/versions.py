@@ -6,7 +6,7 @@ The motions are those of the suites ``integration``, ``chain``, ``ensemble`` and
 a process of its own, with compiled programs in a cache that the checkout has for itself. Of the first three
 suites the seconds of the integration count, as ``--json`` gives them, of ``startup`` those of the whole
 process. Sections of a system file that one of the versions does not know are left out for both. A system that
-one of them cannot read even so is skipped. A line reports either.
+one of them cannot read even so is skipped, and so is a command that one of them refuses. A line reports each.
 
 The table has the medians of all turns, and ratios after / before of the medians and of the quickest runs. The
 exit status is 1 if both ratios of a command exceed the limit.
@@ -38,7 +38,7 @@ UNKNOWN = re.compile(r":\d+:1: unknown key '(\w+)'")
 
 
 class NotRead(Exception):
-    """A version cannot read a system; the message is what it says."""
+    """A version refuses a system or a command; the message is what it says."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def seconds_of(command: Command, processor: bool, root: Path, folder: Path) -> f
     }
     ended = run_process((*OURS, *command.arguments), folder, environment)
     if ended.status:
-        raise SystemExit(f"{root}: {command.name}: {ended.errors}")
+        raise NotRead(f"{command.name} is refused by {root}: {ended.errors.splitlines()[0]}")
     if processor:
         return ended.processor
     return ended.seconds if command.whole else float(json.loads(ended.printed)["seconds"]["integrate"])
@@ -158,8 +158,12 @@ def main() -> int:
                 which: partial(seconds_of, command, options.processor, *place)
                 for which, place in places.items()
             }
-            in_turns(tasks, 2)  # so that everything is compiled, and at LLVM's highest level
-            found = in_turns(tasks, options.runs)
+            try:
+                in_turns(tasks, 2)  # so that everything is compiled, and at LLVM's highest level
+                found = in_turns(tasks, options.runs)
+            except NotRead as error:
+                print(f"{error}; skipped")
+                continue
             before, after = (median(found[which]) for which in places)
             quickest = min(found["after"]) / min(found["before"])
             slower += after / before > LIMIT and quickest > LIMIT

@@ -7,6 +7,7 @@ signal at once, by the descriptor that Python's own handler writes to, and makes
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
 import threading
@@ -50,9 +51,10 @@ def heard() -> Iterator[None]:
 def _listening() -> Iterator[None]:
     ear, mouth = os.pipe()
     before = _told_at(mouth)
-    listener = threading.Thread(target=_listen, args=(ear,), daemon=True)
     if before == -1:
-        listener.start()
+        # Not a threading.Thread: to wait until that has begun, and until it has ended, costs a short motion
+        # more than its steps do.
+        _thread.start_new_thread(_listen, (ear,))
     elif before is not None:
         signal.set_wakeup_fd(before)
     try:
@@ -60,10 +62,9 @@ def _listening() -> Iterator[None]:
     finally:
         if before == -1:
             signal.set_wakeup_fd(-1)
+        else:
+            os.close(ear)
         os.close(mouth)  # which ends the listener
-        if before == -1:
-            listener.join()
-        os.close(ear)
 
 
 def _told_at(mouth: int) -> int | None:
@@ -78,7 +79,10 @@ def _told_at(mouth: int) -> int | None:
 
 
 def _listen(ear: int) -> None:
-    while numbers := os.read(ear, 64):
-        if not ENDING.isdisjoint(numbers):
-            for info in list(_steppers):
-                info[HALTED] = 1
+    try:
+        while numbers := os.read(ear, 64):
+            if not ENDING.isdisjoint(numbers):
+                for info in list(_steppers):
+                    info[HALTED] = 1
+    finally:
+        os.close(ear)
