@@ -84,18 +84,17 @@ bodies:
 {more}
 """
 SPRINGS = "potential: sum(norm(body[i + 1].at(0, 0.1, 0.1) - body[i].at(0, 0, 0.3))**2 for i in range(N - 1))"
+ON_PARTICLES = (
+    'forces: {"b[i in range(N)]": ["0.1*b[i].vy", "sin(t)"]}\n'
+    'dissipation: "sum(b[i].vx**2/9 for i in range(N))"'
+)
+BENT = {"angle": "0.5 + i/9", "shift": "", "parent": "i - 1", "more": ""}
 MOVED = {
-    "a chain": CHAIN.format(count="{count}", angle="0.5 + i/9", shift="", parent="i - 1", more=""),
-    "a tree on a moving support": CHAIN.format(
-        count="{count}", angle="0.5 + i/9", shift=" + 0.1*sin(t)", parent="(i - 1)//2", more=""
-    ),
-    "forces": CHAIN.format(
-        count="{count}", angle="0.5 + i/9", shift="", parent="i - 1",
-        more='forces: {{"b[i in range(N)]": ["0.1*b[i].vy", "sin(t)"]}}\n'
-        'dissipation: "sum(b[i].vx**2/9 for i in range(N))"',
-    ),
-    "bodies": BODIES.format(count="{count}", more=SPRINGS),
-}  # fmt: skip
+    "a chain": (CHAIN, BENT),
+    "a tree on a moving support": (CHAIN, {**BENT, "shift": " + 0.1*sin(t)", "parent": "(i - 1)//2"}),
+    "forces": (CHAIN, {**BENT, "more": ON_PARTICLES}),
+    "bodies": (BODIES, {"more": SPRINGS}),
+}
 
 
 def moved(text: str, method: str = "taylor") -> tuple[Prepared, Motion]:
@@ -110,7 +109,8 @@ def moved(text: str, method: str = "taylor") -> tuple[Prepared, Motion]:
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", MOVED)
 def test_of_chains_and_bodies(case: str, count: int, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    text, found = MOVED[case].replace("{{", "{").replace("}}", "}").replace("{count}", str(count)), []
+    (written, given), found = MOVED[case], []
+    text = written.format(count=count, **given)
     for few in (0, 10**9):
         for name in ("FEWEST_JOINTED", "FEWEST_TURNING"):
             monkeypatch.setattr(systems, name, few)
