@@ -112,7 +112,7 @@ def test_of_chains_and_bodies(case: str, count: int, method: str, monkeypatch: p
     (written, given), found = MOVED[case], []
     text = written.format(count=count, **given)
     for few in (0, 10**9):
-        for name in ("FEWEST_JOINTED", "FEWEST_TURNING"):
+        for name in ("FEWEST", "FEWEST_JOINTED", "FEWEST_TURNING"):
             monkeypatch.setattr(systems, name, few)
         ready, motion = moved(text, method)
         assert ready.machine.program.loops == (few == 0)
