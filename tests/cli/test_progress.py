@@ -47,7 +47,9 @@ def clock(monkeypatch):
 
 @pytest.fixture
 def terminal(monkeypatch):
+    """A terminal, and no line on it that is shown when the test is over."""
     terminal = Terminal()
+    monkeypatch.setattr(Line, "shown", None)
     monkeypatch.setattr(progress, "sys", SimpleNamespace(stderr=terminal))
     return terminal
 
