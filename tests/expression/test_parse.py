@@ -29,6 +29,7 @@ from lagrange_cli.expression.syntax import (
     names,
 )
 from lagrange_cli.expression.vocabulary import CALLABLE
+from tests.support.draws import examples
 
 
 def test_tree_with_spans() -> None:
@@ -325,7 +326,7 @@ def test_our_own_text_is_read_however_long_it_is() -> None:
 @example("ำ")  # it may stand within a name, but not begin one
 @example("ำ²3ำx")
 @example("x²3²")
-@settings(max_examples=500, deadline=None)
+@examples(150)
 def test_any_text_is_a_tree_or_an_expression_error(text: str) -> None:
     try:
         tree = parse(text)

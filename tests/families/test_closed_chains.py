@@ -93,7 +93,7 @@ def followed(
     return ready, run(ready, values, 0.0, stop, samples)
 
 
-@pytest.mark.exhaustive(keep=0.5, most=8)
+@pytest.mark.exhaustive(keep=0.25, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,7 +111,7 @@ def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: py
             assert np.max(np.abs(values)) < 4e-15, path
 
 
-@pytest.mark.exhaustive(keep=0.5, most=8)
+@pytest.mark.exhaustive(keep=0.25, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 def test_chains_move_as_their_members_do_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = chain(case, 6)

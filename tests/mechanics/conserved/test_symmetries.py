@@ -561,7 +561,7 @@ def started(text):
     return text.replace(": {}", ": {initial: 0}").replace("{velocity", "{initial: 0, velocity")
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_conserved(case):
     """That, and nothing else; and a motion keeps it, to rounding."""
@@ -698,7 +698,7 @@ def test_exact_numbers_need_no_finite_quotients(size):
     assert [one.conserved.quantity for one in symmetries(model, conservation(model)[1])] == ["C_1"]
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 def test_the_search_is_bounded():
     """Of many coordinates only displacements are tried, and all of them are proven together."""
     residual = residual_of(BODIES.replace("{N: 3}", "{N: 15}"))
