@@ -11,10 +11,11 @@ from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.articulated import ArticulatedJet, swept
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closure import Closure
-from lagrange_cli.native.families.constrained import MemberTabled, copied
+from lagrange_cli.native.families.constrained import copied
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.gathering import place_at
+from lagrange_cli.native.families.saddle import Tabled
 from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
@@ -40,7 +41,7 @@ class ClosedJet(ArticulatedJet):
     def prepared(self) -> Sequence[Total]:
         totals = super().prepared()
         self.first = self.take(room(self.tabled.size))
-        self.saddle = MemberTabled(self.vectors, self.tabled, "%work", self.first)
+        self.saddle = Tabled(self.vectors, self.tabled, "%work", self.first)
         self.place_kept()
         return totals
 
@@ -117,7 +118,7 @@ def respond(
         evaluation.write([one for one in balance.moved if one not in fixed])
 
 
-def solve(saddle: MemberTabled, closure: Closure, right: Pointer, to: Pointer) -> None:
+def solve(saddle: Tabled, closure: Closure, right: Pointer, to: Pointer) -> None:
     """The multipliers with A M^-1 A^T lambda = what is at ``right``."""
     vectors, many = saddle.vectors, closure.count
     vectors.store(vectors.constant(0.0), right, many)

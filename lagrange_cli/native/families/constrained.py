@@ -17,39 +17,8 @@ from lagrange_cli.native.families.saddle import Tabled
 from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.tables import count
-from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
-
-
-class MemberTabled(Tabled):
-    """What solves for multipliers, in numbers of a kind."""
-
-    def __init__(self, vectors: Vectors, tabled: SaddleTables, base: Pointer | str, first: int) -> None:
-        super().__init__(vectors.f, vectors.kind, tabled, base, first)
-        self.vectors = vectors
-
-    def pointer(self, base: Pointer | str, at: Integer | int) -> Pointer:
-        return self.vectors.place(base, at)
-
-    def row(self, place: Pointer) -> Numbers:
-        return self.vectors.load_row(place, 0, LANES)
-
-    def put_row(self, value: Numbers, place: Pointer) -> None:
-        self.vectors.store_row(value, place, 0)
-
-    def gather_from(self, base: Pointer, places: Operand) -> Operands:
-        return self.vectors.operand(self.vectors.gather(base, places))
-
-    def number(self, value: Operands) -> Numbers:
-        return self.vectors.number(value)
-
-    def operand(self, value: Numbers) -> Operands:
-        return self.vectors.operand(value)
-
-    def variable(self, value: Operands) -> Any:
-        return self.vectors.variable(self.number(value))
 
 
 class ConstrainedJet(CorrectedJet):
@@ -66,7 +35,7 @@ class ConstrainedJet(CorrectedJet):
         for array in motion.arrays:
             self.planes[array] = self.take(room(array.count)), 0
         self.arrange_members(motion.locals)
-        self.saddle = MemberTabled(self.vectors, self.tabled, "%work", self.work)
+        self.saddle = Tabled(self.vectors, self.tabled, "%work", self.work)
         self.take(room(self.tabled.size))
         self.place_kept()
         return totals
@@ -95,14 +64,14 @@ class ConstrainedJet(CorrectedJet):
         return regular_masses(self) & self.sound
 
 
-def solve(saddle: MemberTabled, restraint: Restraint, right: Pointer, to: Pointer) -> None:
+def solve(saddle: Tabled, restraint: Restraint, right: Pointer, to: Pointer) -> None:
     """The multipliers with A M^-1 A^T lambda = what is at ``right``, a 0 behind it."""
     many = restraint.count
     saddle.solve(right, range(many), many)
     copied(saddle, range(many), to)
 
 
-def copied(saddle: MemberTabled, rows: Sequence[int], to: Pointer) -> None:
+def copied(saddle: Tabled, rows: Sequence[int], to: Pointer) -> None:
     """The unknowns of these rows, side by side."""
     f, vectors, table = saddle.f, saddle.vectors, saddle.table(rows)
     with f.loop(0, count(rows), tested=False) as b:
@@ -115,7 +84,7 @@ def solved_at_a_state(
 ) -> None:
     """Compute the multipliers, with room at ``scratch``."""
     f, vectors, where = evaluation.f, evaluation.vectors, evaluation.where
-    saddle = MemberTabled(vectors, tabled, scratch, 0)
+    saddle = Tabled(vectors, tabled, scratch, 0)
     saddle.factor(where(restraint.square), restraint.placed(tabled), f.variable(Bit(f, "true", 1)))
     vectors.store(vectors.constant(0.0), where(restraint.right), restraint.count)
     solve(saddle, restraint, where(restraint.right), where(to))
