@@ -104,7 +104,10 @@ class Arrangement:
         self.acted: list[Element] = []
         """What ``@act`` computes."""
         if self.events is not None:
-            acted = [self.lasting.arranged(one) for one in (self.events.values, self.events.sizes)]
+            acts = [self.events.values, self.events.sizes]
+            if self.contact is not None and not self.events.simple.isdisjoint(self.contact.events.tolist()):
+                acts.append(self.contact.speeds)
+            acted = [self.lasting.arranged(one) for one in acts]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
         self.pulled = None
