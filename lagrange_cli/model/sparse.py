@@ -128,8 +128,8 @@ class Factors:
 
 
 def factored(matrix: Matrix, most: int) -> Factors | None:
-    """The factors of a positive matrix; None where L is not full and would have more than ``most`` numbers, or
-    a pivot is not positive. The unknown that meets the fewest others is eliminated next."""
+    """The factors of a positive matrix; None where L is not full and would have more than ``most`` numbers,
+    or a pivot is not positive. The unknown that meets the fewest others is eliminated next."""
     if full(matrix, len(matrix)):
         return dense_factors(matrix)
     rows = [dict(row) for row in matrix]
