@@ -12,6 +12,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closed_projection import Residuals
 from lagrange_cli.native.families.closure import Closure
+from lagrange_cli.native.families.dense import DenseTables, SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
@@ -160,10 +161,12 @@ class Arrangement:
         return bonds.multipliers if bonds.multipliers in needed([self.integrands], self.slots) else None
 
     @cached_property
-    def tabled(self) -> SaddleTables:
+    def tabled(self) -> SolvingTables:
         """How multipliers are found."""
         bonds = self.system.bonds if self.sticking is None else self.sticking.bonds
         assert bonds is not None
+        if bonds.elimination is None:
+            return DenseTables(bonds.count, self.tables)
         return SaddleTables(bonds.elimination, self.tables)
 
     @property

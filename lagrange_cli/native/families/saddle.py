@@ -7,16 +7,19 @@ nonzero entries is in tables; so the code is the same for any number of constrai
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from lagrange_cli.native.families.gathering import place_at, places_at
 from lagrange_cli.native.families.saddle_tables import EliminationRounds, RowSums, SaddleTables
-from lagrange_cli.native.families.tables import count
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
 
 
 class Tabled:
@@ -74,12 +77,12 @@ class Tabled:
                 total.set(self.vectors.number(value))
             put(self.vectors.operand(total.get()), target * LANES)
 
-    def factor(self, base: Pointer, entries: Mapping[str, Sequence[int]], regular: Variable[Bit]) -> None:
+    def factor(self, base: Pointer, entries: Mapping[str, Places], regular: Variable[Bit]) -> None:
         """L and D from the ``entries``, at these places from ``base`` on, and whether they are regular."""
         for name, places in entries.items():
-            if places:
-                table = self.tables.of_places(places)
-                with self.f.loop(0, count(places), tested=False) as b:
+            if len(places):
+                table = self.tables.of_array(places)
+                with self.f.loop(0, -(-len(places) // LANES), tested=False) as b:
                     row = self.gather_from(base, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
         self._floors(0, self.tabled.begin)
