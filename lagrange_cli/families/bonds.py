@@ -18,7 +18,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.families.arrays import NONE, Chain, Domain, Source, Term, Total
+from lagrange_cli.families.arrays import NONE, Chain, Domain, Slots, Source, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.joints import Articulation
@@ -123,6 +123,16 @@ class Bonds:
     def pulls(self) -> Sequence[tuple[int, int]]:
         """All slopes, each the number of a bound and its own."""
         return [(b, a) for b, one in enumerate(self.bounds) for a, _ in enumerate(one.slopes)]
+
+    def pulls_on_coordinates(self, slots: Slots) -> Iterator[Term]:
+        """A^T lambda on coordinates."""
+        for b, a in self.pulls:
+            one = self.bounds[b]
+            yield Term(one.domain, one.slopes[a] * self.multipliers_of(slots, one), one.rows[a])
+
+    def multipliers_of(self, slots: Slots, bound: Bound) -> Node:
+        """lambda of the members of a bound."""
+        return slots.symbol(bound.domain, self.multipliers, bound.numbers)
 
     def idle(self, graph: Graph) -> bool:
         """Whether those on velocities hold at rest, where their forces do no work."""

@@ -154,7 +154,7 @@ class FamilyBuilder(ArrayBuilder):
         if np.any(which < 0):
             raise Unsuited
         if component in BODY_COMPONENTS:
-            return self.turned(name, which, domain).turning.component(component)
+            return self.oriented(name, component, which, domain)
         value = self.member(group, which, domain)
         if not component:
             return value
@@ -182,6 +182,10 @@ class FamilyBuilder(ArrayBuilder):
         if name not in self.bodies:
             raise Unsuited
         return self.bodies[name].turned(self, which, domain)
+
+    def oriented(self, name: str, component: str, which: Places, domain: Domain) -> Node:
+        """A component of how they stand or turn (``vocabulary.BODY_COMPONENTS``)."""
+        return self.turned(name, which, domain).turning.component(component)
 
     def member(self, group: Group, which: Places, domain: Domain) -> Value:
         """The members of a group that the members of a domain name."""

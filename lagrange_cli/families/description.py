@@ -96,6 +96,9 @@ class FamilySystem:
     components: Sequence[Component]
     positions: Mapping[str, Sequence[Total]]
     observables: Mapping[str, tuple[Total, int]]
+    accelerations: Total
+    """Those of the coordinates. On chains and trees they are computed from all equations together, and have
+    no terms."""
     joints: Articulation | None = None
     speeds: Mapping[str, Sequence[Total | None]] = MappingProxyType({})
     """The velocities of particles on chains and trees, None of what rests."""

@@ -20,9 +20,9 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.actions import with_actions
 from lagrange_cli.families.applied import applied_forces
-from lagrange_cli.families.arrays import Domain, Term, Total, total_of
+from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
 from lagrange_cli.families.articulation import articulation, centres
-from lagrange_cli.families.bonds import bonds
+from lagrange_cli.families.bonds import Bonds, bonds
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
@@ -162,7 +162,19 @@ def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
         energies=totals, slopes=rates, applied=total_of(builder.q.count, terms, graph), potential=potential,
         kinetic=kinetic, momenta=momenta, components=components, bonds=bound,
+        accelerations=accelerations(builder, everyone, forces, masses, bound),
     )  # fmt: skip
+
+
+def accelerations(
+    builder: FamilyBuilder, everyone: Domain, forces: Total, masses: Total, bound: Bonds | None
+) -> Total:
+    """Those of the coordinates where M is diagonal, (F + A^T lambda) / M."""
+    count, slots = builder.q.count, builder.slots
+    terms = [*forces.terms, *(bound.pulls_on_coordinates(slots) if bound else ())]
+    whole, places = total_of(count, terms, builder.graph), np.arange(count)
+    force, mass = (slots.symbol(everyone, one, places) for one in (whole, masses))
+    return total_of(count, [Term(everyone, force / mass, places)], builder.graph)
 
 
 def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
@@ -192,6 +204,7 @@ def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
         needed=[*needed, *beside], energies=totals, slopes=whole, applied=applied,
         potential=potential, kinetic=kinetic, momenta=momentum, components=[], joints=found, loads=pulls,
         centres=centres(builder, spec), bonds=bound,
+        accelerations=Total(Source.TOTAL, builder.q.count),
     )  # fmt: skip
 
 

@@ -44,14 +44,19 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.spec.spec import Spec
 
-OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved"})
+OUTPUTS = frozenset(
+    {"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved", "reactions"}
+)
 """The outputs that can be computed with families; others go through the members."""
 OF_BODIES = frozenset({"angular_velocities", "angular_momenta", "rotational_energies", "orientations"})
 """Those that systems with rigid bodies have besides."""
 INTEGRALS = frozenset({"ledger", "action"})
 """Those that are integrated beside the motion."""
-OF_CONSTRAINTS = frozenset({"constraints", "multipliers", "reactions"})
+OF_CONSTRAINTS = frozenset({"constraints", "multipliers"})
 """Those that systems with constraints have besides."""
+FEWEST_COSTLY = 100
+"""Coordinates from which on members are not written out for outputs that were not asked for by name: each
+takes 5 to 30 ms."""
 FEWEST_ONE_BY_ONE = 1000
 """Terms of all sums from which on the motions of an ensemble are followed one by one."""
 
@@ -70,7 +75,7 @@ def known(spec: Spec, outputs: Collection[str]) -> bool:
     """Whether the outputs can be computed with families."""
     found = OUTPUTS | OF_BODIES
     if not spec.constrained:
-        found |= {"constraints", "multipliers"}  # there are none
+        found |= OF_CONSTRAINTS  # there are none
     elif not spec.left_out:
         found |= OF_CONSTRAINTS
     return found.issuperset(outputs)
@@ -126,7 +131,9 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
     if acting and "conserved" in compilation.outputs:
         return without_outputs(["conserved"])
-    if system.bonds is not None and "reactions" in compilation.outputs and reactions(system) is None:
+    if "reactions" in compilation.outputs and reactions(system) is None:
+        return without_outputs(["reactions"])
+    if compilation.backward and system.joints is not None and "reactions" in compilation.outputs:
         return without_outputs(["reactions"])
     if compilation.backward and system.bonds is not None and system.joints is not None:
         return WrittenOut("motion backward in time on chains with constraints", "let it go forward in time")
@@ -146,6 +153,14 @@ def without_expansion(
             return None, None
         compilation = replace(compilation, outputs=compilation.outputs.difference(found.outputs))
     return found, compilation
+
+
+def without_costly(
+    spec: Spec, compilation: Compilation
+) -> tuple[FamilySystem, Compilation] | tuple[None, None]:
+    """The same, where members are so many that writing them out costs much more than the motion."""
+    optional = compilation.optional and len(spec.coordinates) >= FEWEST_COSTLY
+    return without_expansion(spec, compilation) if optional else (None, None)
 
 
 def in_loops_if_few(spec: Spec, compilation: Compilation) -> bool:

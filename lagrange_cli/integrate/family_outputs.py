@@ -8,9 +8,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, reachable
 from lagrange_cli.families.arrays import Source, Term, Total, total_of
-from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import felt_of
 from lagrange_cli.families.reactions import reactions
@@ -45,31 +44,27 @@ def of_time(system: FamilySystem) -> list[Term]:
 
 def pulls_of_bonds(system: FamilySystem) -> Iterator[Term]:
     """A^T lambda."""
+    bonds, slots = system.bonds, system.slots
+    assert bonds is not None
+    yield from bonds.pulls_on_coordinates(slots)
     pushes: list[list[Term]] = [[] for _ in (system.joints.nodes if system.joints else ())]
-    for one in system.bonds.bounds if system.bonds else ():
-        multiplier = multiplier_of(system, one)
-        for slope, rows in zip(one.slopes, one.rows):
-            yield Term(one.domain, slope * multiplier, rows)
+    for one in bonds.bounds:
         for hold in one.holds:
-            pushes[hold.component].append(Term(one.domain, hold.slope * multiplier, hold.places))
+            push = hold.slope * bonds.multipliers_of(slots, one)
+            pushes[hold.component].append(Term(one.domain, push, hold.places))
     if system.joints is not None:
         yield from felt_of(system.slots, system.q, system.joints, pushes, [])
 
 
 def work_of_bonds(system: FamilySystem) -> Iterator[Term]:
     """The power of the forces of constraint, -lambda b (``mechanics.constraints``)."""
-    graph = system.slots.graph
-    for one in system.bonds.bounds if system.bonds else ():
+    graph, bonds = system.slots.graph, system.bonds
+    for one in bonds.bounds if bonds else ():
+        assert bonds is not None
         drift = graph.diff(one.node, system.time) if one.holonomic else one.at_rest(graph)
         if not drift.is_zero:
-            power = -(drift * multiplier_of(system, one))
+            power = -(drift * bonds.multipliers_of(system.slots, one))
             yield Term(one.domain, power, np.zeros(one.domain.count, dtype=np.int64))
-
-
-def multiplier_of(system: FamilySystem, bound: Bound) -> Node:
-    """lambda of the members of a bound."""
-    assert system.bonds is not None
-    return system.slots.symbol(bound.domain, system.bonds.multipliers, bound.numbers)
 
 
 class FamilyPlanner(Planner):
@@ -118,13 +113,12 @@ class FamilyPlanner(Planner):
         self.made.append(dataset)
 
     def reactions(self) -> tuple[Mapping[str, tuple[Any, ...]], Mapping[str, str]]:
-        system = self.residual.system  # type: ignore[attr-defined]
-        forces, found = reactions(system), {}
+        forces, found = reactions(self.residual.system), {}  # type: ignore[attr-defined]
         assert forces is not None
         for family in self.families("embedding", [one.name for one in self.model.particles]):
-            for i, name in enumerate(family.members):
-                found[name] = tuple((one, i) for one in forces[family.name])
-        return found, {}
+            for i, name in enumerate(family.members if family.name in forces.known else ()):
+                found[name] = tuple((one, i) for one in forces.known[family.name])
+        return found, forces.unknown
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,8 @@ def prepare_system(
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
     """``prepare`` for the residual that ``derive`` makes of ``spec``, unless ``cache`` has it compiled. Where
-    that is too large, outputs that are optional are left out if members are written out for them alone.
+    that is too large or costly, outputs that are optional are left out if members are written out for them
+    alone.
 
     ``meanwhile`` is called once, while LLVM compiles if it has to: it is for what the run needs next.
     """
@@ -90,23 +91,29 @@ def prepare_system(
 
     def write(stage: Stage = untimed) -> tuple[Program, Recording]:
         from lagrange_cli.errors import TooLarge, TooLargeSystem
-        from lagrange_cli.integrate.families import family_run, without_expansion, write_families
+        from lagrange_cli.integrate.families import (
+            family_run,
+            without_costly,
+            without_expansion,
+            write_families,
+        )
         from lagrange_cli.integrate.program import write_run
 
         with uncollected():
             try:
                 with stage("derive"):
-                    system = family_run(spec, compilation)
+                    system, less = without_costly(spec, compilation)
+                    if system is None:
+                        system, less = family_run(spec, compilation), compilation
                     residual = derive(spec) if system is None else None
-                with stage("program"):
-                    if system is not None:
-                        return write_families(system, compilation)
-                    assert residual is not None
-                    return write_run(residual, compilation)
+                if residual is not None:
+                    with stage("program"):
+                        return write_run(residual, compilation)
             except (TooLarge, TooLargeSystem):
                 system, less = without_expansion(spec, compilation)
-                if system is None or less is None or less == compilation:
+                if less is None or less == compilation:
                     raise
+            assert system is not None and less is not None
             with stage("program"):
                 program, recording = write_families(system, less)
             left_out = tuple(sorted(compilation.outputs - less.outputs))

@@ -126,7 +126,7 @@ def without_outputs(outcome: Outcome | EnsembleOutcome) -> str | None:
     them = "it" if len(names) == 1 else "them"
     return (
         f"left out of --outputs all: {', '.join(names)}, as members of families have to be written out for "
-        f"{them}, and are too many (--outputs {','.join(names)} says which limit that exceeds)"
+        f"{them}, and are many (--outputs {','.join(names)} does that, or says which limit it exceeds)"
     )
 
 

@@ -69,7 +69,7 @@ class Mechanics:
     searched: bool = True
     """Whether the search for conserved quantities came to its end."""
     too_large: tuple[str, ...] = ()
-    """The outputs for which members would have to be written out that are too many."""
+    """The outputs for which members would have to be written out that are many."""
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,7 @@ def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
     if not mechanics.searched:
         said.append("further conserved quantities: looking for all of them takes too much work")
     if mechanics.too_large:
-        what = "members of families would have to be written out, and are too many"
+        what = "members of families would have to be written out, and are many"
         said.append(f"{', '.join(mechanics.too_large)}: {what}")
     if outputs:
         said.append(f"{', '.join(outputs)}: computed only if --outputs asks for them")

@@ -26,7 +26,7 @@ bodies:
   body[i in range(N)]:
     mass: m*(1 + i/9)
     inertia: [0.02, 0.02, 0.03]
-    position: ["l*sin(b[i])*sin(a[i])", "-l*sin(b[i])*cos(a[i])", "l*cos(b[i])"]
+    position: ["l*sin(b[i])*sin(a[i]) + 0.1*sin(t)", "-l*sin(b[i])*cos(a[i])", "l*cos(b[i])"]
     orientation: {euler: ["a[i]", "b[i]", "c[i]"], sequence: zxz}
 potential: sum(m*g*body[i].z for i in range(N))
 solve: {stop: 0.1, step: 0.1}
@@ -55,40 +55,40 @@ def test_all_is_what_can_be_computed_in_loops() -> None:
     assert (first.cached, second.cached) == (False, True)
     assert first.machine.program.loops
     assert first.recording == second.recording
-    assert first.recording.left_out == ("reactions",)
+    assert first.recording.left_out == ("action", "ledger")
     found = {one.path.split("/")[0] for one in first.datasets}
     assert {"q", "positions", "angular_momenta", "orientations", "diagnostics"} <= found
-    assert "reactions" not in found
+    assert not {"action", "ledger"} & found
 
 
 def test_members_are_written_out_where_they_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("LAGRANGE_LIMITS")
-    recording = prepare_run(*asked("q", "reactions", method="DOP853"), cached=False).recording
+    recording = prepare_run(*asked("q", "ledger", method="DOP853"), cached=False).recording
     assert not recording.left_out
-    assert any(one.path.startswith("reactions/") for one in recording.datasets)
+    assert any("ledger" in one.path for one in recording.datasets)
 
 
-@pytest.mark.parametrize("outputs", [("reactions",), ("all", "reactions")])
+@pytest.mark.parametrize("outputs", [("ledger",), ("all", "ledger")])
 def test_what_is_named_is_refused(outputs: tuple[str, ...]) -> None:
-    with pytest.raises(TooLargeSystem, match="members are written out for --outputs reactions"):
+    with pytest.raises(TooLargeSystem, match=r"members are written out for --outputs (action,)?ledger"):
         prepare_run(*asked(*outputs), cached=False)
 
 
 def test_it_is_told(tmp_path: Path) -> None:
     """In the notes of a motion, as a warning, in the attributes of its file, and by check."""
     (tmp_path / "tops.yaml").write_text(SYSTEM, encoding="utf-8")
-    with pytest.warns(LagrangeWarning, match="left out of --outputs all: reactions, as members"):
+    with pytest.warns(LagrangeWarning, match="left out of --outputs all: action, ledger, as members"):
         motion = lagrange_cli.solve(tmp_path / "tops.yaml", stop=0.1, samples=2, outputs=["all"])
-    assert "--outputs reactions says which limit" in motion.attributes["warning"]
-    assert "action" in dir(motion)
-    assert "reactions" not in dir(motion)
+    assert "--outputs action,ledger does that, or says which limit" in motion.attributes["warning"]
+    assert "reactions" in dir(motion)
+    assert "ledger" not in dir(motion)
     with pytest.raises(AttributeError, match="left out of 'all'"):
-        motion.reactions  # noqa: B018
-    with pytest.warns(LagrangeWarning, match="left out of --outputs all: reactions"):
+        motion.ledger  # noqa: B018
+    with pytest.warns(LagrangeWarning, match="left out of --outputs all: action, ledger"):
         swept = lagrange_cli.sweep(
             tmp_path / "tops.yaml", over={"m": [0.3, 0.4]}, stop=0.1, samples=2, outputs=["all"]
         )
     assert any("left out" in one for one in swept.notes)
     spec = read_spec(SYSTEM.replace("solve: {", "solve: {outputs: all, "), "tops.yaml")
     skipped = classify(spec).skipped
-    assert "reactions: members of families would have to be written out, and are too many" in skipped
+    assert "action, ledger: members of families would have to be written out, and are many" in skipped

@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lagrange_cli.errors import NotDefined
 from lagrange_cli.families import system as systems
-from tests.families.test_constraints import followed
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.run.derive import derive_system
+from tests.families.test_constraints import begun, followed
+from tests.support.motion import Motion, run
 
 BEADS = """
 sizes: {{N: {count}}}
@@ -46,3 +52,86 @@ def test_what_rests_feels_what_acts_on_it(case: str, monkeypatch: pytest.MonkeyP
     assert np.max(np.abs(found[0] - found[1])) < 1e-12
     if case == "weight":
         assert np.allclose(found[0][:, :-1], [0.0, 0.0, 0.6], atol=1e-14) and np.all(found[0][:, -1] == 0.0)
+
+
+CHAIN = """
+sizes: {{N: {count}}}
+parameters: {{l: 1/N, m: 1/N, g: 9.81}}
+coordinates:
+  a[i in range(N)]: {{initial: {angle}}}
+definitions:
+  x[0]: l*sin(a[0]){shift}
+  x[i in range(1, N)]: x[{parent}] + l*sin(a[i])
+  y[0]: -l*cos(a[0])
+  y[i in range(1, N)]: y[{parent}] - l*cos(a[i])
+masses: {{"b[i in range(N)]": m*(1 + i/N)}}
+positions: {{"b[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: sum(g*m*(1 + i/N)*b[i].y for i in range(N))
+{more}
+"""
+BODIES = """
+sizes: {{N: {count}}}
+coordinates:
+  a[i in range(N)]: {{initial: 0.3*i, velocity: 1}}
+  b[i in range(N)]: {{initial: 0.8, velocity: 0.5}}
+  c[i in range(N)]: {{initial: 0.2, velocity: 3}}
+bodies:
+  body[i in range(N)]:
+    mass: 1 + i/9
+    inertia: [0.02, 0.02, 0.03]
+    position: ["0.4*sin(b[i])*sin(a[i])", "-0.4*sin(b[i])*cos(a[i])", "0.4*cos(b[i])"]
+    orientation: {{euler: ["a[i]", "b[i]", "c[i]"], sequence: zxz}}
+{more}
+"""
+SPRINGS = "potential: sum(norm(body[i + 1].at(0, 0.1, 0.1) - body[i].at(0, 0, 0.3))**2 for i in range(N - 1))"
+MOVED = {
+    "a chain": CHAIN.format(count="{count}", angle="0.5 + i/9", shift="", parent="i - 1", more=""),
+    "a tree on a moving support": CHAIN.format(
+        count="{count}", angle="0.5 + i/9", shift=" + 0.1*sin(t)", parent="(i - 1)//2", more=""
+    ),
+    "forces": CHAIN.format(
+        count="{count}", angle="0.5 + i/9", shift="", parent="i - 1",
+        more='forces: {{"b[i in range(N)]": ["0.1*b[i].vy", "sin(t)"]}}\n'
+        'dissipation: "sum(b[i].vx**2/9 for i in range(N))"',
+    ),
+    "bodies": BODIES.format(count="{count}", more=SPRINGS),
+}  # fmt: skip
+
+
+def moved(text: str, method: str = "taylor") -> tuple[Prepared, Motion]:
+    """A short motion of a system, and what it was followed by."""
+    spec, values = begun(text)
+    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, OUTPUTS))
+    return ready, run(ready, values, 0.0, 0.2, 3)
+
+
+@pytest.mark.exhaustive(keep=0.2, most=4)
+@pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("case", MOVED)
+def test_of_chains_and_bodies(case: str, count: int, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text, found = MOVED[case].replace("{{", "{").replace("}}", "}").replace("{count}", str(count)), []
+    for few in (0, 10**9):
+        for name in ("FEWEST_JOINTED", "FEWEST_TURNING"):
+            monkeypatch.setattr(systems, name, few)
+        ready, motion = moved(text, method)
+        assert ready.machine.program.loops == (few == 0)
+        found.append(motion.data["reactions/" + ("body" if case == "bodies" else "b")])
+    size = np.max(np.abs(found[1]), initial=1.0)
+    assert np.max(np.abs(found[0] - found[1])) < 2.0**-40 * size
+
+
+def test_a_chain_at_rest_carries_the_weight_below() -> None:
+    """R of each bob is its own weight: the tension above, less the one below."""
+    hanging = CHAIN.format(count=20, angle=0, shift="", parent="i - 1", more="")
+    ready, motion = moved(hanging)
+    assert ready.machine.program.loops
+    tension = np.cumsum(motion.data["reactions/b"][:, ::-1, 1], axis=1)[:, ::-1]
+    weights = 9.81 / 20 * (1 + np.arange(20) / 20)
+    assert np.max(np.abs(tension - np.cumsum(weights[::-1])[::-1])) < 1e-12
+
+
+def test_what_is_not_known_is_said() -> None:
+    text = CHAIN.format(count=20, angle=0, shift="", parent="i - 1", more="").replace("*b[i].y", "*y[i]")
+    with pytest.raises(NotDefined, match="the forces on 'b' are not known, since U contains the coordinate"):
+        moved(text)

@@ -99,6 +99,8 @@ class Arrangement:
         self.moves = Moves(system, self.lasting) if self.motion is not None and stepping else None
         if system.bonds is not None:
             self.lasting.changed[system.bonds.multipliers] = system.bonds.multipliers
+        if self.balance is not None:
+            self.lasting.changed[system.accelerations] = system.accelerations
         self.forces = self.lasting.arranged(system.forces, kept=False)
         roots = dict.fromkeys(total for total, _ in observed.values())
         self.roots = [self.lasting.arranged(total) for total in roots]

@@ -42,11 +42,9 @@ class Observation(AtRest):
         totals = [one for one in needed(roots, self.slots, self.lasting.fixed) if one not in known]
         for total in (*known, *totals):
             put(total, total.count)
-        bonds = self.system.bonds
-        resting = None
-        if self.closure is not None and bonds is not None and bonds.multipliers in totals:
-            resting = self.room_at_rest(vectors, base)
-            totals.remove(bonds.multipliers)
+        solved = self.solved(totals)
+        resting = self.room_at_rest(vectors, base) if solved else None
+        totals = [one for one in totals if one not in solved]
         scratch = vectors.place(base, self.size)
         at = {id(array): place for array, place in arrays.items()}
         changed = self.lasting.changed
@@ -67,8 +65,8 @@ class Observation(AtRest):
                 solved_at_a_state(evaluation, pulled, self.tabled, scratch, multipliers)
                 self.size += room(self.tabled.size)
                 totals = [one for one in totals if one is not multipliers]
-            if resting is not None and bonds is not None:
-                self.multipliers_at_rest(evaluation, resting, sample, stride, bonds.multipliers)
+            if resting is not None:
+                self.solve_at_rest(evaluation, resting, sample, stride, solved)
             evaluation.write(totals)
             for part, run in product(range(vectors.parts), runs):
                 source = vectors.parts_at(evaluation.where(run.total), part)

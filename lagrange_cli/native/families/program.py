@@ -107,7 +107,7 @@ class _Writer(Returning, Observation, MotionJets):
         parts.append(observe)
         if self.acted:
             parts.append(self.values("act", self.acted, [*dict.fromkeys(one for one, _ in self.acted)])[0])
-        parts.append(self.prepare())
+        parts += [self.jet_at_a_state(), self.prepare()]
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.scalars}\n" + listed
         text += f"{BOARD} = private constant i64 {self.board}\n" if self.strips else ""

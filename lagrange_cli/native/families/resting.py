@@ -1,10 +1,12 @@
-"""The jet without series of chains and trees with constraints: what forces of constraint do at a state."""
+"""The jet without series of chains and trees: accelerations, and forces of constraint, at a state."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import cached_property
 
-from lagrange_cli.families.arrays import Array
+from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.closed import ClosedJet
 from lagrange_cli.native.families.closed_projection import AT_A_STATE, times_of
 from lagrange_cli.native.families.double_double import InConstants
@@ -26,29 +28,49 @@ class Resting:
 
 
 class AtRest(Preparation):
-    """The jet, and how it is asked for multipliers."""
+    """The jet, and how it is asked for what follows from all equations together."""
 
     @cached_property
-    def at_a_state(self) -> tuple[ClosedJet, Jet]:
+    def at_a_state(self) -> tuple[ArticulatedJet, Jet]:
         """The jet, and what is written of it."""
-        assert self.closure is not None
-        given = self.system, self.lasting, self.places, self.tables, self.layout, RATES
+        assert self.balance is not None
         kind = InConstants if self.kind.parts > 1 else self.kind
-        jet = ClosedJet(self.closure, self.tabled, *given, kind, AT_A_STATE)
+        given = self.system, self.lasting, self.places, self.tables, self.layout, RATES, kind, AT_A_STATE
+        jet = ArticulatedJet(self.balance, *given)
+        if self.closure is not None:
+            jet = ClosedJet(self.closure, self.tabled, *given)
         return jet, jet.write()
 
+    def jet_at_a_state(self) -> str:
+        """The text of the jet, if something calls it."""
+        return self.at_a_state[1].text if "at_a_state" in self.__dict__ else ""
+
+    def solved(self, totals: Collection[Total]) -> dict[Total, Array]:
+        """Those that the jet finds: with their arrays in it."""
+        if self.balance is None:
+            return {}
+        found: dict[Total, Array] = {self.system.accelerations: self.balance.rates}
+        if self.closure is not None:
+            found[self.closure.bonds.multipliers] = self.closure.multipliers
+        return {one: array for one, array in found.items() if one in totals}
+
     def room_at_rest(self, vectors: Vectors, base: Pointer) -> Resting:
-        """Where they are, the next arrays of scratch."""
+        """Where state and work are, the next arrays of scratch."""
         places = []
         for count in (2 * self.layout.width, self.at_a_state[0].work):
             places.append(vectors.place(base, self.size))
             self.size += room(count)
         return Resting(*places)
 
-    def multipliers_at_rest(
-        self, evaluation: Evaluation, at: Resting, sample: Integer, stride: Integer, to: Array
+    def solve_at_rest(
+        self,
+        evaluation: Evaluation,
+        at: Resting,
+        sample: Integer,
+        stride: Integer,
+        solved: dict[Total, Array],
     ) -> None:
-        """The multipliers of a sample, whose state is copied for the jet."""
+        """What is ``solved`` at a sample, whose state is copied for the jet."""
         f, vectors, jet = evaluation.f, evaluation.vectors, self.at_a_state[0]
         for part in range(vectors.parts):
             before, target = part * self.layout.rows, part * self.layout.width
@@ -58,6 +80,7 @@ class AtRest(Preparation):
         time = f.load("%times", sample)
         times = times_of(vectors, time, f.constant(0.0))
         f.call(Bit, AT_A_STATE, f.pointer("%constants"), *times, at.state, at.work)
-        found = vectors.place(at.work, jet.planes[jet.closure.multipliers][0])
-        with f.loop(0, jet.closure.count, tested=False) as i:
-            vectors.store(vectors.load(found, i), evaluation.where(to), i)
+        for to, array in solved.items():
+            found = vectors.place(at.work, jet.planes[array][0])
+            with f.loop(0, to.count, tested=False) as i:
+                vectors.store(vectors.load(found, i), evaluation.where(to), i)

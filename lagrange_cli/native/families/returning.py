@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.families.arrays import Array
+from lagrange_cli.native.families.closed import ClosedJet
 from lagrange_cli.native.families.closed_projection import ClosedProjection, Residuals
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.projection import Projection
@@ -43,8 +44,9 @@ class Returning(AtRest):
         return written.text()
 
     def closed_projection(self, residuals: Residuals) -> str:
-        """The same of chains and trees, and the jet that it calls."""
-        jet, written = self.at_a_state
+        """The same of chains and trees."""
+        jet, _ = self.at_a_state
+        assert isinstance(jet, ClosedJet)
         f, layout = Function(HEAD), self.layout
         vectors = self.kind(f)
         base = self.scratch(vectors)
@@ -63,4 +65,4 @@ class Returning(AtRest):
         evaluation = self.evaluation(vectors, arrays, vectors.at(time, low))
         fixed = frozenset(self.lasting.fixed)
         projection = ClosedProjection(residuals, evaluation, layout, jet, work, time, low, fixed)
-        return written.text + projection.text()
+        return projection.text()
