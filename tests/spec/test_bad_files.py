@@ -270,7 +270,7 @@ bodies:
         (12, "omg", "unknown name 'omg'", "add it to the parameters: 'omg: 1.0'"),
     ]),
     # YAML
-    ("  m: 1", "\tm: 1", [(3, "\t", "YAML syntax error", "tab")]),
+    ("  m: 1", "\tm: 1", [(3, "\t", "a tab where YAML expects spaces", "replace each tab")]),
     ("  m: 1", "  m: 1: 2", [(3, ":", "YAML syntax error", "key: value")]),
     ("  m: 1", "  m: *x", [(3, "*", "'*x' is an unknown YAML alias", "quotes")]),
     ("  m: 1", "  m: !!float 1", [(3, "!", "tags", "leave out")]),

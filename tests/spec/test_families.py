@@ -574,3 +574,10 @@ potential: {potential}
         "no member 'm[2]', for i = 1 in position of 'bob[i]'",
         *besides,
     ]
+
+
+def test_a_size_among_the_parameters_is_called_that():
+    found = problems(
+        "parameters: {N: 4}\ncoordinates: {x[i in range(N)]: {initial: 0}}\nlagrangian: x_dot[0]**2\n"
+    )
+    assert found[0].hint == "'N' is a parameter: declare it under 'sizes' instead"
