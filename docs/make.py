@@ -10,7 +10,7 @@ their order, as if they were pasted, and the ``text`` block after one is what it
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -21,21 +21,27 @@ from tables import with_keys, with_methods, with_outputs
 
 PAGES = ("tutorial", "howto", "methods", "theory", "plot", "animate")
 SESSIONS = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in PAGES))
+METHODS = ROOT / "docs" / "methods.md"
 RECIPES = ROOT / "docs" / "python.md"
 
 
-def made() -> Iterator[tuple[Path, str]]:
-    """Every page that is made, wholly or in part, with what it should say."""
-    yield ROOT / "docs" / "cli.md", page()
+def made(wanted: Callable[[str], bool] = lambda name: True) -> Iterator[tuple[Path, str]]:
+    """Every page of a ``wanted`` name that is made, wholly or in part, with what it should say."""
+    if wanted("cli.md"):
+        yield ROOT / "docs" / "cli.md", page()
     for name, text in pages():
-        yield ROOT / "docs" / "man" / name, text
-    for path in SESSIONS:
-        text = path.read_text(encoding="utf-8")
-        yield path, run_sessions(with_methods(text) if path.name == "methods.md" else text)
-    yield RECIPES, run_together(RECIPES.read_text(encoding="utf-8"))
-    for name, made_in in (("system-file.md", with_keys), ("output-file.md", with_outputs)):
-        path = ROOT / "docs" / name
-        yield path, made_in(path.read_text(encoding="utf-8"))
+        if wanted(name):
+            yield ROOT / "docs" / "man" / name, text
+    changed: dict[Path, Callable[[str], str]] = {
+        **dict.fromkeys(SESSIONS, run_sessions),
+        METHODS: lambda text: run_sessions(with_methods(text)),
+        RECIPES: run_together,
+        ROOT / "docs" / "system-file.md": with_keys,
+        ROOT / "docs" / "output-file.md": with_outputs,
+    }
+    for path, change in changed.items():
+        if wanted(path.name):
+            yield path, change(path.read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":

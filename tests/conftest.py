@@ -10,8 +10,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
+from lagrange_cli.cli.progress import Line
 from tests.support import compiling, draws
 
 sys.dont_write_bytecode = False
@@ -23,6 +25,14 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )  # fmt: skip
 settings.load_profile("suite")
+
+
+@pytest.fixture(autouse=True)
+def no_line_is_left():
+    """A line of progress that a test leaves behind would be wiped away amid what another test says."""
+    yield
+    left, Line.shown = Line.shown, None
+    assert left is None, "the test leaves a line of progress on its terminal"
 
 
 def pytest_addoption(parser):

@@ -31,7 +31,11 @@ def cases(name: str, count: int, **given: Any) -> list[Any]:
         ({"keep": 20}, None, {9}, {9}),
         ({"keep": 0}, None, {0}, {9}),
         ({"keep": 0.5}, None, {0, 1}, {9}),
-        ({"keep": 2.5}, 4, {2, 3}, {4}),
+        ({"keep": 2.5}, 4, {2, 3}, {3}),
+        ({"keep": 0.5}, 3, {0, 1}, {1}),
+        ({}, 3, {1}, {2}),
+        ({"keep": 0}, 3, {0}, {3}),
+        ({"keep": 0, "most": 1}, 3, {0}, {1}),
     ],
 )
 def test_so_many_cases_are_drawn_and_others_each_time(given, most, usual, everything):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from copy import copy
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
-from lagrange_cli.integrate.prepare import prepare
+from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.model.build import build_model
@@ -57,8 +57,10 @@ class Ours:
         self.motion = motion
         values = resolve_long_values(motion.spec) if exact else motion.values
         _, self.values, _ = consistent_values(motion.spec, values, 0.0, (), exact=exact)
-        self.prepared = prepare(
-            derive_system(motion.spec, exact=exact),
+        self.prepared = prepare_system(
+            motion.spec,
+            partial(derive_system, exact=exact),
+            None,
             Compilation(
                 "taylor", FULL_DOUBLE_DOUBLE if exact else tolerance, frozenset(outputs), precision=precision
             ),

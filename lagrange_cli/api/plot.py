@@ -146,7 +146,12 @@ def file_of(one: Any, held: ExitStack) -> Path:
     if isinstance(one, Drawable):
         return one._output(held)
     if isinstance(one, (str, os.PathLike)):
-        return Path(one)
+        path = Path(one)
+        if path.suffix.lower() in (".yaml", ".yml"):
+            raise UsageError(
+                f"{path} is a system file, not an output: plot what solve or sweep returns for it"
+            )
+        return path
     raise UsageError(f"plot draws motions, sweeps, sections and output files, not {type(one).__name__}")
 
 

@@ -34,12 +34,12 @@ def _key(parser: Parser) -> Key:
     if token.kind == "end":
         parser.refuse(Span(0, 1), "missing name", _KEY)
     if token.kind != "name" or len(parser.text) > WRITTEN.length:
-        parser.refuse(Span(0, max(1, len(parser.text))), "this is not a name", _KEY)
+        parser.refuse(Span(0, max(1, len(parser.text))), "neither a name nor a family", _KEY)
     parser.advance()
     if parser.next.kind == "end":
         return Key(parser.name_of(token), parser.text)
     if not parser.sees("["):
-        parser.refuse(Span(0, max(1, len(parser.text))), "this is not a name", _KEY)
+        parser.refuse(Span(0, max(1, len(parser.text))), "neither a name nor a family", _KEY)
     opening = parser.advance()
     if re.search(r"\.\.|:", parser.text):
         span = Span(opening.span.stop, len(parser.text.rstrip("] ")))
@@ -52,7 +52,7 @@ def _key(parser: Parser) -> Key:
         parser.unexpected([])
     parser.close(opening)
     if parser.next.kind != "end":
-        parser.refuse(Span(0, len(parser.text)), "this is not a name", _KEY)
+        parser.refuse(Span(0, len(parser.text)), "neither a name nor a family", _KEY)
     for i, axis in enumerate(axes):
         if axis.index and axis.index in [one.index for one in axes[:i]]:
             parser.error(axis.span, f"the index '{axis.index}' is used twice", "give it another name")

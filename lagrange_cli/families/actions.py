@@ -95,12 +95,25 @@ def with_actions(builder: FamilyBuilder, events: Events, masses: Total) -> Event
         for e, first, last in zip(acting.tolist(), left.tolist(), right.tolist()):
             pairs += [(e, other) for other in read.readers[first:last].tolist()]
         never |= {e for e, other in pairs if e == other}
+    if contacts is not None:
+        never |= disturbing(events, contacts, n)
     simple = frozenset(acting.tolist()) - never
     affected = tuple(dict.fromkeys(one for one in pairs if one[0] in simple))
     keeps = bool(np.all((places >= n) & (places < 2 * n))) and keeps_energy(builder, events, masses)
-    if contacts is not None:  # actions have to tell whether the motion rests on
-        simple, affected = frozenset(), ()
     return replace(events, simple=simple, affected=affected, keeps_energy=keeps, contacts=contacts)
+
+
+def disturbing(events: Events, contacts: Contacts, n: int) -> set[int]:
+    """The events that set something else than velocities, or one with which another contact's argument
+    changes: whether members rest on has to be found then."""
+    coordinates: dict[int, set[int]] = {}
+    for contact, coordinate in contacts.reads.T.tolist():
+        coordinates.setdefault(coordinate, set()).add(int(contacts.events[contact]))
+    return {
+        e
+        for e, place in events.changed
+        if not n <= place < 2 * n or not coordinates.get(place - n, set()) <= {e}
+    }
 
 
 def keeps_energy(builder: FamilyBuilder, events: Events, masses: Total) -> bool:

@@ -30,8 +30,10 @@ from lagrange_cli.spec.family import Family
 from lagrange_cli.spec.spec import Expression, Spec, grouped
 
 MOST = 64
-"""Constraints that are coupled to each, and numbers of L for each in L D L^T, up to which members are not
-written out."""
+"""Numbers of L for each constraint in L D L^T up to which it is sparse; where M is diagonal, constraints that
+are coupled to each up to which members are not written out."""
+DENSE = 2048
+"""Constraints up to which L D L^T may be dense: 32 MB, and 1.4e9 multiplications a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,16 +177,19 @@ class Bonds:
         return made, np.stack(np.divmod(keys, self.count), axis=1)
 
     @cached_property
-    def elimination(self) -> SparseElimination:
-        """How A M^-1 A^T is factored. Raises ``Unsuited`` where L has too many numbers."""
-        neighbours: list[set[int]] = [set() for _ in range(self.count)]
-        places = self.pairs[1] if self.responses is None else self.responses.places
-        for i, j in places.tolist():
-            if i != j:
-                neighbours[i].add(j)
-                neighbours[j].add(i)
-        found = eliminated(neighbours, self.count, MOST * self.count)
-        if found is None:
+    def elimination(self) -> SparseElimination | None:
+        """How A M^-1 A^T is factored; None where it is taken as dense. Raises ``Unsuited`` where L has too
+        many numbers."""
+        places, most = self.pairs[1] if self.responses is None else self.responses.places, MOST * self.count
+        found = None
+        if len(places) - self.count <= most:
+            neighbours: list[set[int]] = [set() for _ in range(self.count)]
+            for i, j in places.tolist():
+                if i != j:
+                    neighbours[i].add(j)
+                    neighbours[j].add(i)
+            found = eliminated(neighbours, self.count, most)
+        if found is None and self.count > DENSE:
             raise Unsuited
         return found
 
@@ -229,7 +234,7 @@ def responses_of(
     touched = [(one.numbers, coordinates[rows]) for one in found for rows in one.rows]
     touched += [(one.numbers, nodes[hold.places]) for one in found for hold in one.holds]
     forest = 1 + max(int(one.max(initial=NONE)) for one in (nodes, coordinates))
-    return responses(touched, count, forest, MOST)
+    return responses(touched, count, forest, DENSE)
 
 
 def bounds_of(

@@ -17,7 +17,8 @@ class Contacts:
     by a coordinate that it ``reads`` (2, slopes), ``bends`` what d2g/dt2 is without accelerations.
     ``directions`` are d, each of a contact and a coordinate on which it ``acts`` (2, directions), and
     ``divisors`` grad g d. ``signs`` has the modes, which are 0 but at rest, and ``others`` the contact that
-    has the same coordinate and goes before, or ``NONE``. ``multipliers`` are N, once forces are known.
+    has the same coordinate and goes before, or ``NONE``. ``speeds`` are dg/dt after each one's own action;
+    ``multipliers`` are N, once forces are known.
     """
 
     events: Places
@@ -29,6 +30,7 @@ class Contacts:
     divisors: Total
     signs: Array
     others: Places
+    speeds: Total
     multipliers: Total
 
     @property

@@ -191,8 +191,31 @@ class Finding:
         return Contacts(
             self.resting, self.reads, self.slopes, self.bends, acts,
             total_of(len(kept), [picked], self.graph), divisors, Array(Source.MODES, count),
-            self._others(acts), Total(Source.TOTAL, count),
+            self._others(acts), self._speeds(), Total(Source.TOTAL, count),
         )  # fmt: skip
+
+    def _speeds(self) -> Total:
+        """dg/dt after each contact's own action."""
+        setting = np.full(len(self._keys), NONE)
+        own = self.slope_of(self._contact, self._coordinate)
+        every = np.flatnonzero((self._contact >= 0) & (own >= 0))
+        setting[own[every]] = every
+        terms = []
+        for array, read in (
+            (self.builder.v, np.flatnonzero(setting == NONE)),
+            (self.events.values, np.flatnonzero(setting != NONE)),
+        ):
+            if len(read):
+                domain = Domain(len(read))
+                places = self.reads[1, read] if array is self.builder.v else setting[read]
+                speed = self.slots.symbol(domain, array, places)
+                slope = self.slots.symbol(domain, self.slopes, read)
+                terms.append(Term(domain, slope * speed, self.reads[0, read]))
+        time = self.builder.time
+        for one in self._arguments:
+            if one.node.symbols & time.symbols:
+                terms.append(replace(one, node=self.graph.diff(one.node, time)))
+        return total_of(len(self.resting), terms, self.graph)
 
     def _others(self, acts: Places) -> Places:
         """Of each contact the one before it with the same coordinate."""

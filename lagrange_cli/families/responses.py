@@ -70,12 +70,17 @@ def responses(touched: Iterable[tuple[Places, Places]], count: int, forest: int,
         raise Unsuited(MANY[0].format(most), *MANY[1:])
     felt = [sorted({j for tree in trees[i] for j in on_tree[tree]}) for i in range(count)]
     colors = np.full(count, NONE, dtype=np.int64)
+    taken: list[set[int]] = [set() for _ in range(forest)]
     for i in range(count):
-        near = {int(colors[k]) for j in felt[i] for k in felt[j]}
-        colors[i] = next(color for color in range(len(near) + 1) if color not in near)
+        near = set[int]().union(*(taken[tree] for tree in {tree for j in felt[i] for tree in trees[j]}))
+        colors[i] = color = next(color for color in range(len(near) + 1) if color not in near)
+        for tree in trees[i]:
+            taken[tree].add(color)
     if count and colors.max() >= most:
         raise Unsuited(MANY[0].format(most), *MANY[1:])
     owners = np.full((forest, int(colors.max()) + 1), NONE, dtype=np.int64)
     owners[pairs[:, 1], colors[pairs[:, 0]]] = pairs[:, 0]
-    places = np.array([(i, j) for i in range(count) for j in felt[i] if j <= i], dtype=np.int64)
+    rows = [[j for j in felt[i] if j <= i] for i in range(count)]
+    columns = np.array([j for row in rows for j in row], dtype=np.int64)
+    places = np.stack([np.repeat(np.arange(count), [*map(len, rows)]), columns], axis=1)
     return Responses(places, colors, owners)

@@ -7,6 +7,7 @@ several threads, and neither times nor versions are noted.
 from __future__ import annotations
 
 import importlib.util
+import re
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -146,7 +147,8 @@ def encoded(path: Path, kind: str, fps: float, sample: np.ndarray) -> Iterator[A
             stream.close()
         said = process.stderr.read().decode("utf-8", "replace").strip().splitlines()
         if process.wait() != 0:
-            raise OSError(said[-1] if said else f"ffmpeg ended with status {process.returncode}")
+            last = re.sub(r"^\[[^]]*\] ", "", said[-1]) if said else f"ended with status {process.returncode}"
+            raise OSError(f"ffmpeg: {last}")
 
 
 def started(command: Sequence[str]) -> subprocess.Popen[bytes]:

@@ -194,8 +194,9 @@ def engine(system: FamilySystem) -> tuple[str, ...]:
     if system.joints is None:
         said.append("the mass matrix is diagonal and contains parameters only: it is computed once per run")
         if system.bonds is not None:
-            entries = system.bonds.elimination.entries
-            said.append(f"multipliers are found from a sparse matrix, whose factor has {entries} entries")
+            sparse = system.bonds.elimination
+            by = f"a sparse matrix, whose factor has {sparse.entries} entries" if sparse else "a dense matrix"
+            said.append(f"multipliers are found from {by}")
     else:
         said.append(
             "the accelerations are found along chains and trees, from their tips to their roots and back"

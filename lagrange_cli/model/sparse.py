@@ -13,13 +13,20 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING
 
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 SLACK = 1
 """How many more than the fewest others an unknown may meet to belong to a round."""
 PART = 1 / 16
 """The part of all unknowns that a round should have."""
+MANY = 32
+"""Rows from which full ones are arrays."""
 
 
 @dataclass(frozen=True)
@@ -121,8 +128,10 @@ class Factors:
 
 
 def factored(matrix: Matrix, most: int) -> Factors | None:
-    """The factors of a positive matrix; None where L would have more than ``most`` numbers, or a pivot is not
-    positive. The unknown that meets the fewest others is eliminated next."""
+    """The factors of a positive matrix; None where L is not full and would have more than ``most`` numbers,
+    or a pivot is not positive. The unknown that meets the fewest others is eliminated next."""
+    if full(matrix, len(matrix)):
+        return dense_factors(matrix)
     rows = [dict(row) for row in matrix]
     columns: list[Mapping[int, float]] = [{} for _ in matrix]
     pivots = [0.0] * len(matrix)
@@ -152,8 +161,51 @@ def factored(matrix: Matrix, most: int) -> Factors | None:
     return Factors(order, columns, pivots) if len(order) == len(rows) else None
 
 
+def full(rows: Sequence[Mapping[int, float]], width: int) -> bool:
+    """Whether many rows have hardly any entry that is 0 among so many, and all are doubles."""
+    if len(rows) < MANY or 2 * sum(map(len, rows)) < width * len(rows):
+        return False
+    return all(type(a) is float for row in rows for a in row.values())
+
+
+def array_of(rows: Sequence[Mapping[int, float]], width: int) -> NDArray[np.float64]:
+    """The rows as an array."""
+    import numpy as np
+
+    made = np.zeros((len(rows), width))
+    for i, row in enumerate(rows):
+        made[i, [*row]] = [*row.values()]
+    return made
+
+
+def dense_factors(matrix: Matrix) -> Factors | None:
+    """The factors of a matrix without entries that are 0: the same operations, row by row."""
+    import numpy as np
+
+    left, count = array_of(matrix, len(matrix)), len(matrix)
+    columns, pivots = list[Mapping[int, float]](), list[float]()
+    for p in range(count):
+        pivot, later = float(left[p, p]), left[p, p + 1 :].copy()
+        if not 0.0 < pivot < math.inf:
+            return None
+        scaled = later / pivot
+        left[p + 1 :, p + 1 :] -= np.multiply.outer(scaled, later)
+        columns.append(dict(zip(range(p + 1, count), scaled.tolist())))
+        pivots.append(pivot)
+    return Factors(range(count), columns, pivots)
+
+
 def products(rows: Sequence[Mapping[int, float]], others: Sequence[Mapping[int, float]]) -> Matrix:
     """The scalar products of rows with as many others."""
+    width = 1 + max((k for row in (*rows, *others) for k in row), default=0)
+    if full(rows, width) and full(others, width):
+        import numpy as np
+
+        one, other = array_of(rows, width), array_of(others, width)
+        whole = np.zeros((len(rows), len(others)))
+        for k in range(width):  # in this order, with which rounding is that of single rows
+            whole += np.multiply.outer(one[:, k], other[:, k])
+        return [dict(enumerate(row)) for row in whole.tolist()]
     columns: dict[int, list[tuple[int, float]]] = {}
     for j, row in enumerate(others):
         for k, b in row.items():

@@ -29,6 +29,8 @@ SIMPLE, CUT, BREAK, EXPLICIT, ROOTED = -1, -2, -3, -4, -5
 guards that hold the motion; ``ROOTED``: forces contain a root of the argument."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
+MOST_RECORDS, ROOM = 1024, 2**21
+"""The same, where members bounce until they rest: at most, and in so many doubles."""
 NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS
 """Where a record has the number of the guard, and three coefficients of its argument's series, from its rate
 on."""
@@ -54,6 +56,8 @@ class Role(IntEnum):
     BREAK = 7
 
 
+EVENTS = Role.RECORD, Role.CHANGE, Role.ACTION
+"""Those of events."""
 ROLES = {SIMPLE: Role.SWITCH, ROOTED: Role.SWITCH, CUT: Role.CUT, BREAK: Role.BREAK}
 """Those of guards without an auxiliary coordinate."""
 
@@ -97,6 +101,8 @@ class GuardRows:
     """The new values that simple actions give: the guard, and the place among q, q_dot and the parameters."""
     affected: tuple[tuple[int, int], ...] = ()
     """Guards with such an action, each with those whose arguments it changes."""
+    bounces: tuple[tuple[int, int], ...] = ()
+    """Guards with contacts, each with that of its contact, if the actions of any of these are simple."""
 
     @property
     def count(self) -> int:
@@ -111,11 +117,20 @@ class GuardRows:
     @property
     def events(self) -> int:
         """The number of guards that are for events."""
-        return sum(one.role in (Role.RECORD, Role.CHANGE, Role.ACTION) for one in self.guards)
+        return sum(one.role in EVENTS for one in self.guards)
+
+    @property
+    def first_event(self) -> int:
+        """The guard of the first event."""
+        return next(j for j, one in enumerate(self.guards) if one.role in EVENTS)
 
     def settings(self, parts: int) -> int:
         """Doubles that parameters, modes, times of events and marks take."""
         return parts * (self.parameters + self.count) + 2 * self.events + self.count
+
+    def records(self, layout: StateLayout) -> int:
+        """Crossings of which a record may be kept."""
+        return max(RECORDS, min(MOST_RECORDS, ROOM // layout.memory)) if self.bounces else RECORDS
 
     def mode(self, layout: StateLayout) -> int:
         """The place of the first mode in memory."""

@@ -12,9 +12,9 @@ from lagrange_cli.native.guards import (
     BESIDE,
     BREAK,
     EXPLICIT,
-    RECORDS,
     ROLES,
     ROOTED,
+    SIMPLE,
     GuardRow,
     GuardRows,
     Role,
@@ -166,7 +166,9 @@ class Interface:
                 made.append(GuardRow(Role.REST, multiplier(one)))
         changed = tuple((switches + event, place) for event, place in self.changed)
         affected = tuple((switches + a, switches + b) for a, b in self.affected)
-        return GuardRows(first, arguments, tuple(made), len(self.parameters), changed, affected)
+        rests = [j for j, one in enumerate(made) if one.role is Role.REST]
+        bounces = tuple(zip((switches + e for e in self.bounces), rests))
+        return GuardRows(first, arguments, tuple(made), len(self.parameters), changed, affected, bounces)
 
     @property
     def rows(self) -> int:
@@ -182,12 +184,21 @@ class Interface:
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
         series ahead, and what parts of steps need."""
-        return self.records + (RECORDS * self.inner.memory + self.acted if self.events else 0)
+        return self.records + (
+            self.rows_of_guards.records(self.inner) * self.inner.memory + self.acted if self.events else 0
+        )
 
     @property
     def acted(self) -> int:
         """How many numbers ``@act`` computes."""
-        return len(self.changed) + 2 * len(self.events) + len(self.masses)
+        return len(self.changed) + 2 * len(self.events) + len(self.bounces) + len(self.masses)
+
+    @cached_property
+    def bounces(self) -> tuple[int, ...]:
+        """The events with contacts, if compiled code does the actions of any of these: ``@act`` computes the
+        rates of their arguments after them, too."""
+        found = [(e, kind) for e, (_, kind, rest) in enumerate(self.events) if rest != SIMPLE]
+        return tuple(e for e, _ in found) if any(kind == Role.CHANGE for _, kind in found) else ()
 
     @property
     def records(self) -> int:

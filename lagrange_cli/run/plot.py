@@ -235,7 +235,11 @@ def write(picture: bytes, target: Target) -> None:
 def solved(
     motion: Motion, request: Request, demand: Demand | None, monitor: Monitor
 ) -> Iterator[tuple[Result, Outcome]]:
-    """The motion of a system file as the result that ``solve`` would write, and how it ended."""
+    """The motion of a system file as the result that ``solve`` would write, and how it ended.
+
+    Raises ``KeyboardInterrupt`` if it was interrupted: who presses Ctrl-C waits for no picture.
+    """
+    from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.run.attributes import units_of
     from lagrange_cli.run.memory import follow, save
     from lagrange_cli.run.motion import prepare_all
@@ -244,6 +248,8 @@ def solved(
     name = motion.spec.filename
     units = units_of(motion.spec, monitor.tell)
     followed = follow(prepare_all(motion, request, demand, monitor.stage), units, monitor, demand)
+    if followed.outcome.ending is Ending.INTERRUPTED:
+        raise KeyboardInterrupt
     with tempfile.TemporaryDirectory(prefix="lagrange-") as folder:
         target = find_target(str(Path(folder) / f"{Path(name).stem}.h5"), force=True)
         save(followed, target, HDF5)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 from math import prod
 from typing import Any, TypeVar
@@ -30,7 +30,8 @@ One = TypeVar("One", Entry, Declared, WrittenEvent, WrittenBody)
 
 def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
     """The draft with the members of families, in the order of their indices."""
-    expander = _Expander(sizes, problems)
+    parameters = {one.name for one in draft.sections.get("parameters", ())}
+    expander = _Expander(sizes, problems, parameters)
     expanded: dict[str, Any] = {}
     families: dict[str, dict[str, Family]] = {}
     for row in SECTIONS.rows:
@@ -51,6 +52,8 @@ def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
 class _Expander:
     sizes: Mapping[str, int]
     problems: Problems
+    parameters: Collection[str]
+    """Their names, for a hint where one is taken for a size."""
     indices: list[tuple[str, FilePlace]] = field(default_factory=list)
     """Every index of a key, with its place."""
     members: int = 0
@@ -176,7 +179,9 @@ class _Expander:
             if name.islower() and piece.key.axes == (axis,) and not axis.index:
                 size = next(iter(self.sizes), "N")
                 hint = f"write {piece.key.name}[{name} in range({size})] for all members"
-            if is_unit(name):
+            elif name in self.parameters:
+                hint = f"'{name}' is a parameter: declare it under 'sizes' instead"
+            if is_unit(name) and name not in self.parameters:
                 hint += f"; a unit is written '{piece.name}: {{value: 1.0, unit: {name}}}'"
         self.problems.add(piece.at(error.span), f"{message} in '{piece.key.label}'", hint)
 

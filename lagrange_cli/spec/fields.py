@@ -226,7 +226,7 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
             problems.broken.add(name.partition("[")[0].strip())
             problems.add(
                 key.passage.place(error.span),
-                f"{error.message} in the name of a {what}",
+                f"{error.message} {'as the key' if error.span.start == 0 else 'in the name'} of a {what}",
                 error.hint or "write theta[i in range(N)]",
             )
             return None

@@ -9,7 +9,7 @@ import yaml
 from lagrange_cli.errors import SpecError
 from lagrange_cli.spec.source import TOO_DEEP, WHOLE_FILE, Place, Source
 
-_SPACES = "YAML indents with spaces: replace each tab by spaces"
+_SPACES = "replace each tab by spaces"
 _COMMENTED = re.compile(r"[:,[]\s(#[0-9a-fA-F]{3,6})\b[^\s#]*$")
 """A colour at the end of a line, which YAML takes for a comment."""
 _CLOSING = re.compile(r"expected ',' or '([]}])'")
@@ -80,6 +80,8 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
     if colour := _COMMENTED.search(line_of_it[:_LONGEST]):
         hint = f"put '{colour[1]}' in quotes: without them a # begins a comment"
     message = f"YAML syntax error: {context + ', ' if context else ''}{problem}"
+    if hint == _SPACES:
+        message = "a tab where YAML expects spaces"
     return source.error(Place(line + 1, column + 1), message, hint)
 
 

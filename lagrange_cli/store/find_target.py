@@ -37,8 +37,8 @@ def find_target(
         if path.is_dir():
             example = f"NAME{path.suffix or ending}"
             raise FileError(f"{name} is a directory: name a file in it, such as {Path(name) / example}")
-        if path.exists() and not path.is_file():
-            raise FileError(f"{name} is not a regular file and cannot be replaced")
+        if os.path.exists(name) and not path.is_file():
+            raise FileError(f"{name} is not a regular file: --output names a file to write")
         if path.exists():
             found = "" if origin is None else origin.judge(path)
             if not isinstance(found, str):

@@ -35,7 +35,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("options", [[], ["--certify"], ["--precision=double-double"], ["--method=LSODA"]])
 def test_a_table_has_the_same_numbers_as_the_file(options):
     run = [*RUN, "--outputs", "all", *options]

@@ -183,7 +183,7 @@ def test_an_interrupted_run_holds_the_crossings_so_far(folder, monkeypatch):
         assert len(found) > 5 and found[-1] <= file["t"][-1] and reached > 0
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("more", [(), ("--precision", "double-double")])
 def test_a_run_that_was_killed_goes_on_to_the_same_bytes(folder, more):
     run = ("table.yaml", *ASKED, *more)

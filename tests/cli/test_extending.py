@@ -83,7 +83,7 @@ ANEW = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("system", "options", "stop", "later"), ANEW.values(), ids=ANEW)
 def test_where_nothing_is_kept_the_run_starts_at_the_beginning_and_says_so(
     system, options, stop, later, capsys

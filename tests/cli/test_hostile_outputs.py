@@ -243,7 +243,7 @@ def structures(file: Any, pipe: str) -> Iterator[None]:
     yield
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("name", RUNS)
 def test_what_leads_out_of_an_output_is_not_followed(folder, outputs, name, capsys):
     """Links, virtual datasets and external storage that lead to a pipe, chunks of gigabytes, cycles."""
@@ -265,7 +265,7 @@ def test_what_leads_out_of_an_output_is_not_followed(folder, outputs, name, caps
     assert os.path.exists("pipe")
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", ["out.h5", ".out.h5.checkpoint", ".out.h5.part", ".out.h5.1.part"])
 @pytest.mark.parametrize("kind", ["pipe", "link", "loop", "folder", "sparse", "device"])
 def test_what_is_no_plain_file_of_ours_is_not_read(folder, outputs, name, kind, unopened, capsys):

@@ -8,6 +8,7 @@ import pytest
 from lagrange_cli.cli.commands import plot
 from lagrange_cli.cli.main import main
 from lagrange_cli.run.monitor import Silence
+from tests.cli.test_endings import Impatient
 from tests.support.command import SYSTEMS, working_in
 
 
@@ -119,3 +120,14 @@ def test_a_package_that_is_missing_is_named(tmp_path, capsys, monkeypatch):
     with working_in(tmp_path):
         assert main(["plot", str(SYSTEMS / "pendulum.yaml")]) == 2
     assert "pip install" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["plot", "animate"])
+def test_ctrl_c_in_the_motion_ends_the_command_without_a_picture(tmp_path, monkeypatch, capsys, command):
+    """It had to be pressed twice: the first one drew the motion so far, which took seconds."""
+    monkeypatch.setattr("lagrange_cli.run.interrupts.Interrupts", Impatient)
+    with working_in(tmp_path):
+        assert main([command, str(SYSTEMS / "double_pendulum.yaml"), "--stop", "1e6", "--quiet"]) == 130
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err.strip()) == ("", "Interrupted.")
+    assert list(tmp_path.iterdir()) == []

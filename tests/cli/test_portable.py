@@ -76,7 +76,7 @@ def test_another_processor_and_library_give_the_same_bits_of_families(name, cpu,
     check_digests(cpu, features, [given], tmp_path)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("name", ["double_pendulum", "spherical_pendulum", "driven_damped_pendulum"])
 def test_it_is_the_same_motion(name, tmp_path):
     """Up to rounding: before chaos can show."""

@@ -47,7 +47,9 @@ def clock(monkeypatch):
 
 @pytest.fixture
 def terminal(monkeypatch):
+    """A terminal, and no line on it that is shown when the test is over."""
     terminal = Terminal()
+    monkeypatch.setattr(Line, "shown", None)
     monkeypatch.setattr(progress, "sys", SimpleNamespace(stderr=terminal))
     return terminal
 
@@ -353,7 +355,7 @@ sys.exit(main(sys.argv[1:]))
 """The command, where every stage lasts until it has been shown."""
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
 @pytest.mark.parametrize(
     ("command", "shown"),

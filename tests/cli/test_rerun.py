@@ -67,7 +67,7 @@ def test_one_of_a_link_to_the_file_is_replaced_too(folder):
     assert main(["solve", "there/pendulum.yaml"]) == 0
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize(
     "command",
     [("plot", "--stop", "1"), ("view",), ("animate", "--stop", "0.1", "--speed", "0.5", "-o", "a.gif")],
@@ -290,7 +290,7 @@ COMMANDS = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("stem", "command"), COMMANDS.items(), ids=COMMANDS)
 def test_tables_sweeps_and_sections_that_fail_replace_nothing(folder, stem, command, capsys):
     stop = [] if "--stop" in command else ["--stop", "10"]

@@ -360,7 +360,7 @@ def test_a_reader_that_hangs_up_does_not_disturb_the_work(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["incline.h5", "pendulum.h5"]
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_keeps_what_was_computed(tmp_path, number):
     process = subprocess.Popen(

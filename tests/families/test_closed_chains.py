@@ -3,12 +3,13 @@ in Cartesian coordinates, and in equilibrium."""
 
 from __future__ import annotations
 
+import random
 from functools import partial
 
 import numpy as np
 import pytest
 
-from lagrange_cli.families import consistency
+from lagrange_cli.families import bonds, consistency
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
@@ -93,7 +94,7 @@ def followed(
     return ready, run(ready, values, 0.0, stop, samples)
 
 
-@pytest.mark.exhaustive(keep=0.5, most=8)
+@pytest.mark.exhaustive(keep=0.25, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,7 +112,7 @@ def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: py
             assert np.max(np.abs(values)) < 4e-15, path
 
 
-@pytest.mark.exhaustive(keep=0.5, most=8)
+@pytest.mark.exhaustive(keep=0.25, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 def test_chains_move_as_their_members_do_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = chain(case, 6)
@@ -140,6 +141,60 @@ def exactly_followed(
     compilation = Compilation("taylor", FULL_DOUBLE_DOUBLE, outputs, precision=DOUBLE_DOUBLE)
     ready = prepare_system(spec, partial(derive_system, exact=True), None, compilation)
     return ready, run(ready, values, 0.0, stop, samples)
+
+
+RAILS = """
+sizes: {{N: {count}}}
+parameters: {{l: 1, m: 1, g: 9.81, A: 0.5}}
+coordinates:
+  a[i in range(N)]: {{initial: "(A + {off}*sin(1 + i//2))*(1 - 2*(i%2))"}}
+definitions:
+  x[0]: l*cos(a[0])
+  x[i in range(1, N)]: x[i - 1] + l*cos(a[i])
+  y[0]: l*sin(a[0])
+  y[i in range(1, N)]: y[i - 1] + l*sin(a[i])
+masses: {{"b[i in range(N)]": m*(1 + (i*i % 7)/5)}}
+embedding: {{"b[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: sum(g*m*b[i].x + m*g*b[i].y for i in range(N))
+constraints: {{"rail[i in range(N//2)]": "y[2*i + 1]"}}
+"""
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 8, 9, 18])
+def test_dense_multipliers_move_chains_as_their_members_do(
+    count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every other joint slides on a rail: 1 to 9 multipliers, less than a vector and more than one."""
+    off = random.uniform(0.0, 0.3)
+    text = RAILS.format(count=count, off=off)
+    for module, name in ((bonds, "MOST"), (consistency, "FEWEST"), (systems, "FEWEST_JOINTED")):
+        monkeypatch.setattr(module, name, 0)
+    outputs = OUTPUTS - {"T", "U", "conserved", "ledger"}
+    together, motion = exactly_followed(text, outputs)
+    _, rounded = followed(text, stop=0.2, samples=3, outputs=outputs)
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
+    apart, expected = exactly_followed(text, outputs)
+    assert together.machine.program.loops and not apart.machine.program.loops
+    for path, values in expected.data.items():
+        low = f"low/{path}"
+        if not path.startswith("low/"):
+            size = np.max(np.abs(values), initial=1.0)
+            exact = (motion.data[path] - values) + (motion.data.get(low, 0.0) - expected.data.get(low, 0.0))
+            assert np.max(np.abs(exact)) <= 2.0**-94 * size, (path, off)
+            assert np.max(np.abs(rounded.data[path] - values)) <= 2.0**-40 * size, (path, off)
+
+
+def test_more_constraints_than_sparse_rows_have_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """131 multipliers of one chain, by loops over full rows and by tables of single entries."""
+    text, outputs = RAILS.format(count=262, off=0.1), frozenset(["q", "h", "multipliers", "constraints"])
+    dense, motion = followed(text, stop=0.05, samples=2, outputs=outputs)
+    monkeypatch.setattr(bonds, "MOST", 10**6)
+    sparse, expected = followed(text, stop=0.05, samples=2, outputs=outputs)
+    assert dense.machine.program.loops and sparse.machine.program.loops
+    for path, values in motion.data.items():
+        assert np.max(np.abs(values - expected.data[path])) <= 2.0**-40 * np.max(
+            np.abs(expected.data[path]), initial=1.0
+        ), path
 
 
 CARTESIAN = """

@@ -165,7 +165,7 @@ def followed(text: str, outputs: frozenset[str] = OUTPUTS, stop: float = 0.5) ->
     return ready, run(ready, values, 0.0, stop, 6)
 
 
-@pytest.mark.exhaustive(keep=0.5, most=16)
+@pytest.mark.exhaustive(keep=0.25, most=16)
 @pytest.mark.parametrize("case", range(60))
 def test_families_with_constraints_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

@@ -113,7 +113,7 @@ BACKWARD = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @BY_METHODS
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", BACKWARD)

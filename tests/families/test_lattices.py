@@ -81,7 +81,7 @@ def test_a_force_on_two_neighbours(count: int, apart: int, ring: bool) -> None:
     assert np.allclose(found, force / (1 + np.arange(count) / 7), rtol=0, atol=1e-14)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("power", ["(u[i] - u[i - 1])**3", "sin(u[i])*u[i - 1]", ""])
 def test_dot_products_begun_for_several_orders(power: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where coefficients are many, the same sums are added in another order; those of a pendulum, too."""

@@ -166,14 +166,14 @@ def compare(
     assert one.conserved == other.conserved
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_switches_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, count), monkeypatch)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @BY_RATES
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
@@ -183,13 +183,13 @@ def test_switches_in_steps_on_rates(
     compare(written(case, count), monkeypatch, method=method)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("case", ["stops on both sides", "drag"])
 def test_ledgers_have_switches_too(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, LEDGERS)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("backward", [False, True])
 def test_multipliers_at_samples_have_the_forces_there(
     backward: bool, monkeypatch: pytest.MonkeyPatch
@@ -203,13 +203,13 @@ constraints: {"rod[i in range(N - 1)]": "x[i + 1] - x[i] - 0.5*sin(i + 2) + 0.5*
     compare(text, monkeypatch, frozenset(["q", "v", "multipliers", "reactions"]), stop, backward=backward)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["a ring", "drag", "times", "events", "rods"])
 def test_switches_change_backward_as_well(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, stop=-1.0, backward=True)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize(
     "case", ["drag", "powers without a series", "walls", "events", "two indices", "rods"]
 )
@@ -239,7 +239,7 @@ SHAPES = (
 OTHERS = "x[(i + 1) % N, j]", "x[i, (j + 1) % M]", "x[i, j - 1]", "x[j, i % M]"
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @given(data=st.data())
 @examples(2)
 def test_random_families_with_switches(data: st.DataObject) -> None:

@@ -104,7 +104,7 @@ def followed(text: str, method: str) -> tuple[Prepared, Mapping[str, NDArray[np.
     return ready, run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
 
 
-@pytest.mark.exhaustive(keep=0.5, most=12)
+@pytest.mark.exhaustive(keep=0.25, most=12)
 @pytest.mark.parametrize("case", range(60))
 def test_families_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

@@ -52,7 +52,7 @@ def test_what_grows(folder, seed):
     assert set(statuses) <= set(fuzz.DOCUMENTED)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(
     "path", sorted((fuzz.ROOT / "tests" / "fuzzing" / "corpus").glob("*.yaml")), ids=lambda path: path.stem
 )

@@ -59,7 +59,7 @@ def cache(tmp_path):
     return Cache(str(tmp_path / "cache"))
 
 
-@pytest.mark.exhaustive(keep=0.5, most=30)
+@pytest.mark.exhaustive(keep=0.25, most=30)
 @pytest.mark.parametrize(
     ("path", "method"),
     [

@@ -86,7 +86,7 @@ ENDINGS = {
 }
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", ENDINGS)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
 def test_a_motion_that_cannot_go_on_says_so(name, method):

@@ -145,7 +145,7 @@ def unaccounted(motion: Motion, names: tuple[str, ...]) -> float:
     return float(max(*ledgers, abs(motion["diagnostics/ledger/h"]).max() / h))
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @examples(2)
 @given(systems())
 def test_ledgers_of_random_systems_close(system: str) -> None:

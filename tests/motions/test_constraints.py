@@ -140,7 +140,7 @@ TWICE = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("name", TWICE)
 def test_a_constrained_motion_is_that_in_an_independent_coordinate(name):
     constrained, independent = TWICE[name]

@@ -56,7 +56,7 @@ def test_nor_in_double_double():
     assert np.allclose(motion["events/e/t"], HIDDEN[argument], rtol=0, atol=1e-14)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("argument", "end", "events"),
     [

@@ -210,7 +210,7 @@ WAVES = {
 """Forces of the time with kinks at multiples of a quarter period, or at u = 2 and u = 4."""
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("force", WAVES)
 def test_triangle_waves_are_followed_to_rounding_however_they_are_written(force, request):
     w = round(random.Random(request.config.option.seed).uniform(1, 3), 4)

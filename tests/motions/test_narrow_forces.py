@@ -139,7 +139,7 @@ def test_powers_that_no_series_has_terms_of_are_detected():
     assert abs(passed * crossing + mpmath.quad(slowness, [0, 0.4, rest]) - 10) <= 1e-11
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("power", [50, 57, 62])
 def test_a_force_with_a_high_power_of_a_sine_begins_from_rest(power):
     """sin(1.3 t + 0.2)^power: its integral is a sum of few cosines."""

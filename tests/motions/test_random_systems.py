@@ -77,7 +77,7 @@ def apart(found: Motion, known: Motion) -> float:
     return max(float(np.sort(np.abs(found[name] - known[name]))[-4]) for name in names)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("number", range(120))
 def test_methods_agree(number: int) -> None:
     text = random_system(random.Random(number))

@@ -249,7 +249,7 @@ SURFACES = {
 """What surfaces are made of, and between which numbers states are drawn."""
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize("seed", range(24))
 def test_random_surfaces_have_the_crossings_that_events_have(seed):
     """Events are found by other code, in steps of another length."""

@@ -6,7 +6,7 @@ import random
 import re
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import SpecError, UsageError
@@ -19,6 +19,7 @@ from lagrange_cli.spec.families import MAX_MEMBERS
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.spec.values import Values, resolve_values
+from tests.support.draws import examples
 from tests.support.files import problems, underlined
 
 CHAIN = """\
@@ -532,7 +533,7 @@ WORDS += [
 
 
 @pytest.mark.exhaustive(keep=0)
-@settings(max_examples=400, deadline=None)
+@examples(100)
 @given(st.integers(0, 10**9), st.integers(1, 3))
 def test_no_typing_slip_does_worse_than_a_spec_error(seed: int, slips: int) -> None:
     text, source = PIECES if seed % 2 else CHAIN, random.Random(seed)
@@ -573,3 +574,10 @@ potential: {potential}
         "no member 'm[2]', for i = 1 in position of 'bob[i]'",
         *besides,
     ]
+
+
+def test_a_size_among_the_parameters_is_called_that():
+    found = problems(
+        "parameters: {N: 4}\ncoordinates: {x[i in range(N)]: {initial: 0}}\nlagrangian: x_dot[0]**2\n"
+    )
+    assert found[0].hint == "'N' is a parameter: declare it under 'sizes' instead"

@@ -22,6 +22,7 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settings import SOLVE, TIME
 from lagrange_cli.spec.values import resolve_values
+from tests.support.draws import examples
 from tests.support.files import PENDULUM, changed
 
 SYSTEMS = sorted(Path(__file__).parents[2].glob("systems/*.yaml"))
@@ -240,7 +241,7 @@ def test_no_file_does_worse_than_a_spec_error(data: bytes | str) -> None:
 
 
 @pytest.mark.exhaustive(keep=0)
-@settings(max_examples=300, deadline=None)
+@examples(100)
 @given(st.integers(0, len(PENDULUM)), st.integers(0, 8), st.text(max_size=4) | FRAGMENTS)
 def test_no_typing_slip_does_worse_than_a_spec_error(start: int, length: int, typed: str) -> None:
     text = PENDULUM[:start] + typed + PENDULUM[start + length :]

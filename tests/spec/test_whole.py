@@ -99,7 +99,7 @@ def counted(work: Callable[[], Any]) -> tuple[int, Any]:
     return calls, found
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("system", "few", "many"),
     [
@@ -156,7 +156,7 @@ def test_numbers_found_together_are_those_found_one_by_one(
     assert [(name, x.hex()) for name, x in one] == [(name, x.hex()) for name, x in other]
 
 
-@pytest.mark.exhaustive(keep=10)
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -244,7 +244,7 @@ def test_members_that_follow_from_later_ones_come_after_them() -> None:
     assert resolve_values(spec).q[0] == resolve_values(read_spec(FAMILIES, "a.yaml")).q[0]
 
 
-@pytest.mark.exhaustive(keep=18)
+@pytest.mark.exhaustive(keep=9)
 @pytest.mark.parametrize(
     "statements",
     [

@@ -46,13 +46,11 @@ def working_in(folder: Path) -> Iterator[None]:
 def lagrange(*arguments: str | Path, cwd: Path, input: str = "") -> subprocess.CompletedProcess[str]:
     """Run ``lagrange`` in this process; its status and what it wrote."""
     from lagrange_cli.cli.main import main  # not earlier, so that the fuzzer can instrument it
-    from lagrange_cli.cli.progress import Line
 
     out, errors = Stream(), Stream()
     with (
         working_in(cwd),
         mock.patch.dict(os.environ, COLUMNS="100"),
-        mock.patch.object(Line, "shown", None),  # one of another test
         mock.patch.object(sys, "stdin", Stream(input)),
         redirect_stdout(out),
         redirect_stderr(errors),

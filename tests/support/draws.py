@@ -4,8 +4,9 @@
 run, other ones each time; the last lines of the run give the seed, and ``--seed`` repeats the draw. Where a
 case takes long, one is run now and then: with ``keep=0.5`` in half of the runs.
 ``-m exhaustive`` runs all cases of all such suites (or ``most`` of them), and hypothesis tries more examples;
-with ``--most 10`` ten cases of each are run, with the examples of every day. A case that is named on the
-command line is always run.
+with ``--most 3`` up to three cases of each are run, with the examples of every day: one more than usually, so
+that suites whose cases take long are short here, too, or three where usually none is run. A case that is
+named on the command line is always run.
 """
 
 from __future__ import annotations
@@ -46,10 +47,13 @@ def sampled(
         marker = cases[0].get_closest_marker(MARKER)
         assert marker is not None
         chance = random.Random(f"{seed} {name}")
-        if everything:
+        keep = marker.kwargs.get("keep", 1)
+        if not everything:
+            count = int(keep + chance.random())
+        elif most is None or keep == 0:
             count = marker.kwargs.get("most", len(cases))
         else:
-            count = int(marker.kwargs.get("keep", 1) + chance.random())
+            count = int(keep + 1)
         count = count if most is None else min(count, most)
         drawn = chance.sample(cases, min(count, len(cases)))
         left_out |= {*cases} - {*drawn}

@@ -93,7 +93,7 @@ def test_every_shipped_system_is_compared():
     assert {*ACCELERATIONS, *BODIES, *RIGID, *CONTACTS} == set(NAMES)
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("name", ACCELERATIONS)
 def test_accelerations_are_the_known_ones(name):
     accelerations = equations_of(name).accelerations

@@ -129,7 +129,7 @@ def animate(
         target = find_folder(name, force=force, origin=origin_of((source,), began, "lagrange animate"))
     else:
         target = target_of(name, (source,), began, "lagrange animate", force=force)
-    with opened(source, asked, given, run) as (result, interrupted):
+    with opened(source, asked, given, run) as result:
         waiting = Waiting(stem(source), quiet=given.quiet)
         with waiting.stage("draw"):
             reel = reel_of(result, asked)
@@ -144,15 +144,12 @@ def animate(
     elif not given.quiet:
         short = "" if made.whole else f", interrupted after {made.pictures} of {made.count}"
         emit(f"{reel.name}: wrote {target.shown} ({told(reel, made)}){short}{replaced(target)}")
-    return INTERRUPTED if interrupted or not made.whole else 0
+    return 0 if made.whole else INTERRUPTED
 
 
 @contextmanager
-def opened(
-    source: str, asked: FilmRequest, given: Given, run: Mapping[str, Any]
-) -> Iterator[tuple[Result, bool]]:
-    """The output called ``source``, or that of its motion if it is a system file, and whether Ctrl-C has
-    ended this motion."""
+def opened(source: str, asked: FilmRequest, given: Given, run: Mapping[str, Any]) -> Iterator[Result]:
+    """The output called ``source``, or that of its motion if it is a system file."""
     written = Path(source).suffix.lower() in OUTPUTS
     if written:
         refuse_settings(source, given, None, run)
@@ -160,9 +157,8 @@ def opened(
         from lagrange_cli.store.result import Result
 
         with Result(source) as result:
-            yield result, False
+            yield result
         return
-    from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.run.animate import request_for
     from lagrange_cli.run.interrupts import Interrupts
     from lagrange_cli.run.monitor import Monitor, ignore
@@ -189,6 +185,6 @@ def opened(
     progress = partial(Progress, motion.spec.name, settings.start, settings.stop, quiet=given.quiet)
     monitor = Monitor(waiting.stage, progress, tell, Interrupts)
     with solved(motion, request, None, monitor) as (result, outcome):
-        if outcome.ending.status not in ("complete", "stopped"):
-            tell(f"{motion.spec.name}: {outcome.message}")
-        yield result, outcome.ending is Ending.INTERRUPTED
+        if outcome.ending.status == "failed":
+            tell(f"{motion.spec.name}: {outcome.message}; the motion up to then is shown")
+        yield result

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli.console import (
-    INTERRUPTED,
     colored,
     complain,
     count_of,
@@ -147,11 +146,7 @@ def plot(
     asked = PlotRequest(what, x, y)
     target = None if terminal else target_of(name, sources, began, "lagrange plot", force=force)
     with ExitStack() as stack:
-        results, interrupted = [], False
-        for source in sources:
-            result, ended = stack.enter_context(opened(source, asked, given, demand, run))
-            results.append(result)
-            interrupted |= ended
+        results = [stack.enter_context(opened(one, asked, given, demand, run)) for one in sources]
         waiting = Waiting(stem(sources[0]), quiet=given.quiet)
         with waiting.stage("draw"):
             page = page_of(results, asked)
@@ -173,7 +168,7 @@ def plot(
         elif not given.quiet:
             panels = count_of(len(titles), "panel")
             emit(f"{page.title}: wrote {target.shown} ({panels}){replaced(target)}")
-    return INTERRUPTED if interrupted else 0
+    return 0
 
 
 def target_of(name: str, sources: tuple[str, ...], began: float, command: str, *, force: bool) -> Any:
@@ -195,9 +190,8 @@ def origin_of(sources: tuple[str, ...], began: float, command: str) -> Origin | 
 @contextmanager
 def opened(
     source: str, asked: PlotRequest, given: Given, demand: Demand | None, run: Mapping[str, Any]
-) -> Iterator[tuple[Result, bool]]:
-    """The output called ``source``, or that of its motion if it is a system file, and whether Ctrl-C has
-    ended this motion."""
+) -> Iterator[Result]:
+    """The output called ``source``, or that of its motion if it is a system file."""
     written = Path(source).suffix.lower() in OUTPUTS
     if written:
         refuse_settings(source, given, demand, run)
@@ -205,9 +199,8 @@ def opened(
         from lagrange_cli.store.result import Result
 
         with Result(source) as result:
-            yield result, False
+            yield result
         return
-    from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.run.interrupts import Interrupts
     from lagrange_cli.run.monitor import Monitor, ignore
     from lagrange_cli.run.motion import read_motion
@@ -238,11 +231,9 @@ def opened(
     progress = partial(Progress, spec.name, settings.start, settings.stop, quiet=given.quiet)
     monitor = Monitor(waiting.stage, progress, tell, Interrupts)
     with solved(motion, request, demand, monitor) as (result, outcome):
-        interrupted = outcome.ending is Ending.INTERRUPTED
-        if outcome.ending.status not in ("complete", "stopped"):
-            drawn = "; the motion up to then is drawn (Ctrl-C again ends at once)" if interrupted else ""
-            tell(f"{spec.name}: {outcome.message}{drawn}")
-        yield result, interrupted
+        if outcome.ending.status == "failed":
+            tell(f"{spec.name}: {outcome.message}; the motion up to then is drawn")
+        yield result
 
 
 def motion_of(source: str, given: Given, run: Mapping[str, Any]) -> tuple[bytes, Given, Mapping[str, Any]]:

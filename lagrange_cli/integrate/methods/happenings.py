@@ -153,6 +153,7 @@ class Happenings:
             crossed &= [not self._standstill.leaving(int(e), float(t)) for e, t in pairs]
         if not np.any(crossed):
             return None
+        self._resting.released.difference_update(events[crossed].tolist())
         return self._crossed(records[crossed], events[crossed], np.array(rates)[:, crossed])
 
     def happen(self, due: int, sample: int) -> Finished | None:

@@ -30,10 +30,20 @@ def combinations(found: Found) -> None:
     model = found.model
     if not model.q or len(model.q) > MOST_COMBINED:
         return
-    changes = [*elementary(found)]
+    kept = combined(found, [*elementary(found)])
+    turning = [k for one in kept for k, xi in one.directions.items() if xi is found.graph.one]
+    cyclic = [k for k, name in enumerate(model.coordinates) if f"p_{name}" in found.names]
+    if turning and len(cyclic) > 1:  # a body is turned together with its place, as in a fluid
+        places = [Change({k: model.q[j]}) for j in cyclic for k in cyclic if j != k]
+        combined(found, [*places, *turns_of_spheres(found, turning)])
+
+
+def combined(found: Found, changes: Sequence[Change]) -> list[Change]:
+    """Report what combinations of these changes conserve; those of several coordinates."""
+    model, kept = found.model, list[Change]()
     trials = {id(one.change): one for one in found.trials}
     columns = found.noether.conditions(changes)
-    number = 0
+    number = sum(name.startswith("C_") for name in found.names)
     for relation in found.relations.relations(columns):
         parts = [(factor, changes[i]) for i, factor in relation.items()]
         parts = scaled(found, sorted(parts, key=lambda one: id(one[1]) not in trials))
@@ -53,6 +63,8 @@ def combinations(found: Found) -> None:
                 change, others = (found.noether.together([(minus, one)]) for one in (change, others))
             new = found.add(name or f"C_{number + 1}", current_text(model, others, named), because, change)
             number += new and not name
+            kept += [change] if new and len(change.directions) > 1 and change.time is None else []
+    return kept
 
 
 def translated(found: Found, change: Change) -> tuple[list[tuple[Node, Trial]], Change]:
@@ -78,7 +90,8 @@ def elementary(found: Found) -> Iterable[Change]:
         Change(gain=one) for one in (*(gains_of_places(found) if small else ()), *gains_of_time(found))
     )
     yield from (one.change for one in found.trials)
-    yield from turns_of_spheres(found) if small else ()
+    cyclic = [k for k, name in enumerate(model.coordinates) if f"p_{name}" in found.names]
+    yield from turns_of_spheres(found, cyclic) if small else ()
     if "h" not in found.names:
         yield Change(time=one)
     if small:
@@ -144,11 +157,11 @@ def along_constraints(found: Found) -> Iterable[Change]:
             yield Change({s: clearing, **{k: clearing * slope for k, slope in slopes.items()}})
 
 
-def turns_of_spheres(found: Found) -> Iterable[Change]:
-    """Parts of rotations about other axes than that of a cyclic angle phi: changes of theta by cos(phi), of
-    phi by sin(phi) cot(theta), and so on, where a given L contains theta in sines; with hyperbolic functions
-    of theta, those of a hyperbolic plane. A third angle of Euler changes by sin(phi)/sin(theta). A charge
-    near a magnetic monopole gains terms such as cos(phi)/sin(theta)."""
+def turns_of_spheres(found: Found, turning: Sequence[int]) -> Iterable[Change]:
+    """Parts of rotations about other axes than that of a ``turning`` angle phi: changes of theta by cos(phi),
+    of phi by sin(phi) cot(theta), and so on, where a given L contains theta in sines; with hyperbolic
+    functions of theta, those of a hyperbolic plane. A third angle of Euler changes by sin(phi)/sin(theta). A
+    charge near a magnetic monopole gains terms such as cos(phi)/sin(theta)."""
     model, graph = found.model, found.graph
     if model.spec is None or model.spec.lagrangian is None:
         return
@@ -160,7 +173,7 @@ def turns_of_spheres(found: Found) -> Iterable[Change]:
             if inside.isdisjoint((across, along)):
                 continue
             slope = along / across
-            for phi in (k for k, name in enumerate(model.coordinates) if f"p_{name}" in found.names):
+            for phi in (k for k in turning if k != theta):
                 for name in ("cos", "sin"):
                     turned = graph.function(name, (model.q[phi],))
                     yield from (Change({theta: turned}), Change({phi: turned * slope}))

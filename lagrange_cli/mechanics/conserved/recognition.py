@@ -2,7 +2,7 @@
 
 The values of the parameters are prime numbers. A coefficient is then a fraction of whole numbers, which are
 divided by the parameters and by sums of two of them as often as possible, also by moments of inertia such as
-A + m*R**2. The quotients have to be small.
+A + m*R**2, or A + m*(R**2 + e**2) of few parameters. The quotients have to be small.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ NUMBERS = (1, 2, 3, 4, 8, 9, 16)
 """Numerical coefficients in sums that are recognized."""
 SQUARES = (1, 2, 3, 5, 6)
 """Numbers whose roots are recognized."""
+MOST_IN_MOMENTS = 6
+"""Parameters up to which moments of inertia with two lengths are recognized."""
 LARGEST = 10**6
 """Numerators and denominators of numbers."""
 
@@ -72,6 +74,13 @@ class Recognition:
         for (one, a), (other, b), (size, r) in permutations(known.items(), 3):
             for n in (1, -1):
                 found[(1.0, ((one, 1),)), (float(n), ((other, 1), (size, 2)))] = a + n * b * r * r
+        few = known.items() if len(known) <= MOST_IN_MOMENTS else ()
+        for (one, a), (other, b) in permutations(few, 2):
+            for (size, r), (length, s) in combinations(few, 2):
+                if not {size, length} & {one, other}:
+                    squares = [(1.0, ((other, 1), (x, 2))) for x in (size, length)]
+                    moment: Factor = ((1.0, ((one, 1),)), *squares)
+                    found[moment] = a + b * (r * r + s * s)
         return found
 
     @cached_property

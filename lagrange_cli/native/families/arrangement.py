@@ -12,6 +12,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closed_projection import Residuals
 from lagrange_cli.native.families.closure import Closure
+from lagrange_cli.native.families.dense import DenseTables, SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
@@ -106,7 +107,10 @@ class Arrangement:
         self.acted: list[Element] = []
         """What ``@act`` computes."""
         if self.events is not None:
-            acted = [self.lasting.arranged(one) for one in (self.events.values, self.events.sizes)]
+            acts = [self.events.values, self.events.sizes]
+            if self.contact is not None and not self.events.simple.isdisjoint(self.contact.events.tolist()):
+                acts.append(self.contact.speeds)
+            acted = [self.lasting.arranged(one) for one in acts]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
         self.pulled = None
@@ -159,10 +163,12 @@ class Arrangement:
         return bonds.multipliers if bonds.multipliers in needed([self.integrands], self.slots) else None
 
     @cached_property
-    def tabled(self) -> SaddleTables:
+    def tabled(self) -> SolvingTables:
         """How multipliers are found."""
         bonds = self.system.bonds if self.sticking is None else self.sticking.bonds
         assert bonds is not None
+        if bonds.elimination is None:
+            return DenseTables(bonds.count, self.tables)
         return SaddleTables(bonds.elimination, self.tables)
 
     @property

@@ -11,11 +11,11 @@ from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.articulated import ArticulatedJet, swept
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closure import Closure
-from lagrange_cli.native.families.constrained import MemberTabled, copied
+from lagrange_cli.native.families.constrained import Saddle, copied, saddle_of
 from lagrange_cli.native.families.corrected import Local
+from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.gathering import place_at
-from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
@@ -24,7 +24,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 class ClosedJet(ArticulatedJet):
     """The jet of a system of joints with constraints."""
 
-    def __init__(self, closure: Closure, tabled: SaddleTables, *given: Any) -> None:
+    def __init__(self, closure: Closure, tabled: SolvingTables, *given: Any) -> None:
         super().__init__(closure.balance, *given)
         self.closure, self.tabled = closure, tabled
 
@@ -40,7 +40,7 @@ class ClosedJet(ArticulatedJet):
     def prepared(self) -> Sequence[Total]:
         totals = super().prepared()
         self.first = self.take(room(self.tabled.size))
-        self.saddle = MemberTabled(self.vectors, self.tabled, "%work", self.first)
+        self.saddle = saddle_of(self.vectors, self.tabled, "%work", self.first)
         self.place_kept()
         return totals
 
@@ -94,7 +94,7 @@ class ClosedJet(ArticulatedJet):
         for number in range(2):
             vectors.store(vectors.constant(float(number)), square, len(felt.places) + number)
         regular = f.variable(Bit(f, "true", 1))
-        self.saddle.factor(square, closure.placed(self.tabled), regular)
+        self.saddle.factor(square, self.tabled.placed(self.closure.responses.places), regular)
         self.good.append(regular.get())
 
     def _act(self, evaluation: Evaluation, forces: Sequence[Total], balance: Balance) -> None:
@@ -117,7 +117,7 @@ def respond(
         evaluation.write([one for one in balance.moved if one not in fixed])
 
 
-def solve(saddle: MemberTabled, closure: Closure, right: Pointer, to: Pointer) -> None:
+def solve(saddle: Saddle, closure: Closure, right: Pointer, to: Pointer) -> None:
     """The multipliers with A M^-1 A^T lambda = what is at ``right``."""
     vectors, many = saddle.vectors, closure.count
     vectors.store(vectors.constant(0.0), right, many)

@@ -16,7 +16,7 @@ from lagrange_cli.families.arrays import Array, Chain, Domain, Source, Term, Tot
 from lagrange_cli.families.bonds import Bound, Hold
 from lagrange_cli.native.families.closed import ClosedJet, respond, solve
 from lagrange_cli.native.families.closure import Closure
-from lagrange_cli.native.families.constrained import MemberTabled
+from lagrange_cli.native.families.constrained import saddle_of
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.node_arrays import array
 from lagrange_cli.native.families.sweeps import Sweeps
@@ -215,7 +215,7 @@ class ClosedProjection:
         sweeps = None
         if jet.sweeps is not None:
             sweeps = Sweeps(vectors, self.evaluation.tables, jet.sweeps.tree, where)
-        saddle = MemberTabled(vectors, jet.tabled, self.work, jet.first)
+        saddle = saddle_of(vectors, jet.tabled, self.work, jet.first)
         for k, row in enumerate((at.q, at.v)):
             if k:
                 self._look()

@@ -25,7 +25,6 @@ from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.corrected import Local, in_series
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.node_arrays import array
-from lagrange_cli.native.families.saddle_tables import SaddleTables
 
 
 class Closure:
@@ -129,12 +128,6 @@ class Closure:
         """All that are computed."""
         found = [self.multipliers, self.square, self.right, self.column, *self.in_order, *self.in_first]
         return list(dict.fromkeys([*found, *self.acting, *self.alone, *self.reply.arrays]))
-
-    def placed(self, saddle: SaddleTables) -> Mapping[str, Sequence[int]]:
-        """The places of the entries that are factored."""
-        places = self.responses.places.tolist()
-        known, zero = {(i, j): k for k, (i, j) in enumerate(places)}, len(places)
-        return saddle.entries(lambda i, j: known.get((max(i, j), min(i, j)), zero), zero + 1, zero + 1)
 
     def total(self, count: int, terms: Sequence[Term]) -> Total:
         moving = tuple(one for one in terms if not one.node.is_zero)

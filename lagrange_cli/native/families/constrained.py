@@ -4,58 +4,37 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.corrected import CorrectedJet
+from lagrange_cli.native.families.dense import Dense, DenseTables, SolvingTables
 from lagrange_cli.native.families.diagonal import regular_masses
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.gathering import places_at
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState, Restraint
 from lagrange_cli.native.families.saddle import Tabled
-from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.tables import count
-from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
+from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 
+Saddle: TypeAlias = "Tabled | Dense"
 
-class MemberTabled(Tabled):
-    """What solves for multipliers, in numbers of a kind."""
 
-    def __init__(self, vectors: Vectors, tabled: SaddleTables, base: Pointer | str, first: int) -> None:
-        super().__init__(vectors.f, vectors.kind, tabled, base, first)
-        self.vectors = vectors
-
-    def pointer(self, base: Pointer | str, at: Integer | int) -> Pointer:
-        return self.vectors.place(base, at)
-
-    def row(self, place: Pointer) -> Numbers:
-        return self.vectors.load_row(place, 0, LANES)
-
-    def put_row(self, value: Numbers, place: Pointer) -> None:
-        self.vectors.store_row(value, place, 0)
-
-    def gather_from(self, base: Pointer, places: Operand) -> Operands:
-        return self.vectors.operand(self.vectors.gather(base, places))
-
-    def number(self, value: Operands) -> Numbers:
-        return self.vectors.number(value)
-
-    def operand(self, value: Numbers) -> Operands:
-        return self.vectors.operand(value)
-
-    def variable(self, value: Operands) -> Any:
-        return self.vectors.variable(self.number(value))
+def saddle_of(vectors: Vectors, tabled: SolvingTables, base: Pointer | str, first: int) -> Saddle:
+    """What solves by these tables."""
+    if isinstance(tabled, DenseTables):
+        return Dense(vectors, tabled, base, first)
+    return Tabled(vectors, tabled, base, first)
 
 
 class ConstrainedJet(CorrectedJet):
     """The jet of a system with constraints."""
 
-    def __init__(self, motion: AlongMotion, tabled: SaddleTables, *given: Any) -> None:
+    def __init__(self, motion: AlongMotion, tabled: SolvingTables, *given: Any) -> None:
         super().__init__(*given)
         self.motion, self.tabled = motion, tabled
 
@@ -66,7 +45,7 @@ class ConstrainedJet(CorrectedJet):
         for array in motion.arrays:
             self.planes[array] = self.take(room(array.count)), 0
         self.arrange_members(motion.locals)
-        self.saddle = MemberTabled(self.vectors, self.tabled, "%work", self.work)
+        self.saddle = saddle_of(self.vectors, self.tabled, "%work", self.work)
         self.take(room(self.tabled.size))
         self.place_kept()
         return totals
@@ -95,14 +74,14 @@ class ConstrainedJet(CorrectedJet):
         return regular_masses(self) & self.sound
 
 
-def solve(saddle: MemberTabled, restraint: Restraint, right: Pointer, to: Pointer) -> None:
+def solve(saddle: Saddle, restraint: Restraint, right: Pointer, to: Pointer) -> None:
     """The multipliers with A M^-1 A^T lambda = what is at ``right``, a 0 behind it."""
     many = restraint.count
     saddle.solve(right, range(many), many)
     copied(saddle, range(many), to)
 
 
-def copied(saddle: MemberTabled, rows: Sequence[int], to: Pointer) -> None:
+def copied(saddle: Saddle, rows: Sequence[int], to: Pointer) -> None:
     """The unknowns of these rows, side by side."""
     f, vectors, table = saddle.f, saddle.vectors, saddle.table(rows)
     with f.loop(0, count(rows), tested=False) as b:
@@ -111,11 +90,11 @@ def copied(saddle: MemberTabled, rows: Sequence[int], to: Pointer) -> None:
 
 
 def solved_at_a_state(
-    evaluation: Evaluation, restraint: AtAState, tabled: SaddleTables, scratch: Pointer, to: Array
+    evaluation: Evaluation, restraint: AtAState, tabled: SolvingTables, scratch: Pointer, to: Array
 ) -> None:
     """Compute the multipliers, with room at ``scratch``."""
     f, vectors, where = evaluation.f, evaluation.vectors, evaluation.where
-    saddle = MemberTabled(vectors, tabled, scratch, 0)
+    saddle = saddle_of(vectors, tabled, scratch, 0)
     saddle.factor(where(restraint.square), restraint.placed(tabled), f.variable(Bit(f, "true", 1)))
     vectors.store(vectors.constant(0.0), where(restraint.right), restraint.count)
     solve(saddle, restraint, where(restraint.right), where(to))

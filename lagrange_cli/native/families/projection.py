@@ -10,14 +10,14 @@ import numpy as np
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.families.arrays import Array, Source, Term
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.constrained import MemberTabled, solve
+from lagrange_cli.native.families.constrained import Saddle, saddle_of, solve
+from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
 from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.restraint import Restraint
-from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
@@ -189,7 +189,7 @@ class Projection:
     moves: Moves
     evaluation: Evaluation
     layout: StateLayout
-    tabled: SaddleTables
+    tabled: SolvingTables
     scratch: Pointer
     low_time: str
 
@@ -213,7 +213,7 @@ class Projection:
             Residuals(self, number, fine).write()
         if summed:
             self._judge(summed, fine)
-        saddle = MemberTabled(evaluation.vectors, self.tabled, self.scratch, 0)
+        saddle = saddle_of(evaluation.vectors, self.tabled, self.scratch, 0)
         with f.when(~fine.get()):
             self._move(saddle)
         f.give()
@@ -229,7 +229,7 @@ class Projection:
                 value, most = (vectors.high(vectors.load(where(one), number)) for one in (off, size))
                 fine.set(fine.get() & (f.magnitude(value) <= most))
 
-    def _move(self, saddle: MemberTabled) -> None:
+    def _move(self, saddle: Saddle) -> None:
         moves, evaluation, f = self.moves, self.evaluation, self.evaluation.f
         at, where, multipliers = places_of(self.layout), evaluation.where, evaluation.where(moves.multipliers)
         evaluation.write([moves.square])

@@ -19,8 +19,8 @@ from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.corrected import Local, in_series
+from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.lasting import Lasting
-from lagrange_cli.native.families.saddle_tables import SaddleTables
 
 
 class Restraint:
@@ -135,10 +135,9 @@ class Restraint:
         """Where entries are in the square."""
         return {(i, j): k for k, (i, j) in enumerate(self.bonds.pairs[1].tolist())}
 
-    def placed(self, saddle: SaddleTables) -> Mapping[str, Sequence[int]]:
+    def placed(self, saddle: SolvingTables) -> Mapping[str, Places]:
         """The places of the entries that are factored."""
-        known, zero = self.entries, len(self.entries)
-        return saddle.entries(lambda i, j: known.get((max(i, j), min(i, j)), zero), zero + 1, zero + 1)
+        return saddle.placed(self.bonds.pairs[1])
 
 
 class AtAState(Restraint):

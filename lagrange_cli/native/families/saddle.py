@@ -7,91 +7,58 @@ nonzero entries is in tables; so the code is the same for any number of constrai
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
-from lagrange_cli.native.families.gathering import gathered, place_at, places_at
+from lagrange_cli.native.families.gathering import place_at, places_at
 from lagrange_cli.native.families.saddle_tables import EliminationRounds, RowSums, SaddleTables
-from lagrange_cli.native.families.tables import count
+from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
 
 
 class Tabled:
-    """What the code of ``@jet`` factors once a step and solves with at every order.
+    """What the code of ``@jet`` factors once a step and solves with at every order, in numbers of any kind.
 
     From ``base[first]`` on are arrays: the unknowns (in factoring, the smallest pivots allowed), 1/D, D,
     L, D L, and L once more as the two passes of a solution read it, row by row and column by column.
     """
 
-    def __init__(
-        self, f: Function, emitter: LaneEmitter, tabled: SaddleTables, base: Pointer | str, first: int
-    ) -> None:
-        self.f, self.emitter, self.base, self.first = f, emitter, base, first
-        self.tabled, self.tables = tabled, tabled.tables
-
-    @property
-    def end(self) -> int:
-        """What is behind the arrays."""
-        return self.first + self.tabled.size
-
-    # what depends on the kind of numbers
-
-    def pointer(self, base: Pointer | str, at: Integer | int) -> Pointer:
-        """The address of a number."""
-        return self.f.place(base, at, "double")
-
-    def row(self, place: Pointer) -> Any:
-        """Eight numbers side by side."""
-        return self.f.load_row(place, 0, LANES)
-
-    def put_row(self, value: Any, place: Pointer) -> None:
-        """The same, stored."""
-        self.f.store_row(value, place, 0)
-
-    def gather_from(self, base: Pointer, places: Operand) -> Operand:
-        """Eight numbers at these places."""
-        return gathered(self.emitter, base.name, places)
-
-    def number(self, value: Operand | None) -> Any:
-        """A value in memory's terms."""
-        return Real(self.f, self.emitter.written(value), LANES)
-
-    def operand(self, value: Any) -> Operand:
-        """The other way."""
-        name: Operand = value.name
-        return name
-
-    def variable(self, value: Operand) -> Any:
-        """A variable with its first value."""
-        return self.f.variable(self.number(value))
+    def __init__(self, vectors: Vectors, tabled: SaddleTables, base: Pointer | str, first: int) -> None:
+        self.vectors, self.f, self.emitter = vectors, vectors.f, vectors.kind
+        self.base, self.first, self.tabled, self.tables = base, first, tabled, tabled.tables
 
     # arrays
 
     def place(self, name: str, at: Integer | int = 0) -> Pointer:
         """A place in one of the arrays."""
-        return self.pointer(self.pointer(self.base, self.first + self.tabled.places[name]), at)
+        return self.vectors.place(self.vectors.place(self.base, self.first + self.tabled.places[name]), at)
 
-    def load(self, name: str, at: Integer | int) -> Operand:
+    def load(self, name: str, at: Integer | int) -> Operands:
         """Eight of its numbers."""
-        return self.operand(self.row(self.place(name, at)))
+        return self.vectors.operand(self.vectors.load_row(self.place(name, at), 0, LANES))
 
-    def store(self, value: Operand | None, name: str, at: Integer | int) -> None:
+    def store(self, value: Operands, name: str, at: Integer | int) -> None:
         """The same, stored."""
-        made = self.number(value)
-        self.put_row(made, self.place(name, at))
+        made = self.vectors.number(value)
+        self.vectors.store_row(made, self.place(name, at), 0)
 
-    def gather(self, name: str, places: Operand) -> Operand:
+    def gather(self, name: str, places: Operand) -> Operands:
         """Its numbers at these places."""
         return self.gather_from(self.place(name), places)
 
+    def gather_from(self, base: Pointer, places: Operand) -> Operands:
+        """Eight numbers at these places from ``base`` on."""
+        return self.vectors.operand(self.vectors.gather(base, places))
+
     def subtract(
-        self, rows: RowSums, start: Callable[[Integer], Operand], factor: Callable[[Integer], Operand],
-        other: str, put: Callable[[Operand, Integer], None], span: tuple[Integer, Integer] | None = None,
+        self, rows: RowSums, start: Callable[[Integer], Operands], factor: Callable[[Integer], Operands],
+        other: str, put: Callable[[Operands, Integer], None], span: tuple[Integer, Integer] | None = None,
     ) -> None:  # fmt: skip
         """For each block of ``rows``, or of a ``span`` of these: ``start`` less the sum of ``factor`` times
         what the terms' second places hold."""
@@ -101,20 +68,21 @@ class Tabled:
         start_at, stop = span or (f.count(0), f.count(rows.blocks))
         with f.loop(start_at, stop) as b:
             first, last, target = (place_at(f, b + table) for table in (rows.starts, rows.ends, rows.targets))
-            total = self.variable(start(target * LANES))
+            total = self.vectors.variable(self.vectors.number(start(target * LANES)))
             with f.loop(first, last) as t:
                 places = places_at(f, t * LANES + rows.second)
-                value = self.emitter.fms(factor(t), self.gather(other, places), self.operand(total.get()))
-                assert value is not None
-                total.set(self.number(value))
-            put(self.operand(total.get()), target * LANES)
+                value = self.emitter.fms(
+                    factor(t), self.gather(other, places), self.vectors.operand(total.get())
+                )
+                total.set(self.vectors.number(value))
+            put(self.vectors.operand(total.get()), target * LANES)
 
-    def factor(self, base: Pointer, entries: Mapping[str, Sequence[int]], regular: Variable[Bit]) -> None:
+    def factor(self, base: Pointer, entries: Mapping[str, Places], regular: Variable[Bit]) -> None:
         """L and D from the ``entries``, at these places from ``base`` on, and whether they are regular."""
         for name, places in entries.items():
-            if places:
-                table = self.tables.of_places(places)
-                with self.f.loop(0, count(places), tested=False) as b:
+            if len(places):
+                table = self.tables.of_array(places)
+                with self.f.loop(0, -(-len(places) // LANES), tested=False) as b:
                     row = self.gather_from(base, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
         self._floors(0, self.tabled.begin)
@@ -187,13 +155,11 @@ class Tabled:
             row = self.gather_from(base, places_at(self.f, b * LANES + table))
             self.store(row, "unknowns", b * LANES)
 
-        def put(value: Operand, at: Integer) -> None:
+        def put(value: Operands, at: Integer) -> None:
             self.store(value, "unknowns", at)
 
-        def scaled(at: Integer) -> Operand:
-            made = emitter.mul(self.load("unknowns", at), self.load("inverse", at))
-            assert made is not None
-            return made
+        def scaled(at: Integer) -> Operands:
+            return emitter.mul(self.load("unknowns", at), self.load("inverse", at))
 
         unknowns = "unknowns"
         self.subtract(

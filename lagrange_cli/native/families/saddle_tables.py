@@ -5,9 +5,9 @@ The numbers themselves are in arrays of the work space; ``saddle`` writes the lo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +19,6 @@ from lagrange_cli.records import dataclass
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
-NOWHERE = -1, -1
-"""No place of the matrix."""
-
-T = TypeVar("T")
 Entry = tuple[int, int]
 """Two unknowns."""
 
@@ -188,12 +184,13 @@ class SaddleTables:
         tables = [self.tables.of_array(one) for one in (starts, ends, kept, *both)]
         return RowSums(len(kept), length, *tables)
 
-    def entries(self, of: Callable[[int, int], T], one: T, other: T) -> Mapping[str, Sequence[T]]:
-        """The entries ``of`` the matrix by the arrays that they are factored in; where there is no unknown
-        they are ``one``, and ``other`` among the constraints. Off the diagonal there are none then."""
-        firm = [one if place < self.begin else other for place in range(len(self.listed))]
-        diagonal = [sign if i is None else of(i, i) for i, sign in zip(self.listed, firm)]
-        return {"diagonal": diagonal, "lower": [of(*(pair or NOWHERE)) for pair in self.pairs]}
+    def placed(self, pairs: Places) -> Mapping[str, Places]:
+        """Where the entries of the unknowns ``pairs`` (entries, 2) are, by the arrays that they are factored
+        in. Behind them are 0 and 1, for what is no entry and for places of no unknown on the diagonal."""
+        known, zero = {(i, j): k for k, (i, j) in enumerate(pairs.tolist())}, len(pairs)
+        diagonal = [zero + 1 if i is None else known.get((i, i), zero) for i in self.listed]
+        lower = [zero if pair is None else known.get((max(pair), min(pair)), zero) for pair in self.pairs]
+        return {"diagonal": np.array(diagonal, np.int64), "lower": np.array(lower, np.int64)}
 
 
 def couples(starts: Places, counts: Places) -> tuple[Places, Places]:

@@ -21,12 +21,12 @@ from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.friction import gate
-from lagrange_cli.native.families.constrained import MemberTabled, solve
+from lagrange_cli.native.families.constrained import saddle_of, solve
+from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.diagonal import DiagonalJet
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.restraint import Restraint
-from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 
@@ -78,7 +78,7 @@ class StickingJet(DiagonalJet):
 
     tiled = False
 
-    def __init__(self, sticking: Sticking, tabled: SaddleTables, *given: Any) -> None:
+    def __init__(self, sticking: Sticking, tabled: SolvingTables, *given: Any) -> None:
         super().__init__(*given)
         self.sticking, self.tabled = sticking, tabled
 
@@ -96,7 +96,7 @@ class StickingJet(DiagonalJet):
             self.planes[array] = self.take(room(array.count)), 0
         step = room(sticking.count)
         self.planes[sticking.multipliers] = self.take(step * (self.order + 1)), step
-        self.saddle = MemberTabled(self.vectors, self.tabled, "%work", self.work)
+        self.saddle = saddle_of(self.vectors, self.tabled, "%work", self.work)
         self.take(room(self.tabled.size))
         self.whole = sticking.whole
         return totals

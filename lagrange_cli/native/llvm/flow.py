@@ -16,7 +16,8 @@ from lagrange_cli.native.llvm.text import kind
 from lagrange_cli.native.llvm.vector import Bit, Instructions, Integer, Value
 
 V = TypeVar("V", bound=Value)
-_NAME = re.compile(r"%[\w.]+")
+_PHI = re.compile(r"%p\d+(?![\w.])")
+"""The names that ``_read`` gives: those of phis, and maybe others."""
 
 
 class Block:
@@ -271,7 +272,7 @@ class Flow(Instructions):
                 lines.append(f"  br i1 {block.condition}, label %{yes}, label %{no}")
         text = "\n".join(lines)
         if same:
-            text = _NAME.sub(lambda found: same.get(found[0], found[0]), text)
+            text = _PHI.sub(lambda found: same.get(found[0], found[0]), text)
         return f"{self._head} {{\n{text}\n}}\n"
 
     def _complete(self) -> None:

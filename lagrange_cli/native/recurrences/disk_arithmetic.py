@@ -128,8 +128,6 @@ class DiskArithmetic(NumberKind[Disk]):
 
     def power_of(self, x: Real, exponent: float | Real) -> Real:
         """x^exponent for x >= 0."""
-        if isinstance(exponent, float) and exponent == 0.5:
-            return self.f.function("sqrt", x)
         return self.elementary("pow", x, exponent if isinstance(exponent, Real) else self.all(exponent))
 
     def elementary(self, name: str, *arguments: Real) -> Real:

@@ -5,16 +5,21 @@ not change by it. Before and after it the state is recorded (``guards``)."""
 
 from __future__ import annotations
 
-from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, RECORDS, SAMPLE, GuardRows, Role
+from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, GuardRows, Role
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Integer
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.records import dataclass
 
 HUGE = 1.7976931348623157e308
 DONE, LEFT = 1, 0
 """The results of ``@change``: it is done, or left to the caller of ``@advance``."""
+ROUNDING = 2.0**-44
+"""A rate that is so small beside its terms is a rounding error."""
+SOON = 2.0**-29
+"""If all further impacts take no longer than this part of a step, as far as the force before the impact
+tells, the caller decides whether the motion rests."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +29,8 @@ class ActionCode:
     rows: GuardRows
     layout: StateLayout
     records: int
+    term: int
+    """Doubles from a coefficient of an argument to the next one."""
 
     @property
     def any(self) -> bool:
@@ -40,18 +47,29 @@ class ActionCode:
             table("affected_by", [guard for guard, _ in self.rows.affected] or [-1]),
             table("affected", [guard for _, guard in self.rows.affected] or [0]),
         ]
+        if self.rows.bounces:
+            numbers = {guard: k for k, (guard, _) in enumerate(self.rows.bounces)}
+            rests = dict(self.rows.bounces)
+            every = range(self.rows.count)
+            tables.append(table("bounces", [numbers.get(j, -1) for j in every]))
+            tables.append(table("rests_at", [rests.get(j, -1) for j in every]))
         return [*tables, self._change().text()]
+
+    @property
+    def more(self) -> str:
+        """What ``@change`` is given besides, where members bounce: the series of the event's argument."""
+        return ", ptr %row" if self.rows.bounces else ""
 
     def _change(self) -> Function:
         """``@change(state, constants, j, trial, info, sample)``: do what event ``j`` does, after so many
         samples."""
-        given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info, i64 %sample"
+        given = f"ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info, i64 %sample{self.more}"
         f = Function(f"define internal i64 @change({given}) #0")
         rows, layout, j = self.rows, self.layout, Integer(f, "%j")
         state, info, left = f.pointer("%state"), f.pointer("%info"), f.count(LEFT)
-        results = f.place("%trial", self.records + RECORDS * layout.memory)
+        results = f.place("%trial", self.records + rows.records(layout) * layout.memory)
         count, one = f.load_integer(info, RECORDED), f.count(1)
-        with f.when(~(count + 1 < RECORDS)):
+        with f.when(~(count + 1 < rows.records(layout))):
             f.give(left)
         time = f.place(state, layout.time)
         f.call(None, "act", f.pointer("%constants"), time, state, results, one, one)
@@ -59,6 +77,8 @@ class ActionCode:
             infinite = ~(f.magnitude(f.load(results, i)) <= HUGE)
             with f.when(f.load_integer("@changed_by", i).equals(j) & infinite):
                 f.give(left)
+        if rows.bounces:
+            self._bounce(f, j, results)
         before, after = (f.place("%trial", (count + k) * layout.memory + self.records) for k in range(2))
         f.store(Integer(f, "%sample").to_real(), before, layout.at(SAMPLE))
         with f.loop(0, len(rows.changed), tested=False) as i:
@@ -82,3 +102,27 @@ class ActionCode:
         f.store(count + 2, info, RECORDED)
         f.give(f.count(DONE))
         return f
+
+    def _bounce(self, f: Function, j: Integer, results: Pointer) -> None:
+        """Leave an impact to the caller that rounding may have made, or after which the motion may rest;
+        note the time of others."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        event = j - rows.first_event
+        bounce = f.load_integer("@bounces", j)
+        with f.when(bounce >= 0):
+            side, mark = f.load(state, j + rows.mode(layout)), f.load(state, j + rows.fresh(layout))
+            rate, bend = (f.load("%row", m * self.term) * float(m) for m in (2, 3))
+            size = f.load(results, event * 2 + (len(rows.changed) + 1)) * ROUNDING
+            left = f.load(results, bounce + (len(rows.changed) + 2 * rows.events)) * side
+            with f.when((mark > 0.0) | ~(rate * side < -size) | ~(left > size)):
+                f.give(f.count(LEFT))
+            t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+            place = event * 2 + rows.times(layout).start
+            last = f.load(state, place), f.load(state, place + 1)
+            since, flight = (t - last[0]) + (low - last[1]), -left / (bend * side)
+            remaining = flight / (f.constant(1.0) - flight / since)
+            soon = remaining <= f.load(state, layout.at(Clock.STEP)) * SOON
+            with f.when((flight > 0.0) & (flight < since) & soon):
+                f.give(f.count(LEFT))
+            f.store(t, state, place)
+            f.store(low, state, place + 1)

@@ -18,6 +18,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.implicit import BEYOND, HEAD, THETA, ImplicitSteps, areas
+from lagrange_cli.native.stepping.polynomial import weighed
 from lagrange_cli.native.stepping.radau_constants import (
     COMPLEX,
     NODES,
@@ -34,14 +35,6 @@ ROUNDS = 7
 AHEAD = 16.0
 """A step that is longer than the one before by more than this factor begins without its polynomials."""
 DIVERGED, UNSOUND = 0.0, -1.0
-
-
-def weighed(f: Function, values: list[Real], weights: tuple[float, ...]) -> Real:
-    """The sum of each value times its weight."""
-    total = values[0] * weights[0]
-    for value, weight in zip(values[1:], weights[1:]):
-        total = f.fused(value, weight, total)
-    return total
 
 
 class CollocationSteps(ImplicitSteps):

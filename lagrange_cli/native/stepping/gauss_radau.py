@@ -20,6 +20,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
 from lagrange_cli.native.stepping.given import Given
+from lagrange_cli.native.stepping.polynomial import powers
 from lagrange_cli.native.stepping.rate_places import HEADER, Places, span_of
 from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
 
@@ -96,10 +97,7 @@ class GaussRadauSteps(RateSteps):
         """b from the step before, g from b, and the scales."""
         layout, at, lanes = self.state, self._places, self.lengths.lanes
         ratio = f.select(ratio < AHEAD, ratio, f.constant(0.0))
-        powers = [ratio]
-        for _ in range(1, TERMS):
-            powers.append(powers[-1] * ratio)
-        wide, rows = [f.splat(one, lanes) for one in powers], inverse(products())
+        wide, rows = [f.splat(one, lanes) for one in powers(ratio, TERMS)], inverse(products())
         length, zero = f.splat(h, lanes), f.zero(lanes)
         least = f.splat(self._largest(f, length) * BESIDE, lanes) if self.mutual else zero
         with self._each(f, self._count) as i:
@@ -230,15 +228,13 @@ class GaussRadauSteps(RateSteps):
         """The coefficients of the polynomials, in time, where ``advance`` reads them."""
         at, lanes, width = self._places, self.lengths.lanes, self.lengths.width
         degrees = self.lengths.degrees
-        powers = [h]
-        for _ in range(1, TERMS):
-            powers.append(powers[-1] * h)
+        scales = powers(h, TERMS)
 
         def put(value: Real, m: int, i: Integer) -> None:
             f.store_row(value, "%work", i + m * width)
 
         def coefficient(k: int, i: Integer, divisor: int) -> Real:
-            return self._term(f, self.terms, k, i) / f.splat(powers[k] * float(divisor), lanes)
+            return self._term(f, self.terms, k, i) / f.splat(scales[k] * float(divisor), lanes)
 
         # what is written behind the last coordinate is overwritten by the velocities, and behind the last
         # row by the next coefficient
@@ -260,11 +256,9 @@ class GaussRadauSteps(RateSteps):
 
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
         lanes, ratio = self.lengths.lanes, length / h
-        powers = [f.splat(f.constant(1.0), lanes), f.splat(ratio, lanes)]
-        for _ in range(1, TERMS):
-            powers.append(powers[-1] * powers[1])
+        scales = [f.splat(f.constant(1.0), lanes), *powers(f.splat(ratio, lanes), TERMS)]
         with self._each(f, self._count) as i:
-            b = [self._term(f, self.terms, k, i) * powers[k + 1] for k in range(TERMS)]
+            b = [self._term(f, self.terms, k, i) * scales[k + 1] for k in range(TERMS)]
             for k in range(TERMS):
                 total = b[k]
                 for j in range(k + 1, TERMS):

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.native.guards import AT_REST, BRIEF, NOTES, NOWHERE, RECORDED, RECORDS, GuardRows, Role
+from lagrange_cli.native.guards import AT_REST, BRIEF, NOTES, NOWHERE, RECORDED, GuardRows, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
@@ -80,7 +80,7 @@ class GuardCode:
     @property
     def actions(self) -> ActionCode:
         """The code for simple actions."""
-        return ActionCode(self.rows, self.layout, self.records)
+        return ActionCode(self.rows, self.layout, self.records, self.lengths.term)
 
     @property
     def _rooted(self) -> bool:
@@ -203,7 +203,13 @@ class GuardCode:
         """Set the mode of an event that has none since an action has been done."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         mode, mark = j + rows.mode(layout), j + rows.fresh(layout)
-        with f.when(f.load(state, mode).equals(0.0)):
+        undecided = f.load(state, mode).equals(0.0)
+        if rows.bounces:  # contacts have no other mode, and events at which members rest
+            rests = f.load_integer("@rests_at", j)
+            held = f.load(state, f.select(rests < 0, j, rests) + rows.mode(layout))
+            rest = f.load_integer("@guard_roles", j).equals(Role.REST)
+            undecided = undecided & held.equals(0.0) & ~rest
+        with f.when(undecided):
             row = self.lengths.place(f, f.load_integer("@guard_rows", j))
             fresh = f.load(state, mark) > 0.0
             known = f.call(Real, "known", row, Real(f, "%h"))
@@ -254,7 +260,7 @@ class GuardCode:
             with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
                 changing.leave()
             count = f.load_integer(info, RECORDED)
-            with f.when(role.equals(Role.ACTION) | ~(count < RECORDS)):
+            with f.when(role.equals(Role.ACTION) | ~(count < self.rows.records(layout))):
                 f.give(f.count(AWAY))
             place = f.place("%trial", count * layout.memory + self.records)
             f.call(None, "copy", state, place)
@@ -266,7 +272,8 @@ class GuardCode:
             if self.actions.any:
                 with f.when(role.equals(Role.CHANGE)):
                     given = state, f.pointer("%constants"), j, f.pointer("%trial"), info
-                    done = f.call(Integer, "change", *given, Integer(f, "%sample"))
+                    more = Integer(f, "%sample"), *([row] if self.rows.bounces else [])
+                    done = f.call(Integer, "change", *given, *more)
                     with f.when(done.equals(LEFT)):
                         f.give(f.count(AWAY))
                     f.store(self._mark(f), state, j + self.rows.fresh(layout))

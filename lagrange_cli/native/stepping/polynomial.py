@@ -31,6 +31,22 @@ def polynomial(f: Function, c: Sequence[Real], h: Real, chains: int = 1) -> Real
     return sums[0]
 
 
+def powers(x: Real, count: int) -> list[Real]:
+    """x, x^2, .., x^count"""
+    found = [x]
+    for _ in range(1, count):
+        found.append(found[-1] * x)
+    return found
+
+
+def weighed(f: Function, values: Sequence[Real], weights: Sequence[float]) -> Real:
+    """The sum of each value times its weight."""
+    total = values[0] * weights[0]
+    for value, weight in zip(values[1:], weights[1:]):
+        total = f.fused(value, weight, total)
+    return total
+
+
 def rate(f: Function, c: Sequence[Real], h: Real, chains: int = 1) -> Real:
     """The derivative of sum_m c[m - 1] h^m."""
     return polynomial(f, [one * float(m) for m, one in enumerate(c, 1)], h, chains)

@@ -16,9 +16,10 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock
-from lagrange_cli.native.stepping.collocation import DIVERGED, ROUNDS, UNSOUND, CollocationSteps, weighed
+from lagrange_cli.native.stepping.collocation import DIVERGED, ROUNDS, UNSOUND, CollocationSteps
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.implicit import CHOSEN, CURRENT, ERROR, HEAD, RENEW, THETA, TRIED
+from lagrange_cli.native.stepping.polynomial import powers, weighed
 from lagrange_cli.native.stepping.radau_constants import ERROR as ERROR_WEIGHTS
 from lagrange_cli.native.stepping.radau_constants import PLACE_ERROR, POLYNOMIAL, REAL, STAGES
 from lagrange_cli.native.stepping.rate_places import HEADER, Places
@@ -200,9 +201,7 @@ class RadauSteps(CollocationSteps):
     def finish(self, f: Function, h: Real) -> None:
         lanes, width, degrees = self.lengths.lanes, self.lengths.width, self.lengths.degrees
         inverse = f.splat(f.constant(1.0) / h, lanes)
-        powers = [inverse]
-        for _ in range(1, STAGES):
-            powers.append(powers[-1] * inverse)
+        scales = powers(inverse, STAGES)
 
         def put(value: Real, m: int, i: Integer) -> None:
             f.store_row(value, "%work", i + m * width)
@@ -217,23 +216,21 @@ class RadauSteps(CollocationSteps):
                     put(f.zero(lanes), m, i)
                 else:
                     term = weighed(f, self.rows(f, "z", i), POLYNOMIAL[m - 2])
-                    put(term * powers[m - 2] * (1.0 / m), m, i)
+                    put(term * scales[m - 2] * (1.0 / m), m, i)
             with self._each(f, self._count) as i:
                 if m > STAGES:
                     put(f.zero(lanes), m, i + degrees)
                 else:
                     term = weighed(f, self.rows(f, "z", i), POLYNOMIAL[m - 1])
-                    put(term * powers[m - 1], m, i + degrees)
+                    put(term * scales[m - 1], m, i + degrees)
 
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
         super().hand_over(f, h, length)
         lanes, width, degrees = self.lengths.lanes, self.lengths.width, self.lengths.degrees
-        powers = [f.splat(length, lanes)]
-        for _ in range(1, STAGES):
-            powers.append(powers[-1] * powers[0])
+        scales = powers(f.splat(length, lanes), STAGES)
         with f.loop(0, degrees, lanes, tested=False) as i:
             terms = [
-                f.load_row("%work", i + ((k + 1) * width + degrees), lanes) * powers[k] for k in range(STAGES)
+                f.load_row("%work", i + ((k + 1) * width + degrees), lanes) * scales[k] for k in range(STAGES)
             ]
             for k, place in enumerate(self.terms(self.state)):
                 weights = tuple(float(comb(j + 1, k + 1)) for j in range(k, STAGES))

@@ -12,7 +12,7 @@ from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.rate_places import EVALUATIONS, Places
 from lagrange_cli.native.stepping.sums import DoubleSums
@@ -79,11 +79,7 @@ class RatesAtNodes(DoubleSteps):
         f.store(f.load("%work", place) + evaluations, "%work", place)
 
     def _among(self, f: Function, i: Integer, count: int) -> Bit:
-        lanes = self.lengths.lanes
-        if lanes == 1:
-            return i < count
-        listed = ", ".join(f"i64 {lane}" for lane in range(lanes))
-        return f.splat(i, lanes) + Integer(f, f"<{listed}>", lanes) < count
+        return Row(self.lengths, f, i).among(0, count)
 
     def _fastest(self, f: Function) -> Real:
         """The largest velocity, relative to 1 + the size of its coordinate."""

@@ -17,7 +17,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.polynomial import polynomial
+from lagrange_cli.native.stepping.polynomial import polynomial, weighed
 from lagrange_cli.native.stepping.roots import NONE, points_of
 from lagrange_cli.native.stepping.sums import CHAINS
 
@@ -144,9 +144,7 @@ class Watching:
             changes = [one - first for one in values[1:]]
             terms, power = [], inverse
             for weights in terms_of(self.points):
-                total = changes[0] * weights[0]
-                for change, weight in zip(changes[1:], weights[1:]):
-                    total = f.fused(change, weight, total)
+                total = weighed(f, changes, weights)
                 terms.append(total)
                 rest = rest - total
             terms[0] = terms[0] + rest  # so that it has the value at the end, which was rounded otherwise

@@ -104,7 +104,7 @@ def two_springs(t: Number) -> Number:
     return mpmath.sin(right * t) / right if t < half else -mpmath.sin(left * (t - half)) / left
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(
     ("text", "known"),
     [

@@ -177,7 +177,7 @@ def test_mixed_differentials_are_all_found(seed):
     assert kept(of_forms(*map(str, forms))) == rank
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize(
     ("text", "speeds", "known"),
     [

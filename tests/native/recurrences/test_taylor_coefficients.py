@@ -114,7 +114,7 @@ def deviation(found: np.ndarray, known: list[mpmath.mpf]) -> float:
     return float(max(differences) / max(abs(c) * step**m for m, c in enumerate(known)))
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("form", FORMS)
 def test_coefficients_of_a_function(form: str) -> None:
     forces = [form.replace("{}", f"({argument})") for argument in ARGUMENTS]
