@@ -4,8 +4,8 @@ sympy's own Abs, Max and Piecewise rewrite one another, and ask whether symbols 
 them. Derivatives are those on both sides of a jump, as in the expression graph.
 
 ``eval`` is sympy's name for the method by which a function class simplifies its arguments. These are sympy
-expressions that ``expression.build`` has made of a checked tree. (sympy would run a string among them as a
-program: it is given none, see ``tests/expression/test_symbolic_switches.py``.)
+expressions that ``expression.build`` has made of a checked tree. sympy would run a string among them as a
+program, so ``OfExpressions`` refuses strings before sympy sees them.
 """
 
 from __future__ import annotations
@@ -27,10 +27,19 @@ def sign_of(u: sympy.Expr) -> int | None:
     return 1 if u.is_positive else -1 if u.is_negative else 0 if u.is_zero else None
 
 
-class Absolute(sympy.Function):  # type: ignore[misc]
+class OfExpressions(sympy.Function):  # type: ignore[misc]
+    """A function of expressions. Raises ``TypeError`` for a string, which sympy would run as a program."""
+
+    def __new__(cls, *arguments: Any, **options: Any) -> Any:
+        if any(isinstance(one, (str, bytes)) for one in arguments):
+            raise TypeError(f"{cls.__name__} takes expressions, not text")
+        return super().__new__(cls, *arguments, **options)
+
+
+class Absolute(OfExpressions):
     """abs(u)."""
 
-    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
+    @classmethod  # sympy's hook for new instances: OfExpressions refuses strings, no text is ever evaluated
     def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
         """Numbers come out of it, and so does a sign."""
         number, rest = u.as_coeff_Mul()
@@ -50,10 +59,10 @@ class Absolute(sympy.Function):  # type: ignore[misc]
         return Sign(self.args[0]) * self.args[0].diff(symbol)
 
 
-class Sign(sympy.Function):  # type: ignore[misc]
+class Sign(OfExpressions):
     """sign(u), 0 at 0."""
 
-    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
+    @classmethod  # sympy's hook for new instances: OfExpressions refuses strings, no text is ever evaluated
     def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
         """Take the signs of a number and of factors out of it."""
         number, rest = u.as_coeff_Mul()
@@ -67,12 +76,12 @@ class Sign(sympy.Function):  # type: ignore[misc]
         return sympy.S.Zero
 
 
-class Extremum(sympy.Function):  # type: ignore[misc]
+class Extremum(OfExpressions):
     """What ``max`` and ``min`` have in common."""
 
     SIGN = 1
 
-    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
+    @classmethod  # sympy's hook for new instances: OfExpressions refuses strings, no text is ever evaluated
     def eval(cls, *arguments: sympy.Expr) -> sympy.Expr | None:
         """Numbers are compared; what is equal is one."""
         distinct = tuple(dict.fromkeys(arguments))
@@ -100,10 +109,10 @@ class Least(Extremum):
     SIGN = -1
 
 
-class Switch(sympy.Function):  # type: ignore[misc]
+class Switch(OfExpressions):
     """where(u > 0, above, below), or with u >= 0 if ``at`` is 1; 0 if both sides meet."""
 
-    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
+    @classmethod  # sympy's hook for new instances: OfExpressions refuses strings, no text is ever evaluated
     def eval(cls, u: sympy.Expr, above: sympy.Expr, below: sympy.Expr, at: sympy.Integer) -> Any:
         """A number decides."""
         if above == below:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
+import sympy
 from sympy.parsing import sympy_parser
 
-from lagrange_cli.expression.symbolic_switches import Absolute
+from lagrange_cli.expression.symbolic_switches import Absolute, Largest, Least, Sign, Switch
 from lagrange_cli.run.equations import derive
 from lagrange_cli.spec.read import read_spec
 
@@ -25,4 +26,13 @@ def test_no_text_reaches_functions_with_kinks(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(sympy_parser, "parse_expr", refuse)
     derive(read_spec(KINKS, "system.yaml"))
     with pytest.raises(AssertionError, match="to run"):  # it would be seen
-        Absolute("x")
+        sympy.sympify("x")
+
+
+@pytest.mark.parametrize("function", [Absolute, Sign, Largest, Least, Switch])
+def test_text_is_refused_before_sympy_sees_it(function: type[sympy.Function]) -> None:
+    for place in range(4):
+        arguments = [sympy.Symbol("u"), sympy.Integer(1), sympy.Integer(2), sympy.Integer(0)]
+        arguments[place] = "__import__('os').abort()"
+        with pytest.raises(TypeError, match="not text"):
+            function(*arguments)
