@@ -10,7 +10,10 @@ from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.records import replace
 from lagrange_cli.run.derive import derive_system
+from tests.families.test_closed_chains import CHAIN as CLOSED
+from tests.families.test_closed_chains import PINNED
 from tests.families.test_constraints import begun, followed
 from tests.support.motion import Motion, run
 
@@ -135,3 +138,43 @@ def test_what_is_not_known_is_said() -> None:
     text = CHAIN.format(count=20, angle=0, shift="", parent="i - 1", more="").replace("*b[i].y", "*y[i]")
     with pytest.raises(NotDefined, match="the forces on 'b' are not known, since U contains the coordinate"):
         moved(text)
+
+
+KINKS = """generalized_forces: {"a[i in range(N)]": "where(t < 0.15, 0.1, 0) - 0.01*a_dot[i]*abs(a_dot[i])"}
+forces: {"b[i in range(N)]": ["9*max(0, 0.4 - b[i].x)", "t/9 - 0.1*b[i].vx"]}"""
+PUSHED = BEADS.replace("velocity: 0.3", "velocity: 0.1").format(
+    count=9, place=ROD, potential="sum(k*max(0, x[i] - 3)**2 for i in range(N))",
+    more=CASES["a force"][2].replace('"0.1*x[i]"', '"sin(3*t) - i/9*x_dot[i]*abs(x_dot[i])"'),
+)  # fmt: skip
+ANY_WAY = {
+    "places": (PUSHED, {"multipliers", "reactions"}),
+    "a closed chain": (
+        CLOSED.format(count=14, begin="", speed="", more=KINKS, constraints=PINNED),
+        {"multipliers"},
+    ),
+    "an open chain": (CHAIN.format(count=12, **{**BENT, "more": KINKS.split("\n")[1]}), {"reactions"}),
+}
+
+
+@pytest.mark.parametrize("case", ANY_WAY)
+def test_forces_of_constraint_follow_from_the_state_alone(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also beside kinks, by whichever side the last one led to, and backward in time, where drag is drag."""
+    text, asked = ANY_WAY[case]
+    monkeypatch.setattr(systems, "FEWEST_BOUND", 0)
+    spec, values = begun(text)
+    found = []
+    for times in ((0.0, 0.4), (0.4, 0.0)):
+        compilation = Compilation("taylor", 2.0**-52, frozenset({"q", "v", *asked}), backward=times[0] > 0.0)
+        ready = prepare_system(spec, derive_system, None, compilation)
+        assert ready.machine.program.loops
+        motion = run(ready, values, *times, 9)
+        q, v = (
+            np.concatenate([np.ravel(one[-1]) for path, one in motion.data.items() if path.startswith(part)])
+            for part in ("q/", "v/")
+        )
+        values = replace(values, q=tuple(q), v=tuple(v))
+        found.append(motion.data)
+    forward, backward = found
+    for path, one in forward.items():
+        size = np.max(np.abs(one), initial=1.0)
+        assert np.max(np.abs(backward[path][::-1] - one)) <= 2.0**-40 * size, path
