@@ -85,28 +85,22 @@ class Tabled:
                 with self.f.loop(0, -(-len(places) // LANES), tested=False) as b:
                     row = self.gather_from(base, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
-        self._floors(0, self.tabled.begin)
-        parts = self.tabled.parts
-        self._rounds(parts[0], regular, constrained=False)
-        if len(parts) > 1:
-            for name, rows in self.tabled.passed_on.items():
-                self._take(name, rows)
-            self._floors(self.tabled.begin, len(self.tabled.listed))
-            self._rounds(parts[1], regular, constrained=True)
+        self._floors()
+        self._rounds(self.tabled.factoring, regular)
         for name, rows in (("rows", self.tabled.forward), ("columns", self.tabled.backward)):
             if rows.length:
                 with self.f.loop(0, rows.length, tested=False) as t:
                     these = places_at(self.f, t * LANES + rows.first)
                     self.store(self.gather("lower", these), name, t * LANES)
 
-    def _floors(self, first: int, last: int) -> None:
+    def _floors(self) -> None:
         """Below which part of their entries pivots are nothing but rounding."""
         unit = self.emitter.number(FLOOR * self.emitter.unit)
-        with self.f.loop(first // LANES, last // LANES, tested=False) as b:
+        with self.f.loop(0, len(self.tabled.listed) // LANES, tested=False) as b:
             self.store(self.emitter.mul(unit, self.load("diagonal", b * LANES)), "unknowns", b * LANES)
 
-    def _rounds(self, part: EliminationRounds, regular: Variable[Bit], *, constrained: bool) -> None:
-        """The rounds of a part, one after the other: what earlier ones give to their entries, 1/D, and L."""
+    def _rounds(self, part: EliminationRounds, regular: Variable[Bit]) -> None:
+        """The rounds, one after the other: what earlier ones give to their entries, 1/D, and L."""
         f = self.f
         with f.loop(0, part.rounds, tested=False) as r:
 
@@ -115,11 +109,11 @@ class Tabled:
                 return place_at(f, r + table), place_at(f, r + (table + 1))
 
             self._take("diagonal", part.diagonal, span(part.of_diagonal))
-            self._pivot(span(part.positions), constrained, regular)
+            self._pivot(span(part.positions), regular)
             self._take("lower", part.lower, span(part.of_lower))
             self._scale(span(part.pairs))
 
-    def _take(self, name: str, rows: RowSums, span: tuple[Integer, Integer] | None = None) -> None:
+    def _take(self, name: str, rows: RowSums, span: tuple[Integer, Integer]) -> None:
         """Take from entries what earlier pivots give to them."""
         self.subtract(
             rows,
@@ -130,13 +124,13 @@ class Tabled:
             span,
         )
 
-    def _pivot(self, blocks: tuple[Integer, Integer], constrained: bool, regular: Variable[Bit]) -> None:
+    def _pivot(self, blocks: tuple[Integer, Integer], regular: Variable[Bit]) -> None:
         """1/D of a round, and whether the pivots are sound."""
-        f, emitter, relation = self.f, self.emitter, "olt" if constrained else "ogt"
+        f, emitter = self.f, self.emitter
         with f.loop(*blocks, tested=False) as b:
             pivot, floor = (self.load(name, b * LANES) for name in ("diagonal", "unknowns"))
             self.store(emitter.div(emitter.one, pivot), "inverse", b * LANES)
-            regular.set(regular.get() & f.all(Bit(f, emitter.compare(relation, pivot, floor), LANES)))
+            regular.set(regular.get() & f.all(Bit(f, emitter.compare("ogt", pivot, floor), LANES)))
 
     def _scale(self, blocks: tuple[Integer, Integer]) -> None:
         """L from D L."""

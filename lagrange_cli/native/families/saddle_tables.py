@@ -52,7 +52,7 @@ class Terms:
 
 @dataclass(frozen=True)
 class EliminationRounds:
-    """So many ``rounds`` of an elimination: sums for entries of D and of L, and tables of where those of a
+    """The ``rounds`` of an elimination: sums for entries of D and of L, and tables of where those of a
     round begin among these, among blocks of positions, and among blocks of pairs."""
 
     rounds: int
@@ -81,8 +81,6 @@ class SaddleTables:
             self.pairs += [*pairs, *[None] * (-len(pairs) % LANES)]
             pair_ends.append(len(self.pairs))
         self.position = {i: place for place, i in enumerate(self.listed) if i is not None}
-        self.begin = ends[elimination.first]
-        """The first row of the constraints."""
         self.many = len(self.position)
         self._places = np.array([self.position[i] for i in range(self.many)], dtype=np.int64)
         kept = [(place, pair) for place, pair in enumerate(self.pairs) if pair is not None]
@@ -95,8 +93,8 @@ class SaddleTables:
         self.forward = self._rows(terms.of(np.argsort(known, kind="stable")), np.arange(size), zero)
         terms = Terms(known, self._numbers, reverse)
         self.backward = self._rows(terms.of(self._by_row()), np.arange(size)[::-1], zero, every=True)
-        self.parts, self.passed_on = self._factoring(np.array(ends), np.array(pair_ends))
-        """How a matrix is factored, the constraints behind the coordinates; and what those are given."""
+        self.factoring = self._factoring(np.array(ends) // LANES, np.array(pair_ends) // LANES)
+        """How a matrix is factored."""
         self.pivots = self.tables.of_array(
             np.array([0 if pair is None else self.position[pair[1]] for pair in self.pairs], dtype=np.int64)
         )
@@ -118,12 +116,9 @@ class SaddleTables:
         """The entries of L by the unknown that is eliminated earlier, then by the other one's number."""
         return np.lexsort((self._later, self._places[self._earlier]))
 
-    def _factoring(
-        self, ends: Places, pair_ends: Places
-    ) -> tuple[Sequence[EliminationRounds], Mapping[str, RowSums]]:
-        """The tables of factoring: what entries of D and of L are given by pivots of either part."""
-        first, zero = self.elimination.first, len(self.pairs)
-        late = self._places[self._earlier] >= self.begin
+    def _factoring(self, *limits: Places) -> EliminationRounds:
+        """The tables of factoring: what entries of D and of L are given by pivots. The ``limits`` are the
+        blocks of positions and of pairs at which rounds begin."""
         diagonal = Terms(self._places[self._later], self._numbers, self._numbers)
         starts = np.flatnonzero(np.diff(self._earlier, prepend=-1))
         counts = np.diff(np.append(starts, len(self._earlier)))
@@ -134,31 +129,16 @@ class SaddleTables:
         order = np.argsort(keys)
         wanted = self._later[one] * self.many + self._later[other]
         targets = self._numbers[order[np.searchsorted(keys[order], wanted)]] if len(one) else one
-        lower, late_lower = Terms(targets, self._numbers[one], self._numbers[other]), late[one]
-        made = []
-        for constrained, rounds in ((False, (0, first)), (True, (first, len(ends) - 1))):
-            if rounds[0] == rounds[1]:
-                continue
-            limits = [some[rounds[0] : rounds[1] + 1] // LANES for some in (ends, pair_ends)]
-            found = []
-            for terms, lately, limit in ((diagonal, late, limits[0]), (lower, late_lower, limits[1])):
-                inside = (terms.targets // LANES >= limit[0]) & (terms.targets // LANES < limit[-1])
-                mine = terms.of(np.flatnonzero((lately == constrained) & inside))
-                met = np.unique(mine.targets // LANES)
-                found.append((self._rows(mine, met, zero), self.tables.of_array(np.searchsorted(met, limit))))
-            (pivots, of_diagonal), (under, of_lower) = found
-            tables = [self.tables.of_array(limit) for limit in limits]
-            made.append(
-                EliminationRounds(rounds[1] - rounds[0], pivots, under, of_diagonal, of_lower, *tables)
-            )
-        passed = {}
-        for name, terms, lately, begin in (
-            ("diagonal", diagonal, late, ends[first]),
-            ("lower", lower, late_lower, pair_ends[first]),
-        ):
-            mine = terms.of(np.flatnonzero(~lately & (terms.targets >= begin)))
-            passed[name] = self._rows(mine, np.unique(mine.targets // LANES), zero)
-        return made, passed
+        lower = Terms(targets, self._numbers[one], self._numbers[other])
+        found = []
+        for terms, limit in zip((diagonal, lower), limits):
+            met = np.unique(terms.targets // LANES)
+            rows = self._rows(terms, met, len(self.pairs))
+            found.append((rows, self.tables.of_array(np.searchsorted(met, limit))))
+        (pivots, of_diagonal), (under, of_lower) = found
+        positions, pairs = (self.tables.of_array(limit) for limit in limits)
+        rounds = len(self.elimination.rounds)
+        return EliminationRounds(rounds, pivots, under, of_diagonal, of_lower, positions, pairs)
 
     def _rows(self, terms: Terms, blocks: Places, zero: int, *, every: bool = False) -> RowSums:
         """Tables of the terms of these ``blocks`` of eight targets, in this order; blocks without terms are
