@@ -48,11 +48,11 @@ class Tabled:
         made = self.vectors.number(value)
         self.vectors.store_row(made, self.place(name, at), 0)
 
-    def gather(self, name: str, places: Operand) -> Operands:
+    def gather(self, name: str, places: Pointer) -> Operands:
         """Its numbers at these places."""
         return self.gather_from(self.place(name), places)
 
-    def gather_from(self, base: Pointer, places: Operand) -> Operands:
+    def gather_from(self, base: Pointer, places: Pointer) -> Operands:
         """Eight numbers at these places from ``base`` on."""
         return self.vectors.operand(self.vectors.gather(base, places))
 

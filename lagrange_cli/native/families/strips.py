@@ -115,7 +115,7 @@ class TileAdditions(Additions):
         self.left, self.right, self.length = left, right, length
 
     def add(
-        self, values: Sequence[Real], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
+        self, values: Sequence[Real], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], Pointer]
     ) -> None:
         before = {key: one.get() for key, one in self.sums.items()}
         super().add(values, inside, j, looked_up)
