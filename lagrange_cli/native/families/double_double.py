@@ -15,7 +15,6 @@ from lagrange_cli.native.families.vector_dots import Coefficients
 from lagrange_cli.native.interface import CONSTANTS, LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.beside import BesideDoubleDouble, beside
 from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble, pair

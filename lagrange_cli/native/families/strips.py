@@ -21,7 +21,7 @@ from lagrange_cli.native.families.sharing import ARGUMENTS, Parts, Shared, given
 from lagrange_cli.native.families.spans import behind, larger, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
