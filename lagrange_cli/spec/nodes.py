@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.confusions import decimal_comma
 from lagrange_cli.expression.near import shown
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass
@@ -228,8 +229,8 @@ class _Composer:
         return joined
 
     def _rejoined_pairs(self, pairs: list[tuple[Node, Node]]) -> list[tuple[Node, Node]]:
-        """``{bead: (x, y), ...}``: the pieces after the first come as keys without values. In
-        ``{at(1, 0): 2}``, those before the last do."""
+        """``{bead: (x, y), ...}``: the pieces after the first come as keys without values, as does what
+        follows a decimal comma. In ``{at(1, 0): 2}``, those before the last do."""
         joined: list[tuple[Node, Node]] = []
         for key, value in pairs:
             if joined and isinstance(key, Scalar) and key.plain:
@@ -238,15 +239,14 @@ class _Composer:
                     assert isinstance(name, Scalar)
                     joined[-1] = self._join(name, key), value
                     continue
-                if _is_bare(value) and _is_open(last):
-                    assert isinstance(last, Scalar)
-                    joined[-1] = name, self._join(last, key)
+                if _is_bare(value) and isinstance(last, Scalar) and (_is_open(last) or _is_cut(last, key)):
+                    joined[-1] = name, self._join(last, key, ", " if _is_open(last) else ",")
                     continue
             joined.append((key, value))
         return joined
 
-    def _join(self, first: Scalar, second: Scalar) -> Scalar:
-        text = f"{first.text}, {second.text}"
+    def _join(self, first: Scalar, second: Scalar, comma: str = ", ") -> Scalar:
+        text = f"{first.text}{comma}{second.text}"
         return Scalar(Passage(self.source, text, first.passage.start, second.passage.stop), plain=True)
 
     def _count(self, event: Any, nodes: int) -> None:
@@ -265,6 +265,11 @@ class _Composer:
 
 def _is_open(node: Node | None) -> bool:
     return isinstance(node, Scalar) and node.plain and node.text.count("(") > node.text.count(")")
+
+
+def _is_cut(first: Scalar, second: Scalar) -> bool:
+    """Whether the two are a number with a decimal comma."""
+    return first.plain and decimal_comma(f"{first.text},{second.text}") != ""
 
 
 def _is_bare(node: Node) -> bool:
