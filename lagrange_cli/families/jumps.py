@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -32,6 +34,12 @@ def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
         if isinstance(slot.array, Total):
             for term in slot.array.terms:
                 refuse_jumps(slots, term.node, *arrays)
+
+
+def refuse_angles(slots: Slots, nodes: Iterable[Node]) -> None:
+    """Raise ``Unsuited`` where expressions, or sums in them, have angles, which jump."""
+    if any(one.kind is Kind.FUNCTION and one.data == "atan2" for one in reachable(slots.made_of(nodes))):
+        raise Unsuited
 
 
 def jumps(graph: Graph, switch: Node) -> bool:

@@ -32,6 +32,7 @@ from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import masses_of, particles, separated
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switches import with_modes
+from lagrange_cli.mechanics.switching.cuts import cuts_of
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
@@ -50,6 +51,11 @@ conserve is looked for in systems of up to so many (``mechanics.constrained.frob
 FEWEST_BOUND = 75
 """Constraints, or terms of sums in them, below which they are, too."""
 Reason: TypeAlias = "tuple[str, ...]"
+CUTS = (
+    "an energy or a constraint that jumps with the angle atan2(y, x)",
+    "write it with sin, cos or the square of the angle, which do not",
+)
+"""What members are written out for, and how to do without."""
 UNKNOWN = ("replaced",)
 """Parts of a system that are derived member by member."""
 
@@ -258,13 +264,18 @@ def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Tota
 
 
 def refuse_others(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where forces have cuts, or exponentials that have to be bounded."""
+    """Raise ``Unsuited`` where energies and constraints jump with angles, and where forces have exponentials
+    that have to be bounded."""
     roots, moving = [*system.force_nodes, system.potential], system.time.symbols
     for symbol, slot in system.slots.of.items():
         if slot.array in (system.q, system.v, *system.totals):
             moving |= symbol.symbols
     for node in reachable(roots):
-        if node.kind is Kind.DDT or (node.kind is Kind.FUNCTION and node.data == "atan2"):
+        if node.kind is Kind.DDT:
             raise Unsuited
+    bound = system.bonds.nodes if system.bonds else ()
+    places = [one.node for axes in system.positions.values() for total in axes for one in total.terms]
+    if cuts_of(system.slots.graph, system.slots.made_of([system.potential, *bound, *places]), moving):
+        raise Unsuited(*CUTS)
     if saturated_each(system.slots.graph, roots, moving) != tuple(roots):
         raise Unsuited
