@@ -69,7 +69,7 @@ def parse_size(context: click.Context, parameter: click.Parameter, values: tuple
 @click.option(
     "--speed", type=Number(min=0, min_open=True),
     help="The time t that passes in a second of the film [1; if the film would be shorter than 0.2 s or "
-    "longer than 60 s, such that it lasts about 20 s].",
+    "longer than 60 s, a speed at which it lasts about 20 s].",
 )  # fmt: skip
 @click.option("--fps", type=Number(min=0, min_open=True, max=240), help="Frames per second [30; .gif: 25].")
 @click.option("--from", "begin", type=Number(), metavar="TIME", help="The time at which the film begins.")

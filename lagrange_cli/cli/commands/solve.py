@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @click.option(
     "--portable",
     is_flag=True,
-    help="Give the same bits on every machine, whatever its processor and its C library.",
+    help="Give the same bits on every machine, independent of its processor and C library.",
 )
 @format_option
 @run_options(

@@ -20,8 +20,8 @@ OPTIONS = (
     click.option(
         "--certify",
         is_flag=True,
-        help="Write an estimate of the error of every sample: how far it is from the motion of the system as "
-        "it is written. Companion runs with other orders and roundings provide it.",
+        help="Write an estimate of the error of every sample: its distance from the exact motion of the "
+        "system as written. Companion runs with other orders and roundings provide it.",
     ),
     click.option(
         "--digits",

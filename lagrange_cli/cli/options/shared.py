@@ -24,6 +24,9 @@ class Number(click.FloatRange):
 
     name = "number"
 
+    def _describe_range(self) -> str:
+        return between(self).removeprefix(" of").strip()
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         try:
             return super().convert(value, param, ctx)
@@ -36,6 +39,9 @@ class Integer(click.IntRange):
 
     name = "integer"
 
+    def _describe_range(self) -> str:
+        return between(self).removeprefix(" of").strip()
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         try:
             return super().convert(value, param, ctx)
@@ -44,13 +50,12 @@ class Integer(click.IntRange):
 
 
 def between(bounds: click.FloatRange | click.IntRange) -> str:
-    """`` greater than 0``, `` from 1 to 15`` or nothing."""
+    """`` greater than 0``, `` of at least 1``, `` from 1 to 15`` or nothing."""
     if bounds.min is None:
         return ""
-    least = f" greater than {bounds.min:g}" if bounds.min_open else f" from {bounds.min:g}"
-    if bounds.max is None:
-        return least if bounds.min_open else f"{least} on"
-    return f"{least} and at most {bounds.max:g}" if bounds.min_open else f"{least} to {bounds.max:g}"
+    if bounds.min_open:
+        return f" greater than {bounds.min:g}" + ("" if bounds.max is None else f", at most {bounds.max:g}")
+    return f" of at least {bounds.min:g}" if bounds.max is None else f" from {bounds.min:g} to {bounds.max:g}"
 
 
 def parse_overrides(
