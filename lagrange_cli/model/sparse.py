@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
@@ -36,16 +35,6 @@ class SparseElimination:
     rounds: Sequence[Sequence[int]]
     columns: Sequence[Sequence[int]]
 
-    @cached_property
-    def rows(self) -> Sequence[Sequence[int]]:
-        """The earlier unknowns p with L_ip, of each i."""
-        made: list[list[int]] = [[] for _ in self.columns]
-        for one in self.rounds:
-            for p in one:
-                for i in self.columns[p]:
-                    made[i].append(p)
-        return made
-
     @property
     def entries(self) -> int:
         """The numbers of L below its diagonal."""
@@ -59,8 +48,7 @@ def eliminated(neighbours: Sequence[set[int]], most: int) -> SparseElimination |
     """
     rounds: list[list[int]] = []
     columns: list[list[int]] = [[] for _ in neighbours]
-    size = 0
-    left = {*range(len(neighbours))}
+    size, left = 0, set(range(len(neighbours)))
     while left:
         one = independent(neighbours, left)
         left.difference_update(one)
