@@ -5,7 +5,7 @@ The numbers themselves are in arrays of the work space; ``saddle`` writes the lo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
