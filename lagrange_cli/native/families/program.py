@@ -34,7 +34,7 @@ from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
-from lagrange_cli.native.motions import RATES, RatesFunction
+from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.stepping.advance import advance
@@ -153,7 +153,7 @@ class _Writer(Returning, Observation, MotionJets):
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
             work += weights_size(self.order)
         if self.scheme:
-            work, steps = self.on_rates(interface, RatesFunction(lengths, work), floors)
+            work, steps = self.on_rates(interface, work, floors)
             parts += steps
         elif by_series:
             parts.append(advance(self.by_series(lengths, self.given(interface, work, floors))))
@@ -161,19 +161,18 @@ class _Writer(Returning, Observation, MotionJets):
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
 
-    def on_rates(self, interface: Interface, jet: RatesFunction, floors: str) -> tuple[int, list[str]]:
+    def on_rates(self, interface: Interface, work: int, floors: str) -> tuple[int, list[str]]:
         """Steps on rates, which ``@jet`` gives or, if it gives series, a function beside it; and the doubles
         that both work on."""
-        from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
+        from lagrange_cli.native.stepping.schemes import on_rates
 
-        rates, texts = jet, list[str]()
+        own, name, texts = work, "jet", list[str]()
         if self.order > RATES:
             made = self.rates_alone(BRIEF)
-            rates = RatesFunction(side_by_side(self.degrees, self.layout.rows, RATES), made.work, BRIEF)
+            own, name = made.work, BRIEF
             texts.append(made.text)
-        given = replace(self.given(interface, rates.work, floors), rates=rates.name)
-        coupling = partial(of_families, self.system)
-        work, steps = on_rates(scheme_of(self.scheme), rates.lengths, given, coupling, jet.work)
+        given = replace(self.given(interface, own, floors), rates=name)
+        work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
         return work, [*texts, steps]
 
     def by_series(self, lengths: Lengths, given: Given) -> FamilySteps:

@@ -46,14 +46,9 @@ class Places:
         return self.own + self.doubles
 
     @property
-    def rates(self) -> int:
-        """Those at a node, where they have to be copied."""
-        return self.begin + span_of(self.layout)
-
-    @property
     def state(self) -> int:
         """The state at a node, and its low parts."""
-        return self.rates + span_of(self.layout)
+        return self.begin + span_of(self.layout)
 
     @property
     def low(self) -> int:
