@@ -26,6 +26,8 @@ class Loop:
     slots: Slots
     alone: frozenset[Array] = frozenset()
     """Arrays that are no totals and have no other terms."""
+    onto: bool = False
+    """Whether terms are added to what is there before."""
 
     @cached_property
     def used(self) -> Mapping[Node, Slot]:
@@ -53,7 +55,7 @@ class Loop:
     @cached_property
     def put(self) -> frozenset[Array]:
         """Arrays all of whose places the loop fills, one after the other: they need not be 0 before."""
-        if len(self.rows.starts) > 1:
+        if self.onto or len(self.rows.starts) > 1:
             return frozenset()
         targets = self.numbered[1][len(self.used) :]
         return frozenset(

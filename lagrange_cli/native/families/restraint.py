@@ -169,7 +169,8 @@ class AlongMotion(Restraint):
         self.right = self.of_bounds(
             {b: -self.along(b, self.free) for b, _ in enumerate(self.bounds)}, less=self.rest
         )
-        self.rates = self.on_coordinates(self.of_all(self.free), self.multipliers)
+        self.rates = self.on_coordinates(None, self.multipliers)
+        """The same with constraints: what these add to ``free``."""
         self.locals = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows]
 
     @property
@@ -179,9 +180,9 @@ class AlongMotion(Restraint):
 
     @property
     def arrays(self) -> Sequence[Array]:
-        """All that are computed."""
+        """All that are computed, besides the rates."""
         slopes = [one for some in self.slopes for one in some]
-        return [*self.in_order, *slopes, self.square, self.free, self.right, self.multipliers, self.rates]
+        return [*self.in_order, *slopes, self.square, self.free, self.right, self.multipliers]
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""
