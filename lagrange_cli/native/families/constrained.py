@@ -55,7 +55,7 @@ class ConstrainedJet(CorrectedJet):
         self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
     ) -> None:
         motion, first = self.motion, isinstance(k, int) and k == 0
-        given = [*motion.in_order, *(one for some in motion.slopes for one in some if first)]
+        given = [motion.rest, *(one for some in motion.slopes for one in some if first)]
         evaluation.clear(added(given, [series.loop for series, _ in self.members]))
         self.evaluate(k, phase)
         if first:

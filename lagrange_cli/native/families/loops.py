@@ -27,7 +27,7 @@ class Loop:
     alone: frozenset[Array] = frozenset()
     """Arrays that are no totals and have no other terms."""
     onto: bool = False
-    """Whether terms are added to what is there before."""
+    """Whether terms of totals are added to what is there before."""
 
     @cached_property
     def used(self) -> Mapping[Node, Slot]:
@@ -55,14 +55,14 @@ class Loop:
     @cached_property
     def put(self) -> frozenset[Array]:
         """Arrays all of whose places the loop fills, one after the other: they need not be 0 before."""
-        if self.onto or len(self.rows.starts) > 1:
+        if len(self.rows.starts) > 1:
             return frozenset()
         targets = self.numbered[1][len(self.used) :]
         return frozenset(
             total
             for (term, total), i in zip(self.terms, targets)
             if self.rows.strides[i] == 1
-            and (len(total.terms) == 1 if isinstance(total, Total) else total in self.alone)
+            and (not self.onto and len(total.terms) == 1 if isinstance(total, Total) else total in self.alone)
             and len(term.targets) == total.count
             and np.array_equal(term.targets, np.arange(total.count))
         )
