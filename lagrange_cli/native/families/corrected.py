@@ -120,7 +120,7 @@ def series_of(local: Local, slots: Slots, time: Node, order: int, alone: frozens
     read = [*local.unknowns, *local.change]
     every, unused = np.arange(local.domain.count), Array(Source.TOTAL, local.domain.count)
     terms = [*local.terms, *((Term(local.domain, one, every), unused) for one in read)]
-    loop = Loop(local.domain, terms, slots, alone)
+    loop = Loop(local.domain, terms, slots, alone, onto=True)
     return CorrectedSeries(loop, slots, moving, time, order, local=local)
 
 

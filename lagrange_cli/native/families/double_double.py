@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from lagrange_cli.native.families.gathering import gathered
-from lagrange_cli.native.families.vector_dots import Coefficients
+from lagrange_cli.native.families.vector_dots import Coefficients, Pair
 from lagrange_cli.native.interface import CONSTANTS, LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
@@ -217,8 +217,11 @@ class DoubleDoubleVectors:
     # convolutions
 
     def dots(
-        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
-    ) -> list[DDReal]:
+        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+    ) -> Sequence[Sequence[DDReal]]:
+        return [self._dots(*pair, n, weighted) for pair in pairs]
+
+    def _dots(self, a: Coefficients, b: Coefficients, n: int | Integer, weighted: bool) -> list[DDReal]:
         f, last = self.f, self.f.count(n) if isinstance(n, int) else n
         sums = [Accumulated(self) for _ in range(1 + weighted)]
         with f.loop(1, last) as m:

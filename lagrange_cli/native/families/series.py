@@ -24,6 +24,8 @@ from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
+TOGETHER = 2
+"""Dot products that are summed up in one loop: several wait less for each other than one."""
 SLOPE, INVERSE = -1, -2
 """What stands for coefficients of a power: dp/dx and 1/x where a step begins."""
 
@@ -104,6 +106,21 @@ class LoopSeries:
         if isinstance(m, int) and (index, m) in self.besides:
             return self.besides[index, m] + (self.order + 1) * self.step
         return m * self.step + self.stored[index]
+
+    @cached_property
+    def together(self) -> Mapping[int, Sequence[int]]:
+        """The series whose dot products are summed up in one loop."""
+        program, found = self.program.series, dict[tuple[int, bool], list[int]]()
+        for index in self.lasting:
+            one = program[index]
+            if one.op is Op.MULTIPLY and all(program[part].level != FREE for part in one.arguments):
+                a, b = one.arguments
+                found.setdefault((one.level, a == b), []).append(index)
+        return {
+            index: group[i - i % TOGETHER : i - i % TOGETHER + TOGETHER]
+            for group in found.values()
+            for i, index in enumerate(group)
+        }
 
     @cached_property
     def begun(self) -> Mapping[int, int]:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias
 
 from lagrange_cli.native.families.gathering import gathered
 from lagrange_cli.native.families.spans import divided
-from lagrange_cli.native.families.vector_dots import Coefficients, dots
+from lagrange_cli.native.families.vector_dots import Pair, dots
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ZERO, Operand, table
@@ -142,9 +142,10 @@ class Vectors(Protocol):
         """k + ahead, in these units, by which a coefficient is multiplied in a derivative."""
 
     def dots(
-        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
-    ) -> list[Operands]:
-        """sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m] if it is ``weighted``; ``same``: a is b."""
+        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+    ) -> Sequence[Sequence[Operands]]:
+        """sum_{m=1}^{n-1} a[m] b[n-m] of each pair of series, and that of m a[m] b[n-m] if it is
+        ``weighted``; ``same``: a is b."""
 
 
 class DoubleVectors:
@@ -246,9 +247,9 @@ class DoubleVectors:
         return self.kind.everywhere("@numbers", k.name, ahead)
 
     def dots(
-        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
-    ) -> list[Operand]:
-        return dots(self.f, a, b, n, same=same, weighted=weighted)
+        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+    ) -> Sequence[Sequence[Operand]]:
+        return dots(self.f, pairs, n, same=same, weighted=weighted)
 
 
 def beside_doubles(factor: int) -> type[DoubleVectors]:
