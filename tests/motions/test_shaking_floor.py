@@ -68,3 +68,35 @@ def test_no_ball_falls_through(method: str, count: int, request: pytest.FixtureR
     motion = dropped(method, count, **given, stop=4.0)
     assert motion.outcome.ending is Ending.COMPLETE, given
     assert heights(motion).min() > -1e-7, given
+
+
+PUSHED = """
+parameters: {e: 0.3, A: 9, w: 1, p: 0}
+coordinates: {x: {initial: 0, velocity: 0.3}}
+masses: {ball: 1}
+positions: {ball: x}
+potential: -A*sin(w*t + p)*x
+events:
+  right: {when: x - 0.5, direction: rising, action: {set: {x_dot: -e*x_dot}}}
+  left: {when: x + 0.5, direction: falling, action: {set: {x_dot: -e*x_dot}}}
+"""
+
+
+@pytest.mark.parametrize(("method", "count"), [("taylor", 20), ("ias15", 4)])
+def test_a_ball_is_let_go_where_what_pushes_it_to_a_wall_becomes_0(
+    method: str, count: int, request: pytest.FixtureRequest
+) -> None:
+    """Rounding decides to which side that is. Then x'' = A sin(w s), s after the force was 0."""
+    source = random.Random(request.config.option.seed)
+    for _ in range(count):
+        sets = {"p": source.uniform(0.0, 6.0), "A": source.uniform(6.0, 12.0), "w": source.uniform(0.7, 1.0)}
+        motion = follow(PUSHED, 20.0, 201, sets=sets, method=method)
+        assert motion.outcome.ending is Ending.COMPLETE, sets
+        p, A, w = sets.values()
+        half = np.floor((w * motion.t + p) / np.pi)  # how often the force has been 0
+        s = motion.t - (half * np.pi - p) / w
+        sign = 1.0 - 2.0 * (half % 2.0)
+        moved = np.minimum(A / w * (s - np.sin(w * s) / w), 1.0) - 0.5
+        flies = (moved < 0.5) & (half > half[0] + 1.0)
+        assert np.count_nonzero(flies) > 5
+        assert motion["q/x"][flies] == pytest.approx((sign * moved)[flies], abs=1e-9), sets

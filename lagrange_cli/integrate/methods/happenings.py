@@ -165,7 +165,7 @@ class Happenings:
         if self._standstill.leaving(event, sides.now):
             sides.flip(event)
             return self._recurs(event, sides.now)
-        if sides.leaves_zero(event):  # a root of rounding errors
+        if sides.leaves_zero(event) and not sides.at_zero(event):  # a root of rounding errors
             sides.settling.mark([due])
             return self._recurs(event, sides.now)
         if sides.at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from

@@ -92,7 +92,7 @@ class Resting:
         places = sides.outer[n : 2 * n]
         change = sides.memory[places] - impact.before[n : 2 * n]
         places, change = places[change != 0.0], change[change != 0.0]
-        sides.memory[places] -= change * (left / (left - impact.speed))
+        sides.memory[places] -= change / (left - impact.speed) * left  # exactly 0, of one coordinate alone
         sides.memory[sides.layout.width + places] = 0.0
         sides.memory[sides.layout.third + places] = 0.0
         sides.begin_anew()
