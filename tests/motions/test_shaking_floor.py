@@ -100,3 +100,23 @@ def test_a_ball_is_let_go_where_what_pushes_it_to_a_wall_becomes_0(
         flies = (moved < 0.5) & (half > half[0] + 1.0)
         assert np.count_nonzero(flies) > 5
         assert motion["q/x"][flies] == pytest.approx((sign * moved)[flies], abs=1e-9), sets
+
+
+SLIDING = """
+coordinates: {x: {initial: 0, velocity: 1}, y: {initial: 1}}
+masses: {ball: 1}
+positions: {ball: [x, y]}
+potential: 2*y
+events: {floor: {when: y, direction: falling, action: {set: {y_dot: -y_dot/2, x_dot: ALONG}}}}
+"""
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_impacts_that_drag_however_slow_they_are_have_no_limit(method: str) -> None:
+    """Those that change x' in proportion to their speeds 2, 1, 1/2 .. have one, and then the floor takes no
+    more; of 9/10, 9/10 .. it depends on how many are counted."""
+    motion = follow(SLIDING.replace("ALONG", "0.9*x_dot"), 9.0, 10, method=method)
+    assert motion.outcome.ending is Ending.DRAGGED and motion.t[-1] == 2.0
+    motion = follow(SLIDING.replace("ALONG", "x_dot + y_dot/5"), 3.0, 4, method=method)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/x"][-1] == pytest.approx(1.0 - (2.0 + 2.0) / 5, abs=1e-7)
