@@ -120,3 +120,16 @@ def test_impacts_that_drag_however_slow_they_are_have_no_limit(method: str) -> N
     motion = follow(SLIDING.replace("ALONG", "x_dot + y_dot/5"), 3.0, 4, method=method)
     assert motion.outcome.ending is Ending.COMPLETE
     assert motion["v/x"][-1] == pytest.approx(1.0 - (2.0 + 2.0) / 5, abs=1e-7)
+
+
+RUBBING = SLIDING.replace("velocity: 1", "velocity: 3").replace("when: y, direction: falling", "when: WHEN")
+
+
+@pytest.mark.parametrize("along", ["-abs(y_dot)", "min(y_dot, 0)", "y_dot"])
+@pytest.mark.parametrize("when", ["y, direction: falling", "-2*y"])
+def test_impulses_of_friction_have_its_force_as_their_limit(when: str, along: str) -> None:
+    """Whatever tells that the speed is one of approach: x' = 3 - f g t in the end, of impulses of f."""
+    text = RUBBING.replace("WHEN", when).replace("ALONG", f"x_dot + 0.2*1.5*{along}*sign(x_dot)")
+    motion = follow(text, 6.0, 7)
+    assert motion.outcome.ending is Ending.COMPLETE and abs(motion["q/y"][-1]) < 1e-15
+    assert motion["v/x"][-3:] == pytest.approx(3.0 - 0.2 * 2.0 * motion.t[-3:], abs=1e-9)
