@@ -58,7 +58,8 @@ def held(
     whole: tuple[Total, Total],
     moving: int,
 ) -> Held:
-    """The forces with what is ``rubbing`` in them; the ``whole`` of these, and of what is applied, with modes.
+    """The forces with what is ``rubbing`` in them; the ``whole`` of these and of what is applied, with
+    modes.
 
     Raises ``Unsuited`` where friction does not act against its own velocity, or may hold members in a circle.
     """

@@ -262,7 +262,7 @@ def test_switches_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -
 def test_forces_that_jump_hold_members_where_these_are(
     count: int, outputs: frozenset[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Beads on top of each other, which are pulled apart ever more strongly: some come loose, and meet others."""
+    """Beads on top of each other, which are pulled apart ever more strongly: some come loose, and meet."""
     pulls = 'generalized_forces: {{"x[i in range(N)]": "2*t*sin(5*i + 1)"}}'
     text = BEADS.replace("{potential}", f"sum(c*abs(x[i] - x[i - 1]) for i in range(1, N))\n{pulls}")
     text = text.replace("0.5*sin(i + 1)", "0").replace("2*cos(i*i + 1)", "0")
