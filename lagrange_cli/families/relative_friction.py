@@ -101,13 +101,11 @@ def bounds_of(contacts: Contacts, order: Places) -> Iterator[Bound]:
             continue
         domain = Domain(len(kept))
         node = placed(slots, one.argument, domain, kept)
-        inside = [(s, slot.table) for s, slot in slots.inside(node) if slot.array in (system.q, system.v)]
+        inside = [one for one in slots.inside(node) if one[1].array in (system.q, system.v)]
         if not inside:
             raise Unsuited  # of a member relative to itself
-        rows, slopes = (
-            tuple(table for _, table in inside),
-            tuple(slots.graph.diff(node, s) for s, _ in inside),
-        )
+        rows = tuple(slot.table for _, slot in inside)
+        slopes = tuple(slots.graph.diff(node, symbol) for symbol, _ in inside)
         symbols = tuple(slots.symbol(domain, system.v, table) for table in rows)
         speed = slots.graph.sum([(slope * v, 1.0) for slope, v in zip(slopes, symbols)])
         yield Bound(domain, speed, numbers[kept], rows, symbols, slopes, slots.graph.zero, holonomic=False)

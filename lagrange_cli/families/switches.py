@@ -255,7 +255,7 @@ class Switching:
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
             events = replace(events, arguments=arguments, simple=frozenset(), affected=())
-        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes, system.forces)
+        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes)
         if self.held is not None:
             needed.append(self.held.other)
             held = self.held

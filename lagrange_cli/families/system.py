@@ -48,8 +48,9 @@ FEWEST_SWITCHED = 50
 FEWEST_NONHOLONOMIC = 60
 """Coordinates of chains and trees with constraints on velocities below which they are, too: what these
 conserve is looked for in systems of up to so many (``mechanics.constrained.frobenius``)."""
-FEWEST_BOUND = 75
-"""Constraints, or terms of sums in them, below which they are, too."""
+FEWEST_BOUND = 12
+"""Constraints, or terms of sums in them, below which they are, too, where forces have few terms: rods of a
+chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
 Reason: TypeAlias = "tuple[str, ...]"
 CUTS = (
     "an energy or a constraint that jumps with the angle atan2(y, x)",
@@ -74,7 +75,7 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     if found.bodies:
         few = found.q.count < FEWEST_TURNING
     elif found.bonds is not None:
-        few = found.bonds.terms < FEWEST_BOUND
+        few = found.bonds.terms < FEWEST_BOUND and found.terms < FEWEST
     else:
         few = found.terms < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
     return None if few else found

@@ -214,20 +214,6 @@ def test_ledgers_have_switches_too(case: str, monkeypatch: pytest.MonkeyPatch) -
     compare(written(case, 3), monkeypatch, LEDGERS)
 
 
-@pytest.mark.exhaustive(keep=0.25)
-@pytest.mark.parametrize("backward", [False, True])
-def test_multipliers_at_samples_have_the_forces_there(
-    backward: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Beads on rigid rods, between stops."""
-    rods = """
-constraints: {"rod[i in range(N - 1)]": "x[i + 1] - x[i] - 0.5*sin(i + 2) + 0.5*sin(i + 1)"}
-"""
-    text = written("stops on both sides", 4).replace("2*cos(i*i + 1)", "1") + rods
-    stop = -2.0 if backward else 2.0
-    compare(text, monkeypatch, frozenset(["q", "v", "multipliers", "reactions"]), stop, backward=backward)
-
-
 @pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("case", ["a ring", "drag", "times", "events", "rods"])
 def test_switches_change_backward_as_well(case: str, monkeypatch: pytest.MonkeyPatch) -> None:

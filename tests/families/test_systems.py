@@ -146,7 +146,6 @@ def test_what_is_said_of_a_family_does_not_grow_with_it() -> None:
     "change",
     {
         "a kink": ("k/2", "abs(u[0]) + k/2"),
-        "a constraint": ("observables:", "constraints: {rod: u[0] - w[0]}\nobservables:"),
         "velocities in U": ("k/2", "u_dot[0]*w[0] + k/2"),
         "a mass that moves": ("sum(u_dot[i]**2/2", "u[0]**2*w_dot[0]**2/2 + sum(u_dot[i]**2/2"),
         "a coupled mass": ("sum(u_dot[i]**2/2", "u_dot[0]*w_dot[0]/9 + sum(u_dot[i]**2/2"),
