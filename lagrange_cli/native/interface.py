@@ -77,9 +77,9 @@ class Interface:
     multipliers are forces up to a limit; ``events`` for each event its direction, its role, and that number
     for resting contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there
     is none. The integrals of their arguments are the first. ``changed`` are the new values that actions
-    give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple action,
-    and what it changes the argument of. ``@act`` computes new values, two sizes of each event's argument, and
-    the ``masses`` that actions change, of these particles.
+    give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a
+    simple action, and what it changes the argument of. ``@act`` computes new values, two sizes of each
+    event's argument, and the ``masses`` that actions change, of these particles.
     ``@constrain`` computes so many ``constraints``, their rates, and the entries of the matrix of the
     equations that ``pattern`` names; only where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
