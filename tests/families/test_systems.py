@@ -10,6 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from lagrange_cli.families import system as systems
+from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.families.long_values import LongNumbers
+from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
@@ -164,6 +167,24 @@ def test_other_systems_go_through_their_members(
     old, new = change[1]
     assert old in text
     assert systems.family_system(read_spec(text.replace(old, new, 1), "system.yaml")) is None
+
+
+def test_springs_between_headings_keep_energy_and_angular_momentum(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is conserved is found from values of the forces."""
+    monkeypatch.setattr(systems, "FEWEST", 0)
+    text = """
+sizes: {N: 4}
+coordinates: {"x[i in range(N)]": {initial: i}, "y[i in range(N)]": {initial: 1}}
+masses: {"tip[i in range(N)]": 1 + i}
+embedding: {"tip[i in range(N)]": ["x[i]", "y[i]"]}
+potential: sum(cos(atan2(y[i], x[i]) - atan2(y[i - 1], x[i - 1])) for i in range(1, N))
+"""
+    system = systems.family_system(read_spec(text, "system.yaml"))
+    assert system is not None
+    assert {one.quantity for one in constants_of(system).conserved} == {"h", "L_z"}
+    forces = FamilyValues(system, 0.0, np.arange(1.0, 9.0), np.zeros(8), np.zeros(0), kind=LongNumbers())
+    plain = FamilyValues(system, 0.0, np.arange(1.0, 9.0), np.zeros(8), np.zeros(0))
+    assert np.max(np.abs(forces.of(system.forces) - plain.of(system.forces))) < 1e-15
 
 
 def test_definitions_that_follow_from_one_another_otherwise_go_through_their_members(
