@@ -51,6 +51,8 @@ class Modes:
     limits: Total | None = None
     sticking: Bonds | None = None
     loose: Total | None = None
+    placed: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """Of those that are holding, the ones that are decided by places."""
 
     @property
     def followed(self) -> tuple[Total, ...]:

@@ -29,7 +29,7 @@ from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weigh
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, rests
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.guards import EXPLICIT, SIMPLE, Role
+from lagrange_cli.native.guards import EXPLICIT, PLACED, SIMPLE, Role
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -137,8 +137,9 @@ class _Writer(Returning, Observation, MotionJets):
         """The guards of switches as ``Interface`` has them."""
         if self.modes is None:
             return ()
-        holding = {*self.modes.holding.tolist()}
-        return tuple(EXPLICIT if i in holding else SIMPLE for i in range(self.modes.signs.count))
+        kinds = dict.fromkeys(self.modes.holding.tolist(), EXPLICIT)
+        kinds |= dict.fromkeys(self.modes.placed.tolist(), PLACED)
+        return tuple(kinds.get(i, SIMPLE) for i in range(self.modes.signs.count))
 
     def steps(self, interface: Interface, jet: Jet) -> Steps:
         """What follows a motion in doubles."""
