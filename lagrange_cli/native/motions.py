@@ -176,7 +176,8 @@ def with_steps(
         from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
 
         rates = rates or RatesFunction(lengths, work)
-        given = replace(given_of(equations, rates.work, project), rates=rates.name)
+        families = related(equations.residual.model, fewest=2)
+        given = replace(given_of(equations, rates.work, project), rates=rates.name, related=families)
         coupling = partial(of_residual, equations.residual)
         work, steps = on_rates(scheme_of(equations.scheme), rates.lengths, given, coupling, work)
         made.append(steps)

@@ -15,7 +15,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.arrangement import Observed
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
-from lagrange_cli.native.families.floors import FLOORS, write_floors
+from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.motion_jets import MotionJets
 from lagrange_cli.native.families.observation import Observation
@@ -170,7 +170,8 @@ class _Writer(Returning, Observation, MotionJets):
             made = self.rates_alone(BRIEF)
             rates = RatesFunction(side_by_side(self.degrees, self.layout.rows, RATES), made.work, BRIEF)
             texts.append(made.text)
-        given = replace(self.given(interface, rates.work, floors), rates=rates.name)
+        families = related(self.system.spec)
+        given = replace(self.given(interface, rates.work, floors), rates=rates.name, related=families)
         coupling = partial(of_families, self.system)
         work, steps = on_rates(scheme_of(self.scheme), rates.lengths, given, coupling, jet.work)
         return work, [*texts, steps]
