@@ -242,10 +242,11 @@ class AtZero(Crossing):
         unit = ROUNDED_OFF[parts - 1] * FEW * max(q, v * memory[layout.at(Clock.LENGTH)])
         before, source, found = self._arguments(), np.random.default_rng(0), np.zeros(self.count)
         for _ in range(TRIALS):
-            change, second = unit * source.uniform(-1.0, 1.0, layout.degrees), -2.0 * before
-            for one in (change, -change):
-                self._add(layout.q, one)
-                second = second + self._arguments()
+            change, second = unit * source.uniform(-1.0, 1.0, layout.degrees), before
+            # not on both sides: beside an exact number these are rounded by opposite errors
+            for part, weight in ((0.5, -2.0), (1.0, 1.0)):
+                self._add(layout.q, part * change)
+                second = second + weight * self._arguments()
                 self.memory[:] = memory
             found = np.where(found > 0.0, found, np.abs(second))
             if np.all(found > 0.0):
