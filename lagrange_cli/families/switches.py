@@ -18,7 +18,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.families.friction import Decision, Friction, Held, Rest, held, holds, speeds_of
-from lagrange_cli.families.jumps import is_root, jumps, partial, symbols_of
+from lagrange_cli.families.jumps import is_root, jumps, partial, refuse_angles, symbols_of
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
@@ -127,7 +127,9 @@ class Switching:
         others = [term.node for one in self.totals if one not in acting for term in self.merged(one)]
         inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
         rubbing = {one for friction in self.friction for one in friction.switches} - inside
-        for one in switches(nodes, self.moving):
+        decisive = switches(nodes, self.moving)
+        refuse_angles(self.slots, [one.arguments[0] for one in decisive])
+        for one in decisive:
             argument, above, below = one.arguments
             if argument.symbols & self.places and one not in rubbing and jumps(self.graph, one):
                 raise Unsuited(*JUMPS)
@@ -255,7 +257,7 @@ class Switching:
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
             events = replace(events, arguments=arguments, simple=frozenset(), affected=())
-        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes, system.forces)
+        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes)
         if self.held is not None:
             needed.append(self.held.other)
             held = self.held

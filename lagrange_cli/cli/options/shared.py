@@ -19,6 +19,40 @@ SETTABLE = names("parameters", "coordinates")
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
+class Number(click.FloatRange):
+    """A number between ``min`` and ``max``, as far as they are given."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter:
+            self.fail(f"{str(value)!r} is not a number{between(self)}", param, ctx)
+
+
+class Integer(click.IntRange):
+    """An integer between ``min`` and ``max``, as far as they are given."""
+
+    name = "integer"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter:
+            self.fail(f"{str(value)!r} is not a whole number{between(self)}", param, ctx)
+
+
+def between(bounds: click.FloatRange | click.IntRange) -> str:
+    """`` greater than 0``, `` from 1 to 15`` or nothing."""
+    if bounds.min is None:
+        return ""
+    least = f" greater than {bounds.min:g}" if bounds.min_open else f" from {bounds.min:g}"
+    if bounds.max is None:
+        return least if bounds.min_open else f"{least} on"
+    return f"{least} and at most {bounds.max:g}" if bounds.min_open else f"{least} to {bounds.max:g}"
+
+
 def parse_overrides(
     context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]
 ) -> dict[str, str]:

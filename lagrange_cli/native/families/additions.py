@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Term
+from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.vectors import Numbers, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
@@ -87,7 +88,7 @@ class Additions:
         }
 
     def add(
-        self, values: Sequence[Numbers], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
+        self, values: Sequence[Numbers], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], Pointer]
     ) -> None:
         """Terms of the eight members from ``j`` on, of which those count that are ``inside``."""
         vectors, zero = self.vectors, self.vectors.zero(LANES)
@@ -140,12 +141,11 @@ class Additions:
             value = self.vectors.load_row(base, at, LANES) + value
         self.vectors.store_row(value, base, at)
 
-    def scatter(self, values: Numbers, base: Pointer, places: str) -> None:
+    def scatter(self, values: Numbers, base: Pointer, places: Pointer) -> None:
         """Add eight numbers at eight places, one after the other: some may be the same."""
         f, vectors = self.f, self.vectors
         for lane in range(LANES):
-            place = f.define(f"extractelement <{LANES} x i32> {places}, i64 {lane}")
-            at = Integer(f, f.define(f"zext i32 {place} to i64"), 1)
+            at = place_at(f, lane, places)
             vectors.store(vectors.load(base, at) + vectors.lane(values, lane), base, at)
 
 

@@ -267,8 +267,8 @@ class Writer:
         emit_values(self.evaluation.emitter, nodes, known, Everywhere(self.evaluation.tables.constants.slots))
         return [known[node] for node in nodes]
 
-    def looked_up(self, i: int, j: Integer) -> str:
+    def looked_up(self, i: int, j: Integer) -> Pointer:
         """Eight places of a table. Behind its end the last one stands again: a row may end anywhere."""
         table = self.listed[i].tolist()
         at = self.evaluation.tables.of_places([*table, *table[-1:] * LANES])
-        return places_at(self.f, self.first + j + at, aligned=False)
+        return places_at(self.f, self.first + j + at)

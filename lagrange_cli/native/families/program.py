@@ -59,6 +59,7 @@ def write_family_program(
     tolerance: float,
     order: int,
     *,
+    sampled: FamilySystem | None = None,
     scheme: str = "",
     kind: type[Vectors] = DoubleVectors,
     factor: int | None = None,
@@ -68,13 +69,13 @@ def write_family_program(
 ) -> Program:
     """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``, and integrals of
     ``integrands``; one of ``RATES`` gives the accelerations alone, with the steps of a ``scheme`` on these,
-    in doubles. With a ``factor`` it is that of a companion, whose numbers are of a kind beside those of the
-    run (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no
-    constraints, and numbers are doubles. A ``concise`` program has no second copy of the code for many
-    coefficients: it is compiled in less time, and slower."""
-    return _Writer(
-        system, observed, tolerance, order, scheme, kind, factor, proven, integrands, concise
-    ).program()
+    in doubles. What is ``observed`` is that of ``sampled``, if it is another one (``Arrangement``). With a
+    ``factor`` it is that of a companion, whose numbers are of a kind beside those of the run
+    (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no constraints,
+    and numbers are doubles. A ``concise`` program has no second copy of the code for many coefficients: it is
+    compiled in less time, and slower."""
+    given = observed, tolerance, order, scheme, kind, factor, proven, integrands, concise
+    return _Writer(system, sampled or system, *given).program()
 
 
 class _Writer(Returning, Observation, MotionJets):

@@ -208,6 +208,8 @@ class MemberStage(Stage[Any]):
         for index, one in enumerate(program.series):
             if one.level == FREE or (isinstance(self.k, int) and self.k + one.level < 0):
                 continue
+            if index not in self.series.lasting and not (isinstance(self.k, int) and self.k <= 0):
+                continue
             begins = self.is_index(one.level, 0)
             if one.op is Op.COORDINATE:
                 assert one.node is not None
@@ -225,8 +227,10 @@ class MemberStage(Stage[Any]):
                 self.put(index, inverse, INVERSE)
 
     def terms(self) -> list[Operands]:
-        """Coefficients k of the terms."""
-        return [self.of_order(index) for index in self.series.program.residual]
+        """Coefficients k of the terms that have them."""
+        first = isinstance(self.k, int) and self.k == 0
+        residual = self.series.program.residual
+        return [self.of_order(index) for index in (residual if first else residual[: self.series.terms])]
 
     def of_order(self, index: int) -> Operands:
         """Coefficient k of a term."""

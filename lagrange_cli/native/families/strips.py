@@ -21,7 +21,7 @@ from lagrange_cli.native.families.sharing import ARGUMENTS, Parts, Shared, given
 from lagrange_cli.native.families.spans import behind, larger, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class TileAdditions(Additions):
         self.left, self.right, self.length = left, right, length
 
     def add(
-        self, values: Sequence[Real], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
+        self, values: Sequence[Real], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], Pointer]
     ) -> None:
         before = {key: one.get() for key, one in self.sums.items()}
         super().add(values, inside, j, looked_up)

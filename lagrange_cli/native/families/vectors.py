@@ -63,7 +63,7 @@ class Vectors(Protocol):
     def store_row(self, value: Numbers, base: Pointer | str, index: Integer | int) -> None:
         """The same, stored."""
 
-    def gather(self, base: Pointer | str, places: Operand) -> Numbers:
+    def gather(self, base: Pointer | str, places: Pointer) -> Numbers:
         """Eight numbers at eight places."""
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
@@ -178,9 +178,9 @@ class DoubleVectors:
         f.store(total, "%state", row + first)
         f.store(error, "%state", row + (first + width))
 
-    def gather(self, base: Pointer | str, places: Operand) -> Real:
+    def gather(self, base: Pointer | str, places: Pointer) -> Real:
         name = base if isinstance(base, str) else base.name
-        return Real(self.f, gathered(self.kind, name, places), LANES)
+        return Real(self.f, gathered(self.f, name, places), LANES)
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
         return base
