@@ -180,7 +180,8 @@ class Settling(Leading):
         for j in still:
             if values[j] != 0.0:
                 self._take_to(j, 0.0)
-        self.let_rest([j for j in free if j not in entered])
+        self.let_rest(free)
+        entered = [j for j in entered if self.modes[j] != 0.0]
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
         if found:
             self._lead_on([j for j in guards if self._rows.guards[j].multiplier and self.modes[j]])

@@ -15,7 +15,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.arrangement import Observed
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
-from lagrange_cli.native.families.floors import FLOORS, write_floors
+from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.motion_jets import MotionJets
 from lagrange_cli.native.families.observation import Observation
@@ -172,7 +172,8 @@ class _Writer(Returning, Observation, MotionJets):
             made = self.rates_alone(BRIEF)
             own, name = made.work, BRIEF
             texts.append(made.text)
-        given = replace(self.given(interface, own, floors), rates=name)
+        families = related(self.system.spec)
+        given = replace(self.given(interface, own, floors), rates=name, related=families)
         work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
         return work, [*texts, steps]
 

@@ -72,13 +72,13 @@ class Places:
 
     @property
     def spare(self) -> int:
-        """Room for two numbers of each row."""
+        """Room for three numbers of each row."""
         return self.values + LANES * -(-self.watched // LANES)
 
     @property
     def modes(self) -> int:
         """Room for the modes of guards."""
-        return self.spare + 2 * wide_of(self.layout)
+        return self.spare + 3 * wide_of(self.layout)
 
     @property
     def jet(self) -> int:
