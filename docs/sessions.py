@@ -27,8 +27,8 @@ VARYING = re.compile(
     r"|\d+(?= steps)|\d+(?= kB)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])",
     re.MULTILINE,
 )
-"""What depends on the machine: steps, drifts, seconds, a row of ``bench`` with the width of its columns, and the
-method that it recommends; and the size of a page."""
+"""What depends on the machine: steps, drifts, seconds, a row of ``bench`` with the width of its columns,
+and the method that it recommends; and the size of a page."""
 
 MISTAKE = re.compile(r"\S+:\d+:\d+: ")
 """How the output of a command begins that is shown for a mistake in a file."""
