@@ -49,20 +49,22 @@ class AtZero(Crossing):
     def let_rest(self, guards: Sequence[int]) -> None:
         """Set the modes of guards to 0 whose arguments stay 0. If they do so up to rounding, forces act as
         soon as these are told from 0: until then rounding would decide on them. If they are exactly 0, this
-        is of use beside forces that have no series there: these act as soon as they are felt."""
-        modes, noise = self.modes.copy(), self._noise()
-        values = self._arguments()
-        still = [j for j in guards if modes[j] and abs(values[j]) <= noise[j]]
+        is of use beside forces that have no series there: these act as soon as they are felt. Those that
+        a force may hold have been tried before."""
+        modes, rows, exact = self.modes.copy(), self._rows.guards, list[int]()
+        still = [j for j in guards if modes[j] and not rows[j].multiplier]
         while still:
             self.modes[still] = 0.0  # a force from a depth that is rounding would seem to end the contact
             self._series()
-            rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[still, 1:]
-            stay = self._stay(rates)
+            found = self._coefficients_of(self._rows.first, self._rows.first + self.count)[still]
+            stay, values = self._stay(found[:, 1:]), np.abs(found[:, 0])
             self.modes[still] = modes[still]
-            if all(stay):
+            if np.any(values[stay]):
+                stay = stay & (values <= self._noise()[still])
+            if np.all(stay):
+                exact = [j for j, value in zip(still, values) if value == 0.0]
                 break
             still = [j for j, one in zip(still, stay) if one]
-        exact = [j for j in still if values[j] == 0.0]
         self.modes[exact] = -modes[exact]
         smooth = not exact or not self._infinite()
         self.modes[exact] = modes[exact]
@@ -73,7 +75,7 @@ class AtZero(Crossing):
         if self._infinite():
             self.modes[still] = modes[still]
         else:
-            self.marks[still] = -LARGER * noise[still]
+            self.marks[still] = -LARGER * self._noise()[still]
 
     def begin_at_rest(self, values: Array) -> None:
         """Let arguments rest that have other ``values`` than 0 by rounding alone where the motion begins, and
