@@ -16,6 +16,8 @@ from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.native.stepping.noise import LASTS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
@@ -96,12 +98,12 @@ class AtZero(Crossing):
         own[zero[~still]] = modes[~still]
         self.marks[zero[still]] = -LARGER * noise[zero[still]]
 
-    def _stay(self, rates: Array) -> Array:
+    def _stay(self, rates: Array) -> NDArray[np.bool_]:
         """Which arguments do not change but for rounding: their coefficients (guards, orders) from the first
         rate on are small beside those of coordinates."""
         speed = np.max(np.abs(self.memory[self._layout.part(0)][self._layout.v]))
         usual = np.append(speed, self.scale()[1 : rates.shape[1]])
-        found: Array = np.all(np.abs(rates) <= ROUNDING * usual, axis=1)
+        found: NDArray[np.bool_] = np.all(np.abs(rates) <= ROUNDING * usual, axis=1)
         return found
 
     def has_left(self, j: int) -> bool:
