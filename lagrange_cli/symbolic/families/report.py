@@ -110,10 +110,7 @@ def matrix_sections(equations: FamilyEquations, writer: Writer) -> list[Section]
         raise Unsuited
     masses = (line_statement(one, one.name("M_"), writer) for one in equations.masses)
     rates = (line_statement(one, one.name("f_"), writer) for one in equations.rates)
-    found = [
-        Section("Mass matrix, which is diagonal", tuple(masses)),
-        Section("Force", tuple(rates)),
-    ]
+    found = [Section("Mass matrix, which is diagonal", tuple(masses)), Section("Force", tuple(rates))]
     if not equations.constraints:
         return [Section("Equations of motion", (Statement("M a", "f"),)), *found]
     pull = f"{writer.notation.transposed(writer.names('A'))} {writer.names('lambda')}"
