@@ -49,9 +49,7 @@ def call(tree: Call, arguments: list[Value], algebra: Algebra[Any], *, fades: bo
     for argument, value in zip(tree.arguments, arguments, strict=True):
         if tree.function not in VECTOR_FUNCTIONS and isinstance(value, tuple):
             raise ExpressionError(
-                argument.span,
-                f"'{tree.function}' needs a scalar, not a vector",
-                "take a component or norm()",
+                argument.span, f"'{tree.function}' needs a scalar, not a vector", "take a component or norm()"
             )
         if tree.function in VECTOR_FUNCTIONS and not isinstance(value, tuple):
             raise ExpressionError(

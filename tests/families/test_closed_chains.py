@@ -81,11 +81,7 @@ def outputs_of(case: str) -> frozenset[str]:
 
 
 def followed(
-    text: str,
-    stop: float = 0.3,
-    samples: int = 4,
-    method: str = "taylor",
-    outputs: frozenset[str] = OUTPUTS,
+    text: str, stop: float = 0.3, samples: int = 4, method: str = "taylor", outputs: frozenset[str] = OUTPUTS
 ) -> tuple[Prepared, Motion]:
     """A motion of a system, and what it was followed by."""
     spec = read_spec(text, "system.yaml")

@@ -44,10 +44,7 @@ SHAPES: Mapping[str, tuple[Mapping[str, str], str]] = {
         {"x": "sum(l*sin(1 + j/9) for j in range(i + 1))", "y": "-sum(l*cos(1 + j/9) for j in range(i + 1))"},
         f"{HELD}\n  rod[i in range(1, N)]: " + ROD.format(j="i - 1"),
     ),
-    "a tree": (
-        {"x": "TREE", "y": "TREE"},
-        f"{HELD}\n  rod[i in range(1, N)]: " + ROD.format(j="(i - 1)//2"),
-    ),
+    "a tree": ({"x": "TREE", "y": "TREE"}, f"{HELD}\n  rod[i in range(1, N)]: " + ROD.format(j="(i - 1)//2")),
     "pairs": (
         {"x": "2*(i//2) + (i % 2)*l*0.6", "y": "(i % 2)*l*0.8 + cos(i//2)"},
         "rod[i in range(N//2)]: " + ROD.replace("[i]", "[2*i + 1]").format(j="2*i"),
@@ -68,10 +65,7 @@ SHAPES: Mapping[str, tuple[Mapping[str, str], str]] = {
         + ROD.format(j="(i + 1) % N")
         + "\n  along: sum(x[i] for i in range(N)) + y[1] - l/(2*sin(pi/N))*sin(2*pi/N)",
     ),
-    "a sphere": (
-        {"x": "cos(i)", "y": "sin(i)"},
-        "whole: sum(x[i]**2 + y[i]**2 for i in range(N)) - N",
-    ),
+    "a sphere": ({"x": "cos(i)", "y": "sin(i)"}, "whole: sum(x[i]**2 + y[i]**2 for i in range(N)) - N"),
     "sums of halves": (
         {"x": "0.1*i", "y": "0.3*sin(i)"},
         "half[h in range(2)]: "

@@ -144,11 +144,7 @@ def layout_of(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) 
 
 
 def follow_and_write(
-    groups: Sequence[Group],
-    start: Start,
-    request: Request,
-    monitor: Monitor,
-    threads: int,
+    groups: Sequence[Group], start: Start, request: Request, monitor: Monitor, threads: int
 ) -> tuple[EnsembleOutcome, dict[str, int], Target]:
     """Integrate all members into the output file, however they end; how often events happened in all, and
     the target that was written."""
