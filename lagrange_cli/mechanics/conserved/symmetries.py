@@ -81,6 +81,7 @@ def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, 
         tops,
         polynomials,
         linear,
+        rescaled,
         without_gauge,
     )
     for stage in stages:
@@ -112,6 +113,14 @@ def linear(found: Found) -> None:
         from lagrange_cli.mechanics.conserved.linear import of_derivatives  # of few coordinates
 
         of_derivatives(found)
+
+
+def rescaled(found: Found) -> None:
+    """What is conserved in units that change with t."""
+    if "h" not in found.names:
+        from lagrange_cli.mechanics.conserved import rescaled  # where t is in the equations, or drag
+
+        rescaled.rescaled(found, symmetries)
 
 
 def total_energy(model: Model[Node]) -> tuple[Symmetry, ...]:
