@@ -23,12 +23,12 @@ BLOCK = re.compile(
 """A block that is run, and, where a ``text`` block follows at once, what it prints."""
 
 VARYING = re.compile(
-    r"(?<=^  (?:taylor|DOP853)) .*|(?<=: taylor at ).*|(?<=\S) {2,}(?=\S)"
+    r"(?<=^  (?:taylor|DOP853)) .*|(?<=: )(?:taylor|DOP853) at .*|(?<=\S) {2,}(?=\S)"
     r"|\d+(?= steps)|\d+(?= kB)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])",
     re.MULTILINE,
 )
-"""What depends on the machine: steps, drifts, seconds, a row of ``bench`` with the width of its columns; and
-the size of a page."""
+"""What depends on the machine: steps, drifts, seconds, a row of ``bench`` with the width of its columns,
+and the method that it recommends; and the size of a page."""
 
 MISTAKE = re.compile(r"\S+:\d+:\d+: ")
 """How the output of a command begins that is shown for a mistake in a file."""

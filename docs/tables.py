@@ -76,9 +76,9 @@ def with_outputs(text: str) -> str:
 ABLE: dict[str, Callable[[MethodRow], bool]] = {
     "events, impacts, switches": lambda row: row.finds_events,
     "constraints": lambda row: row.constrains,
-    "sees narrow forces": lambda row: row.proves,
+    "detects narrow forces": lambda row: row.proves,
     "double-double": lambda row: DOUBLE_DOUBLE in row.tolerances,
-    "goes on after a stop": lambda row: row.needs in (Needs.SERIES, Needs.STEPS),
+    "can be resumed": lambda row: row.needs in (Needs.SERIES, Needs.STEPS),
 }
 """What methods can do: the columns of their table."""
 

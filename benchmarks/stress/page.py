@@ -198,7 +198,7 @@ def row(judged: Judged) -> tuple[str, ...]:
 def beside(judged: Judged) -> tuple[str, ...]:
     """A row of the table of other programs."""
     peers = dict(judged.peers)
-    ours = f"{shown(judged.error)} ({judged.steps})"
+    ours = f"{shown(judged.error)} ({judged.steps})".lstrip()
     ours += " ended early" if judged.verdict == "refused" else ""
     cells = [judged.scene.name, ours]
     for engine in ENGINES[1:]:

@@ -107,7 +107,7 @@ def section(
         Ctrl-C was pressed. Its attribute ``result`` has the motions that have ended.
     """
     if (where is None) == (every is None):
-        raise UsageError("give one of where, as in where='x', and every")
+        raise UsageError("give either where, as in where='x', or every")
     if every is not None and direction is not None:
         raise UsageError("direction belongs to where: leave it out with every")
     if direction is not None and direction not in DIRECTIONS:

@@ -95,7 +95,7 @@ def view(
     project_initial: bool = False,
     cache: bool = True,
 ) -> Page:
-    """Make a web page that draws a system and lets it move.
+    """Make a web page that draws a system and computes its motion.
 
     Parameters
     ----------

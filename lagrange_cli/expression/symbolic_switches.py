@@ -4,8 +4,8 @@ sympy's own Abs, Max and Piecewise rewrite one another, and ask whether symbols 
 them. Derivatives are those on both sides of a jump, as in the expression graph.
 
 ``eval`` is sympy's name for the method by which a function class simplifies its arguments. These are sympy
-expressions that ``expression.build`` has made of a checked tree. sympy would run a string among them as a
-program, so ``OfExpressions`` refuses strings before sympy sees them.
+expressions that ``expression.build`` has made of a checked tree. sympy would run a string as a program, also
+one in a tuple or a dict, so ``OfExpressions`` refuses whatever is not sympy's already, before sympy sees it.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ def sign_of(u: sympy.Expr) -> int | None:
 
 
 class OfExpressions(sympy.Function):  # type: ignore[misc]
-    """A function of expressions. Raises ``TypeError`` for a string, which sympy would run as a program."""
+    """A function of expressions. Raises ``TypeError`` for other arguments, in which sympy would run text."""
 
     def __new__(cls, *arguments: Any, **options: Any) -> Any:
-        if any(isinstance(one, (str, bytes)) for one in arguments):
-            raise TypeError(f"{cls.__name__} takes expressions, not text")
+        if not all(isinstance(one, sympy.Basic) for one in arguments):
+            raise TypeError(f"{cls.__name__} takes expressions of sympy only, not text")
         return super().__new__(cls, *arguments, **options)
 
 
 class Absolute(OfExpressions):
     """abs(u)."""
 
-    @classmethod  # sympy's hook for new instances: OfExpressions refuses strings, no text is ever evaluated
+    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
     def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
         """Numbers come out of it, and so does a sign."""
         number, rest = u.as_coeff_Mul()
@@ -62,7 +62,7 @@ class Absolute(OfExpressions):
 class Sign(OfExpressions):
     """sign(u), 0 at 0."""
 
-    @classmethod  # sympy's hook for new instances: OfExpressions refuses strings, no text is ever evaluated
+    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
     def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
         """Take the signs of a number and of factors out of it."""
         number, rest = u.as_coeff_Mul()
@@ -81,7 +81,7 @@ class Extremum(OfExpressions):
 
     SIGN = 1
 
-    @classmethod  # sympy's hook for new instances: OfExpressions refuses strings, no text is ever evaluated
+    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
     def eval(cls, *arguments: sympy.Expr) -> sympy.Expr | None:
         """Numbers are compared; what is equal is one."""
         distinct = tuple(dict.fromkeys(arguments))
@@ -112,7 +112,7 @@ class Least(Extremum):
 class Switch(OfExpressions):
     """where(u > 0, above, below), or with u >= 0 if ``at`` is 1; 0 if both sides meet."""
 
-    @classmethod  # sympy's hook for new instances: OfExpressions refuses strings, no text is ever evaluated
+    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
     def eval(cls, u: sympy.Expr, above: sympy.Expr, below: sympy.Expr, at: sympy.Integer) -> Any:
         """A number decides."""
         if above == below:

@@ -11,7 +11,7 @@ from lagrange_cli.families.arrays import Array, Domain, Term, Total
 from lagrange_cli.families.articulation import constant_total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
-from lagrange_cli.families.jumps import refuse_jumps
+from lagrange_cli.families.jumps import refuse_angles, refuse_jumps
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.model.orientation import cross
 from lagrange_cli.spec.spec import Spec, grouped
@@ -35,6 +35,7 @@ def applied_forces(
     for one in spec.forces.get(DISSIPATION, {}).values():
         power = builder.of_root(one.tree, one.indices)
         refuse_jumps(builder.slots, power, builder.v)
+        refuse_angles(builder.slots, [power])
         (rates,), taken = slopes(power, builder.root, builder.totals, builder.slots, builder.v)
         lost += taken
         terms += [Term(term.domain, -term.node, term.targets) for term in rates.terms]

@@ -134,6 +134,17 @@ class Slots:
                 symbol = self.by_bit[bit]
                 yield symbol, self.of[symbol]
 
+    def made_of(self, nodes: Iterable[Node]) -> list[Node]:
+        """Expressions, and the terms of all sums that they contain."""
+        found = dict.fromkeys(nodes)
+        pending = [*found]
+        for node in pending:
+            totals = [slot.array for _, slot in self.inside(node) if isinstance(slot.array, Total)]
+            inner = dict.fromkeys(one.node for total in totals for one in total.terms)
+            pending += [one for one in inner if one not in found]
+            found |= inner
+        return pending
+
     def moving(self, node: Node, moves: set[Array]) -> bool:
         """Whether an expression contains a slot of one of these arrays."""
         return any(slot.array in moves for _, slot in self.inside(node))

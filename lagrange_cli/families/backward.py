@@ -57,8 +57,7 @@ class Reversal:
         if modes is not None:
             limits = None if modes.limits is None else self.of(modes.limits)
             loose = None if modes.loose is None else self.of(modes.loose)
-            arguments, forces = self.of(modes.arguments), self.of(modes.forces)
-            modes = replace(modes, arguments=arguments, forces=forces, limits=limits, loose=loose)
+            modes = replace(modes, arguments=self.of(modes.arguments), limits=limits, loose=loose)
         return replace(
             system, modes=modes, forces=self.of(system.forces), needed=[*map(self.of, system.needed)],
             loads=[*map(self.of, system.loads)], events=events,

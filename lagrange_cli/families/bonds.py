@@ -188,7 +188,7 @@ class Bonds:
                 if i != j:
                     neighbours[i].add(j)
                     neighbours[j].add(i)
-            found = eliminated(neighbours, self.count, most)
+            found = eliminated(neighbours, most)
         if found is None and self.count > DENSE:
             raise Unsuited
         return found

@@ -18,12 +18,12 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
-from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
+from lagrange_cli.families.arrays import Domain, Source, Term, Total
 from lagrange_cli.families.articulation import articulation, weights_of
 from lagrange_cli.families.bonds import Bonds, bonds, bound_families
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.constraint_values import JointedState, State, Whole
-from lagrange_cli.families.masses import components, particles, separated
+from lagrange_cli.families.masses import components, masses_of, particles, separated
 from lagrange_cli.families.values import DOUBLES, Doubles
 from lagrange_cli.model import sparse
 from lagrange_cli.model.start.consistent import Start
@@ -97,9 +97,7 @@ def separate(spec: Spec, builder: ChainBuilder) -> Whole:
     if spec.lagrangian is not None:
         _, masses = separated(builder, builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices))
     else:
-        moving = particles(builder, spec)
-        terms = [Term(one.domain, one.mass * one.slope * one.slope, one.rows) for one in moving]
-        masses = total_of(builder.q.count, terms, builder.graph)
+        masses = masses_of(builder, [*particles(builder, spec)])
     placed = [(domain, x, mass) for _, _, domain, x, mass in components(builder, spec)]
     found = bonds(builder, spec)
     if found is None:

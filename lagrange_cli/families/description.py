@@ -41,18 +41,18 @@ class Component:
 @dataclass(frozen=True, eq=False)
 class Modes:
     """What decides switches: the ``arguments``, and the modes that have their signs until these change.
-    ``forces`` has the switches themselves: at samples, modes are not known. Those that are ``holding``
-    coordinates may be 0, with two ``limits`` for each of them (see ``families.friction``). Friction between
-    coordinates has forces that are the multipliers of ``sticking``, beside which all others are ``loose``
-    (see ``families.relative_friction``)."""
+    Those that are ``holding`` coordinates may be 0, with two ``limits`` for each of them (see
+    ``families.friction``). Friction between coordinates has forces that are the multipliers of ``sticking``,
+    beside which all others are ``loose`` (see ``families.relative_friction``)."""
 
     arguments: Total
     signs: Array
-    forces: Total
     holding: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     limits: Total | None = None
     sticking: Bonds | None = None
     loose: Total | None = None
+    placed: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """Of those that are holding, the ones that are decided by places."""
 
     @property
     def followed(self) -> tuple[Total, ...]:

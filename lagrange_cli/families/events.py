@@ -18,6 +18,7 @@ from lagrange_cli.families.arrays import Chain, Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Contacts
 from lagrange_cli.families.groups import listed
+from lagrange_cli.families.jumps import refuse_angles
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.mechanics.rounding import size_of
@@ -111,9 +112,9 @@ def places_of(spec: Spec) -> Mapping[str, int]:
 def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:
     """Raise ``Unsuited`` where an argument may jump, or hide a zero within a step."""
     nodes = reachable([term.node for one in totals for term in one.terms])
-    for node in nodes:
-        if node.kind is Kind.DDT or (node.kind is Kind.FUNCTION and node.data == "atan2"):
-            raise Unsuited
+    refuse_angles(builder.slots, nodes)
+    if any(node.kind is Kind.DDT for node in nodes):
+        raise Unsuited
     moving, speeds = builder.time.symbols, 0
     for symbol, slot in builder.slots.of.items():
         if slot.array in (builder.q, builder.v, *builder.totals):

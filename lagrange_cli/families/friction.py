@@ -1,4 +1,5 @@
-"""Dry friction of families: forces on coordinates that jump where their velocities are 0, or those of belts.
+"""Dry friction of families: forces on coordinates that jump where their velocities are 0, or those of belts;
+and forces that jump with places, which may hold these.
 
 With M diagonal, the force that holds a coordinate is opposite to all others on it, so no equations are
 solved. Its mode is 0 meanwhile. It is held as long as the whole force with the friction against either
@@ -77,17 +78,18 @@ class Held:
 
 def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool:
     """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
-    velocity is that of others or of a belt there."""
+    velocity is that of others or of a belt there, or its place that of others or of a wall."""
     if system.joints is not None or system.bonds is not None:
         return False
-    return any(np.array_equal(slot.table, term.targets) for _, slot in speeds_of(system, argument, moving))
+    return any(np.array_equal(slot.table, term.targets) for _, slot in linear_in(system, argument, moving))
 
 
-def speeds_of(system: FamilySystem, argument: Node, moving: int) -> list[tuple[Node, Slot]]:
-    """The velocities of coordinates that an argument is linear in; none where it is of another kind."""
+def linear_in(system: FamilySystem, argument: Node, moving: int) -> list[tuple[Node, Slot]]:
+    """The coordinates, or the velocities, that an argument is linear in; none where it is of another kind."""
     slots = system.slots
     inside = [(s, slot) for s, slot in slots.inside(argument) if s.symbols & moving]
-    if argument.symbols & system.time.symbols or any(slot.array is not system.v for _, slot in inside):
+    arrays = {slot.array for _, slot in inside}
+    if argument.symbols & system.time.symbols or arrays not in ({system.q}, {system.v}):
         return []
     constant = not any(slots.graph.diff(argument, s).symbols & moving for s, _ in inside)
     return inside if constant else []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -34,10 +36,31 @@ def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
                 refuse_jumps(slots, term.node, *arrays)
 
 
+def refuse_angles(slots: Slots, nodes: Iterable[Node]) -> None:
+    """Raise ``Unsuited`` where expressions, or sums in them, have angles, which jump."""
+    if any(one.kind is Kind.FUNCTION and one.data == "atan2" for one in reachable(slots.made_of(nodes))):
+        raise Unsuited
+
+
 def jumps(graph: Graph, switch: Node) -> bool:
-    """Whether a switch may have two values where its argument is 0, on some side of the switches in it."""
+    """Whether a switch may have two values where its argument is 0, on some side of the switches in it.
+    Where both are infinite there, no motion passes."""
     argument, above, below = switch.arguments
+    if all(_has_pole(graph, one, argument) for one in (above, below)):
+        return False
     return _differ(graph, above - below, argument, most=MOST)
+
+
+def _has_pole(graph: Graph, node: Node, argument: Node) -> bool:
+    """Whether a term of an expression is infinite where the argument is 0."""
+    if node.kind is Kind.SUM:
+        return any(_has_pole(graph, one, argument) for one in node.arguments)
+    if node.kind is not Kind.PRODUCT:
+        return False
+    own = graph.split_coefficient(argument)[1]
+    factors = [(graph.split_coefficient(a)[1], e) for a, e in zip(node.arguments, node.data)]
+    poles = [a for a, e in factors if e < 0 and a is own]
+    return bool(poles) and not any(e > 0 and vanishes_with(graph, a, argument) for a, e in factors)
 
 
 def _differ(graph: Graph, *both: Node, most: int) -> bool:

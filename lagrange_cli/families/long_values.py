@@ -23,14 +23,14 @@ def number(value: Any) -> Any:
 
 
 def function(name: str) -> Any:
-    """A function of each number of an array, not a number where that is not real."""
+    """A function of the numbers of arrays, one by one, not a number where that is not real."""
     plain, real = getattr(context(), name), context().mpf
 
-    def found(x: Any) -> Any:
-        value = plain(x)
+    def found(*x: Any) -> Any:
+        value = plain(*x)
         return value if isinstance(value, real) else context().nan
 
-    return np.frompyfunc(found, 1, 1)
+    return np.frompyfunc(found, FUNCTIONS[name].nin, 1)
 
 
 class LongNumbers(Doubles):

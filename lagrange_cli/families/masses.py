@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
@@ -35,7 +35,7 @@ def components(
 
 
 def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
-    """The components of all particles that move. Each contains one coordinate at most, linearly."""
+    """The components of all particles that move. Each contains one coordinate at most."""
     for (family, axis), which, domain, x, mass in components(builder, spec):
         if x.symbols & builder.time.symbols:
             raise Unsuited
@@ -44,10 +44,17 @@ def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
         if len(inside) > 1 or any(slot.array is not builder.q for _, slot in inside):
             raise Unsuited
         for symbol, slot in inside:
-            slope = builder.graph.diff(x, symbol)
-            if not fixed(builder, slope):
-                raise Unsuited
-            yield Component(family, axis, which, domain, slot.table, mass, slope)
+            yield Component(family, axis, which, domain, slot.table, mass, builder.graph.diff(x, symbol))
+
+
+def masses_of(builder: FamilyBuilder, particles: Sequence[Component]) -> Total:
+    """M, which is constant where places are linear in coordinates, and on circles. Raises ``Unsuited`` where
+    it is not."""
+    terms = [Term(one.domain, one.mass * one.slope * one.slope, one.rows) for one in particles]
+    masses = total_of(builder.q.count, terms, builder.graph)
+    if not all(fixed(builder, one.node) for one in masses.terms):
+        raise Unsuited
+    return masses
 
 
 def fixed(builder: FamilyBuilder, node: Node) -> bool:

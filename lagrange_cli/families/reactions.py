@@ -89,8 +89,6 @@ def reactions(system: FamilySystem) -> Reactions | None:
     """R of the particles of each family; None where members have to be looked at one by one."""
     if system.spec.lagrangian is not None or system.contacts is not None or held(system):
         return None
-    if system.joints is not None and system.smooth is not None:
-        return None
     try:
         return _Reactions(system).found()
     except (Unsuited, Differ):

@@ -18,7 +18,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Source, Term, Total, placed, total_of
 from lagrange_cli.families.bonds import Bonds, Bound
-from lagrange_cli.families.friction import Decision, Friction, Held, gate, speeds_of
+from lagrange_cli.families.friction import Decision, Friction, Held, gate, linear_in
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.switching.switches import switches
 from lagrange_cli.records import dataclass
@@ -54,16 +54,16 @@ class Contacts:
 
 def held(
     contacts: Contacts,
-    rubbing: tuple[Sequence[Friction], Sequence[Friction]],
+    rubbing: Sequence[Friction],
     whole: tuple[Total, Total],
     moving: int,
 ) -> Held:
-    """The forces with friction, where it is ``rubbing`` in the forces and in what is applied; the ``whole``
-    of both with modes.
+    """The forces with what is ``rubbing`` in them; the ``whole`` of these and of what is applied, with
+    modes.
 
     Raises ``Unsuited`` where friction does not act against its own velocity, or may hold members in a circle.
     """
-    listed = [contacts.numbers[one.term.domain, one.argument] for one in rubbing[0]]
+    listed = [contacts.numbers[one.term.domain, one.argument] for one in rubbing]
     modes = np.unique(np.concatenate(listed))
     order = np.full(contacts.modes.count, NONE)
     order[modes] = np.arange(len(modes))
@@ -72,12 +72,12 @@ def held(
     sticking = Bonds(tuple(bounds), [str(mode) for mode in modes.tolist()], multipliers, holonomic=0)
     refuse_circles(contacts.system, sticking)
     sticking.elimination  # noqa: B018 - refuses what is coupled to too much
-    limit = limits_of(contacts, rubbing[0], sticking, order, moving)
+    limit = limits_of(contacts, rubbing, sticking, order, moving)
     slots, domain = contacts.system.slots, Domain(len(modes))
     numbers = np.arange(len(modes))
     most, force = (slots.symbol(domain, one, numbers) for one in (limit, multipliers))
     limits = [Term(domain, most - force, 2 * numbers), Term(domain, most + force, 2 * numbers + 1)]
-    loose, applied = (with_means(contacts, *both) for both in zip(whole, rubbing))
+    loose, applied = (with_means(contacts, one, rubbing) for one in whole)
     pulls = [
         Term(one.domain, slope * slots.symbol(one.domain, multipliers, one.numbers), rows)
         for one in bounds
@@ -101,13 +101,14 @@ def bounds_of(contacts: Contacts, order: Places) -> Iterator[Bound]:
             continue
         domain = Domain(len(kept))
         node = placed(slots, one.argument, domain, kept)
-        inside = [(s, slot) for s, slot in slots.inside(node) if slot.array is system.v]
+        inside = [one for one in slots.inside(node) if one[1].array in (system.q, system.v)]
         if not inside:
             raise Unsuited  # of a member relative to itself
-        symbols, rows = tuple(s for s, _ in inside), tuple(slot.table for _, slot in inside)
-        slopes = tuple(slots.graph.diff(node, s) for s in symbols)
-        where = numbers[kept]
-        yield Bound(domain, node, where, rows, symbols, slopes, slots.graph.zero, holonomic=False)
+        rows = tuple(slot.table for _, slot in inside)
+        slopes = tuple(slots.graph.diff(node, symbol) for symbol, _ in inside)
+        symbols = tuple(slots.symbol(domain, system.v, table) for table in rows)
+        speed = slots.graph.sum([(slope * v, 1.0) for slope, v in zip(slopes, symbols)])
+        yield Bound(domain, speed, numbers[kept], rows, symbols, slopes, slots.graph.zero, holonomic=False)
 
 
 def with_means(contacts: Contacts, total: Total, listed: Sequence[Friction]) -> Total:
@@ -148,7 +149,7 @@ def limits_of(
             raise Unsuited  # the limit depends on which way another friction acts
         symbol = next(
             s
-            for s, slot in speeds_of(system, one.argument, moving)
+            for s, slot in linear_in(system, one.argument, moving)
             if np.array_equal(slot.table, one.term.targets)
         )
         numbers = order[contacts.numbers[one.term.domain, one.argument]]

@@ -17,8 +17,8 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
-from lagrange_cli.families.friction import Decision, Friction, Held, Rest, held, holds, speeds_of
-from lagrange_cli.families.jumps import is_root, jumps, partial, symbols_of
+from lagrange_cli.families.friction import Decision, Friction, Held, Rest, held, holds, linear_in
+from lagrange_cli.families.jumps import is_root, jumps, partial, refuse_angles, symbols_of
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 JUMPS = (
-    "forces that jump with places or velocities, other than dry friction",
+    "forces that jump other than with a coordinate, a velocity or a difference of these",
     "write friction as -F*sign(x_dot[i]) on x[i], or as dissipation: F*abs(x_dot[i] - x_dot[j]), without "
     "constraints, and let other forces not jump",
 )
@@ -42,7 +42,7 @@ def with_modes(system: FamilySystem) -> FamilySystem | None:
     if there are none.
 
     Raises ``Unsuited`` where sides differ, so that an energy jumps or a motion may stay where they change in
-    another way than a coordinate with dry friction does (``families.friction``); where an argument of another
+    another way than coordinates that rub or meet do (``families.friction``); where an argument of another
     switch jumps in time; and for switches in masses, in joints and in constraints.
     """
     found = Switching(system)
@@ -123,13 +123,16 @@ class Switching:
         if any(map(self.switched, self._others)):
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
-        acting = self.system.forces, self.system.applied
+        acting = self.system.forces, self.system.applied, self.system.slopes
         others = [term.node for one in self.totals if one not in acting for term in self.merged(one)]
         inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
-        rubbing = {one for friction in self.friction for one in friction.switches} - inside
-        for one in switches(nodes, self.moving):
+        rubbing = {friction.argument for friction in self.friction}
+        decisive = switches(nodes, self.moving)
+        refuse_angles(self.slots, [one.arguments[0] for one in decisive])
+        for one in decisive:
             argument, above, below = one.arguments
-            if argument.symbols & self.places and one not in rubbing and jumps(self.graph, one):
+            followed = argument in rubbing and one not in inside
+            if argument.symbols & self.places and not followed and jumps(self.graph, one):
                 raise Unsuited(*JUMPS)
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
@@ -142,11 +145,8 @@ class Switching:
     @cached_property
     def friction(self) -> list[Friction]:
         """The forces that can hold coordinates. Raises ``Unsuited`` where one that jumps cannot."""
-        return self._friction_in(self.system.forces)
-
-    def _friction_in(self, total: Total) -> list[Friction]:
         found, system = list[Friction](), self.system
-        for term in self.merged(total):
+        for term in self.merged(system.forces):
             jumping: dict[Node, list[Node]] = {}
             for one in switches([term.node], self.moving):
                 argument = one.arguments[0]
@@ -255,17 +255,28 @@ class Switching:
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
             events = replace(events, arguments=arguments, simple=frozenset(), affected=())
-        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes, system.forces)
+        needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes)
         if self.held is not None:
             needed.append(self.held.other)
             held = self.held
             modes = replace(
-                modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose
-            )
+                modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
+                placed=self.placed,
+            )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
             applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
         )  # fmt: skip
+
+    @property
+    def placed(self) -> Places:
+        """The modes of forces that jump with places."""
+        found = [
+            self.numbers[1][one.term.domain, one.argument]
+            for one in self.friction
+            if self.slots.moving(one.argument, {self.system.q})
+        ]
+        return np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
 
     @cached_property
     def held(self) -> Held | None:
@@ -274,7 +285,7 @@ class Switching:
             return None
         system, rubbing = self.system, {one.term for one in self.friction}
         others = [one for one in self.merged(system.forces) if one not in rubbing]
-        if any(len(speeds_of(system, one.argument, self.moving)) > 1 for one in self.friction):
+        if any(len(linear_in(system, one.argument, self.moving)) > 1 for one in self.friction):
             return self._held_together()
         applied, slopes = self._by_terms(system.applied), self.of(system.slopes)
         rest = Rest(others, applied, slopes)
@@ -288,9 +299,8 @@ class Switching:
         contacts = relative_friction.Contacts(
             system, self.modes, self.numbers[1], self.decisions, self._with_modes
         )
-        both = self.friction, self._friction_in(system.applied)
         whole = self._by_terms(system.forces), self._by_terms(system.applied)
-        return relative_friction.held(contacts, both, whole, self.moving)
+        return relative_friction.held(contacts, self.friction, whole, self.moving)
 
     @cached_property
     def modes(self) -> Array:

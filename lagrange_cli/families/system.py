@@ -1,6 +1,6 @@
 """The equations of motion of a system of families, in which every family stays one.
 
-The coordinates are places of particles, or L is quadratic in velocities: M is diagonal and constant, and
+Particles move along lines and circles, or L is quadratic in velocities: M is diagonal and constant, and
 a_k = -dU/dq_k / M_k. All that is said of a member is said once, however many there are. Systems of another
 kind are derived member by member (``mechanics``).
 """
@@ -29,9 +29,10 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import events_of
 from lagrange_cli.families.groups import group_of
 from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
-from lagrange_cli.families.masses import particles, separated
+from lagrange_cli.families.masses import masses_of, particles, separated
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switches import with_modes
+from lagrange_cli.mechanics.switching.cuts import cuts_of
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
@@ -47,9 +48,15 @@ FEWEST_SWITCHED = 50
 FEWEST_NONHOLONOMIC = 60
 """Coordinates of chains and trees with constraints on velocities below which they are, too: what these
 conserve is looked for in systems of up to so many (``mechanics.constrained.frobenius``)."""
-FEWEST_BOUND = 75
-"""Constraints, or terms of sums in them, below which they are, too."""
+FEWEST_BOUND = 12
+"""Constraints, or terms of sums in them, below which they are, too, where forces have few terms: rods of a
+chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
 Reason: TypeAlias = "tuple[str, ...]"
+CUTS = (
+    "an energy or a constraint that jumps with the angle atan2(y, x)",
+    "write it with sin, cos or the square of the angle, which do not",
+)
+"""What members are written out for, and how to do without."""
 UNKNOWN = ("replaced",)
 """Parts of a system that are derived member by member."""
 
@@ -68,7 +75,7 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     if found.bodies:
         few = found.q.count < FEWEST_TURNING
     elif found.bonds is not None:
-        few = found.bonds.terms < FEWEST_BOUND
+        few = found.bonds.terms < FEWEST_BOUND and found.terms < FEWEST
     else:
         few = found.terms < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
     return None if few else found
@@ -131,8 +138,7 @@ def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
         potential = graph.sum([(one, 1.0) for one in energies])
         totals = [*builder.totals]
         components = [*particles(builder, spec)]
-        inertia = [Term(one.domain, one.mass * one.slope * one.slope, one.rows) for one in components]
-        masses = total_of(builder.q.count, inertia, graph)
+        masses = masses_of(builder, components)
     else:
         components = []
         lagrangian = builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices)
@@ -259,16 +265,18 @@ def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Tota
 
 
 def refuse_others(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where forces have cuts, switches by parameters, or exponentials that have to be
-    bounded."""
+    """Raise ``Unsuited`` where energies and constraints jump with angles, and where forces have exponentials
+    that have to be bounded."""
     roots, moving = [*system.force_nodes, system.potential], system.time.symbols
     for symbol, slot in system.slots.of.items():
         if slot.array in (system.q, system.v, *system.totals):
             moving |= symbol.symbols
     for node in reachable(roots):
-        if node.kind is Kind.DDT or (node.kind is Kind.FUNCTION and node.data == "atan2"):
+        if node.kind is Kind.DDT:
             raise Unsuited
-        if node.kind is Kind.SWITCH and not node.arguments[0].symbols & moving:
-            raise Unsuited
+    bound = system.bonds.nodes if system.bonds else ()
+    places = [one.node for axes in system.positions.values() for total in axes for one in total.terms]
+    if cuts_of(system.slots.graph, system.slots.made_of([system.potential, *bound, *places]), moving):
+        raise Unsuited(*CUTS)
     if saturated_each(system.slots.graph, roots, moving) != tuple(roots):
         raise Unsuited

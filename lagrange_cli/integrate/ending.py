@@ -29,6 +29,7 @@ class Ending(Enum):
     OVERFLOW = "a coordinate or a velocity exceeds the largest double, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
     RECURRING = "an event occurs again and again at the same time"
+    DRAGGED = "infinitely many impacts happen, each of which changes a velocity however slow it is,"
     TOO_MANY_EVENTS = "more events than the limit allows"
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
@@ -64,6 +65,8 @@ WAYS_OUT = {
     "root or logarithm of a negative number",
     Ending.OVERFLOW: "{before}",
     Ending.RECURRING: "let its action move the state away from it, or end the run before it with --stop",
+    Ending.DRAGGED: "let the action change other velocities in proportion to the speed of the impact, "
+    "or {before}",
     Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER raises it",
     Ending.NO_CROSSING: "ask for fewer --crossings, or end the motion with --stop",
     Ending.OFF_CONSTRAINTS: "let the action set values that satisfy the constraints, or velocities alone",

@@ -133,10 +133,6 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return without_outputs(["conserved"])
     if "reactions" in compilation.outputs and reactions(system) is None:
         return without_outputs(["reactions"])
-    if compilation.backward and system.joints is not None and "reactions" in compilation.outputs:
-        return without_outputs(["reactions"])
-    if compilation.backward and system.bonds is not None and system.joints is not None:
-        return WrittenOut("motion backward in time on chains with constraints", "let it go forward in time")
     if system.smooth is not None and doubtful(system):
         way = "write them without roots and exponentials"
         return WrittenOut("arguments of switches whose zeros may hide", way)
@@ -281,7 +277,7 @@ def write_families(
         followed, integrands = reversal.equations(), reversal.integrands(integrands)
     try:
         program = write_family_program(
-            followed, observed, tolerance, order,
+            followed, observed, tolerance, order, sampled=system,
             scheme=scheme, kind=kind, factor=compilation.factor, proven=proven, integrands=integrands,
             concise=concise,
         )  # fmt: skip

@@ -14,6 +14,8 @@ beside the accelerations, found from d2g/dt2 = 0. Where it would have to pull, c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
@@ -28,6 +30,7 @@ from lagrange_cli.mechanics.residual import Contact, Residual
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.multiple_zeros import with_simple_zeros
+from lagrange_cli.mechanics.switching.switches import switches, vanishes_with
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
@@ -83,7 +86,9 @@ def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
         if not event.changes or not event.changes.keys() <= names.keys():
             continue
         after = {names[name]: event.changes[name] for name in sorted(event.changes, key=names.__getitem__)}
-        direction = _direction(model, event.argument, after, places, speeds)
+        multiplier, rest = (graph.symbol(f"{word} {number}") for word in ("contact", "rest"))
+        side = -event.direction if event.direction else rest
+        direction = _direction(model, event.argument, after, places, speeds, side)
         if direction is None:
             continue
         terms: dict[int, list[tuple[Node, float]]] = {}
@@ -91,7 +96,6 @@ def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
             for j, slope in inertia.get(k, {}).items():
                 terms.setdefault(j, []).append((slope * direction[k], 1.0))
         force = Row({j: graph.sum(each) for j, each in terms.items()}, n, graph.zero)
-        multiplier, rest = (graph.symbol(f"{word} {number}") for word in ("contact", "rest"))
         found.append(Contact(number, multiplier, rest, force, direction))
     return tuple(found)
 
@@ -102,9 +106,10 @@ def _direction(
     after: Mapping[int, Node],
     places: Mapping[Node, int],
     speeds: Mapping[Node, int],
+    side: Node | float,
 ) -> Row | None:
-    """The direction of slow impacts at g = 0, which change velocities of these numbers; None if it is not an
-    impact, or one that does not reduce the speed."""
+    """The direction of slow impacts at g = 0, which change velocities of these numbers, from a ``side``; None
+    if it is not an impact, or one that does not reduce the speed."""
     graph = graph_of(model)
     symbols = graph.symbols_of(g)
     if any(one in speeds for one in symbols) or not any(one in places for one in symbols):
@@ -119,6 +124,15 @@ def _direction(
     for k, node in after.items():
         rates = graph.gradient(node - model.v[k], speeds)
         direction[k] = graph.sum([(rate * slopes[j], -1.0) for j, rate in rates.items() if j in slopes])
+    # what depends on the sign of dg/dt, as abs(y_dot), is as it is before g = 0
+    decided: dict[Node, Node] = {}
+    for one in switches(direction.values(), reduce(or_, (v.symbols for v in model.v), 0)):
+        u, above, below = one.arguments
+        rates = graph.gradient(u, speeds)
+        rise = graph.sum([(rate * slopes[j], 1.0) for j, rate in rates.items() if j in slopes])
+        if not is_zero(rise) and vanishes_with(graph, u, approach + drift):
+            decided[one] = graph.switch(-(rise * side), above, below)
+    direction = dict(zip(direction, substituted(graph, direction.values(), decided)))
     if all(map(is_zero, direction.values())):
         return None
     return Row(direction, len(model.q), graph.zero)

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
@@ -31,22 +30,10 @@ MANY = 32
 
 @dataclass(frozen=True)
 class SparseElimination:
-    """The ``rounds`` of unknowns, those of ``first`` parts before the others, and ``columns[p]``: the later
-    unknowns i with L_ip."""
+    """The ``rounds`` of unknowns, and ``columns[p]``: the later unknowns i with L_ip."""
 
     rounds: Sequence[Sequence[int]]
-    first: int
     columns: Sequence[Sequence[int]]
-
-    @cached_property
-    def rows(self) -> Sequence[Sequence[int]]:
-        """The earlier unknowns p with L_ip, of each i."""
-        made: list[list[int]] = [[] for _ in self.columns]
-        for one in self.rounds:
-            for p in one:
-                for i in self.columns[p]:
-                    made[i].append(p)
-        return made
 
     @property
     def entries(self) -> int:
@@ -54,32 +41,28 @@ class SparseElimination:
         return sum(map(len, self.columns))
 
 
-def eliminated(neighbours: Sequence[set[int]], coordinates: int, most: int) -> SparseElimination | None:
-    """The elimination of the ``coordinates`` and then of the others; None where L would have more than
-    ``most`` numbers.
+def eliminated(neighbours: Sequence[set[int]], most: int) -> SparseElimination | None:
+    """The elimination of all unknowns; None where L would have more than ``most`` numbers.
 
     ``neighbours`` are the places of entries off the diagonal, by row; it is used up.
     """
     rounds: list[list[int]] = []
     columns: list[list[int]] = [[] for _ in neighbours]
-    first = size = 0
-    for part in (range(coordinates), range(coordinates, len(neighbours))):
-        left = set(part)
-        while left:
-            one = independent(neighbours, left)
-            left.difference_update(one)
-            for p in one:
-                around = neighbours[p]
-                columns[p] = sorted(around)
-                size += len(around)
-                if size > most:
-                    return None
-                for i in around:
-                    neighbours[i] |= around
-                    neighbours[i] -= {i, p}
-            rounds.append(one)
-        first = first or len(rounds)
-    return SparseElimination(rounds, first, columns)
+    size, left = 0, set(range(len(neighbours)))
+    while left:
+        one = independent(neighbours, left)
+        left.difference_update(one)
+        for p in one:
+            around = neighbours[p]
+            columns[p] = sorted(around)
+            size += len(around)
+            if size > most:
+                return None
+            for i in around:
+                neighbours[i] |= around
+                neighbours[i] -= {i, p}
+        rounds.append(one)
+    return SparseElimination(rounds, columns)
 
 
 def independent(neighbours: Sequence[set[int]], left: set[int]) -> list[int]:

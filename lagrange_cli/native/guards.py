@@ -24,9 +24,10 @@ rounding, still is."""
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT, BREAK, EXPLICIT, ROOTED = -1, -2, -3, -4, -5
+SIMPLE, CUT, BREAK, EXPLICIT, ROOTED, PLACED = -1, -2, -3, -4, -5, -6
 """Guards without an auxiliary coordinate. ``EXPLICIT``: with limits alone, which do not depend on other
-guards that hold the motion; ``ROOTED``: forces contain a root of the argument."""
+guards that hold the motion; ``PLACED``: the same of an argument that is no velocity, but a place;
+``ROOTED``: forces contain a root of the argument."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 MOST_RECORDS, ROOM = 1024, 2**21
@@ -78,12 +79,19 @@ class GuardRow:
     beside: int = 0
     rooted: bool = False
     """Whether forces contain a root of the argument: they have no series where it is 0."""
+    placed: bool = False
+    """Whether the argument is a place: the motion may pass through 0 whatever its multiplier is."""
 
     @property
-    def explicit(self) -> bool:
+    def limited(self) -> bool:
         """Whether what holds the motion follows from other forces alone: it has limits and no row of its
         own."""
         return bool(self.limit) and self.multiplier == self.limit
+
+    @property
+    def explicit(self) -> bool:
+        """Whether it is held then whenever its argument, a velocity, is 0 and its limits allow it."""
+        return self.limited and not self.placed
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from lagrange_cli.native.guards import (
     BESIDE,
     BREAK,
     EXPLICIT,
+    PLACED,
     ROLES,
     ROOTED,
     SIMPLE,
@@ -72,13 +73,13 @@ class Interface:
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or ``SIMPLE``, ``ROOTED``, ``CUT``, ``BREAK`` or ``EXPLICIT``; ``limits`` are those whose multipliers are
-    forces up to a limit; ``events`` for each event its direction, its role, and that number for resting
-    contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there is none.
-    The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
-    event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple action,
-    and what it changes the argument of. ``@act`` computes new values, two sizes of each event's argument, and
-    the ``masses`` that actions change, of these particles.
+    or ``SIMPLE``, ``ROOTED``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``; ``limits`` are those whose
+    multipliers are forces up to a limit; ``events`` for each event its direction, its role, and that number
+    for resting contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there
+    is none. The integrals of their arguments are the first. ``changed`` are the new values that actions
+    give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a
+    simple action, and what it changes the argument of. ``@act`` computes new values, two sizes of each
+    event's argument, and the ``masses`` that actions change, of these particles.
     ``@constrain`` computes so many ``constraints``, their rates, and the entries of the matrix of the
     equations that ``pattern`` names; only where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
@@ -151,8 +152,9 @@ class Interface:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
         for i, limited in enumerate(self.limits):
             limit = first + len(made) + 2 * i
-            row = limit if self.guards[limited] == EXPLICIT else made[limited].multiplier
-            made[limited] = replace(made[limited], multiplier=row, limit=limit)
+            kind = self.guards[limited]
+            row = limit if kind in (EXPLICIT, PLACED) else made[limited].multiplier
+            made[limited] = replace(made[limited], multiplier=row, limit=limit, placed=kind == PLACED)
         arguments, switches = len(made) + 2 * len(self.limits), len(self.guards)
         for j, one in enumerate(self.guards):
             if one == BREAK:

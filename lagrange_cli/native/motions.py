@@ -22,9 +22,7 @@ from lagrange_cli.series.program import SeriesProgram
 
 if TYPE_CHECKING:
     from lagrange_cli.native.followed import FollowedEquations
-    from lagrange_cli.native.stepping.doubles import DoubleSteps
     from lagrange_cli.native.stepping.given import Given
-    from lagrange_cli.native.stepping.lengths import Lengths
     from lagrange_cli.native.stepping.proof import Proving
 
 BRIEF = "rates"
@@ -74,16 +72,6 @@ def highest(order: int, scheme: str, *, guarded: bool) -> int:
     if scheme:
         return STEPPING + 1 if guarded else RATES
     return order
-
-
-@dataclass(frozen=True)
-class RatesFunction:
-    """The function by whose ``name`` rates are computed for steps on these: where it leaves them, and on how
-    many doubles it works."""
-
-    lengths: Lengths
-    work: int
-    name: str = "jet"
 
 
 @dataclass(frozen=True)
@@ -139,8 +127,12 @@ def double(equations: Specification) -> MotionCode:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
-    from lagrange_cli.native.stepping.doubles import DoubleSteps
+    from lagrange_cli.native.stepping.advance import advance
+    from lagrange_cli.native.stepping.coupling import of_residual
+    from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
     from lagrange_cli.native.stepping.lengths import side_by_side
+    from lagrange_cli.native.stepping.related import related
+    from lagrange_cli.native.stepping.schemes import on_rates
 
     residual, series, order = equations.residual, equations.series, equations.highest
     layout = arrange(series, order)
@@ -150,45 +142,27 @@ def double(equations: Specification) -> MotionCode:
         from lagrange_cli.native.stepping.projection import in_doubles
 
         project = in_doubles(residual, equations.state, equations.constants, equations.emitter)
-    degrees, rows = equations.state.degrees, equations.state.rows
-    lengths, rates = side_by_side(degrees, rows, order), None
-    if equations.scheme and equations.guards:
-        short, given = arrange(series, RATES), (equations.constants, equations.emitter)
-        brief, room, operations = write_jet(residual, series, *given, short, BRIEF, alone=False)
-        rates = RatesFunction(side_by_side(degrees, rows, RATES), room, BRIEF)
-        jet += brief
-    work, steps = with_steps(equations, lengths, DoubleSteps, work, project, rates)
-    return MotionCode([*numbers("", order + 4), jet, *steps], work, operations, (0, 1, layout.width))
-
-
-def with_steps(
-    equations: Specification, lengths: Lengths, kind: type[DoubleSteps], work: int, project: str = "",
-    rates: RatesFunction | None = None,
-) -> tuple[int, list[str]]:  # fmt: skip
-    """What follows a motion whose series are at ``lengths``: the doubles that it works on, and its texts."""
-    from lagrange_cli.native.stepping.advance import advance
-    from lagrange_cli.native.stepping.doubles import accelerate
-    from lagrange_cli.native.stepping.related import related
-
-    made = []
+    lengths, steps = side_by_side(equations.state.degrees, equations.state.rows, order), list[str]()
     if equations.scheme:
-        from lagrange_cli.native.stepping.coupling import of_residual
-        from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
-
-        rates = rates or RatesFunction(lengths, work)
-        given = replace(given_of(equations, rates.work, project), rates=rates.name)
-        coupling = partial(of_residual, equations.residual)
-        work, steps = on_rates(scheme_of(equations.scheme), rates.lengths, given, coupling, work)
-        made.append(steps)
+        room, name = work, "jet"
+        if equations.guards:
+            short, given = arrange(series, RATES), (equations.constants, equations.emitter)
+            brief, room, operations = write_jet(residual, series, *given, short, BRIEF, alone=False)
+            name, jet = BRIEF, jet + brief
+        families = related(residual.model, fewest=2)
+        rates = replace(given_of(equations, room, project), rates=name, related=families)
+        work, text = on_rates(equations.scheme, rates, partial(of_residual, residual), work)
+        steps.append(text)
     elif equations.steps:
-        families = related(equations.residual.model)
+        families = related(residual.model)
         if families:
             floor = LANES * -(-work // LANES)
             work = floor + LANES * -(-lengths.width // LANES)
             lengths = replace(lengths, floor=floor)
-        given = replace(given_of(equations, work, project), related=families)
-        made.append(advance(kind(lengths, given)))
-    return work, [*made, accelerate(lengths)]
+        own = replace(given_of(equations, work, project), related=families)
+        steps.append(advance(DoubleSteps(lengths, own)))
+    parts = [*numbers("", order + 4), jet, *steps, accelerate(lengths)]
+    return MotionCode(parts, work, operations, (0, 1, layout.width))
 
 
 def double_double(equations: Specification) -> MotionCode:

@@ -74,6 +74,7 @@ def planned(planner: Planner, outputs: Collection[str], optional: Collection[str
     """The planner with what these outputs need."""
     for row in OUTPUTS.values():
         if row.name in outputs:
+            # The module's name stands in the table, whatever a system file or an option says.
             module: OutputModule = import_module(f"lagrange_cli.outputs.datasets.{row.module}")
             try:
                 module.plan(planner)

@@ -5,14 +5,15 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, ItemsView, Iterable, Iterator, Mapping, Sequence, ValuesView
 from itertools import chain
-from typing import Any, TypeVar, overload
+from typing import Any, TypeVar
 
+from lagrange_cli.spec.family import LikeTuple, Made
 from lagrange_cli.spec.whole import Template, WrittenFamily
 
 T = TypeVar("T", bound=Template)
 
 
-class Items(Sequence[T]):
+class Items(LikeTuple[T]):
     """A section in its order: ``groups`` are items of their own and families."""
 
     def __init__(self, groups: Sequence[T | WrittenFamily[T]]) -> None:
@@ -24,14 +25,7 @@ class Items(Sequence[T]):
     def __len__(self) -> int:
         return self._starts[-1]
 
-    @overload
-    def __getitem__(self, number: int) -> T: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[T]: ...
-    def __getitem__(self, number: Any) -> Any:
-        if isinstance(number, slice):
-            return [self[k] for k in range(len(self))[number]]
-        number = range(len(self))[number]
+    def nth(self, number: int) -> T:
         group = bisect_right(self._starts, number) - 1
         one = self.groups[group]
         return one[number - self._starts[group]] if isinstance(one, WrittenFamily) else one
@@ -42,17 +36,6 @@ class Items(Sequence[T]):
                 yield from one
             else:
                 yield one
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, (tuple, Items)):
-            return NotImplemented
-        return len(self) == len(other) and all(one == two for one, two in zip(self, other))
-
-    def __hash__(self) -> int:
-        return hash(tuple(self))
-
-    def __repr__(self) -> str:
-        return repr(tuple(self))
 
 
 class ByName(Mapping[str, T]):
@@ -108,7 +91,7 @@ class _Pairs(ItemsView[str, T]):
         return zip(self._mapping, self._mapping.values())
 
 
-class SectionNames(Sequence[str]):
+class SectionNames(Made[str]):
     """The names of the items of a section, in which families are whole."""
 
     def __init__(self, section: Sequence[Any]) -> None:
@@ -127,13 +110,9 @@ class SectionNames(Sequence[str]):
     def __len__(self) -> int:
         return len(self._section)
 
-    @overload
-    def __getitem__(self, number: int) -> str: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[str]: ...
-    def __getitem__(self, number: Any) -> Any:
-        found = self._section[number]
-        return [one.name for one in found] if isinstance(number, slice) else found.name
+    def nth(self, number: int) -> str:
+        name: str = self._section[number].name
+        return name
 
     def __iter__(self) -> Iterator[str]:
         groups = groups_of(self._section)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from itertools import product
 from math import prod
-from typing import Any, TypeAlias, overload
+from typing import Any, TypeAlias, TypeVar, overload
 
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.records import dataclass, replace
@@ -14,7 +15,43 @@ Place: TypeAlias = "tuple[int, ...]"
 """The values of a member's indices."""
 
 
-class Grid(Sequence[Place]):
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Made(Sequence[T_co]):
+    """A sequence whose items are made where they are asked for."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def nth(self, number: int) -> T_co:
+        """The item of this number, from 0 on."""
+
+    @overload
+    def __getitem__(self, number: int) -> T_co: ...
+    @overload
+    def __getitem__(self, number: slice) -> Sequence[T_co]: ...
+    def __getitem__(self, number: Any) -> Any:
+        wanted = range(len(self))[number]
+        return [self.nth(k) for k in wanted] if isinstance(wanted, range) else self.nth(wanted)
+
+
+class LikeTuple(Made[T_co]):
+    """One that is equal to tuples of the same items, and to others of its kind."""
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, (tuple, type(self))):
+            return NotImplemented
+        return len(self) == len(other) and all(one == two for one, two in zip(self, other))
+
+    def __hash__(self) -> int:
+        return hash(tuple(self))
+
+    def __repr__(self) -> str:
+        return repr(tuple(self))
+
+
+class Grid(Made[Place]):
     """All combinations of the values of some indices in order, the last index fastest. The ``ranges``
     ascend."""
 
@@ -26,14 +63,8 @@ class Grid(Sequence[Place]):
     def __len__(self) -> int:
         return self._count
 
-    @overload
-    def __getitem__(self, number: int) -> Place: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[Place]: ...
-    def __getitem__(self, number: Any) -> Any:
-        if isinstance(number, slice):
-            return [self[k] for k in range(self._count)[number]]
-        rest = range(self._count)[number]
+    def nth(self, number: int) -> Place:
+        rest = number
         place: list[int] = []
         for values in reversed(self.ranges):
             rest, own = divmod(rest, len(values))
@@ -55,7 +86,7 @@ class Grid(Sequence[Place]):
         return found
 
 
-class Listed(Sequence[Place]):
+class Listed(Made[Place]):
     """Places one by one, where they are no grid."""
 
     def __init__(self, places: Sequence[Place]) -> None:
@@ -65,11 +96,7 @@ class Listed(Sequence[Place]):
     def __len__(self) -> int:
         return len(self._places)
 
-    @overload
-    def __getitem__(self, number: int) -> Place: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[Place]: ...
-    def __getitem__(self, number: Any) -> Any:
+    def nth(self, number: int) -> Place:
         return self._places[number]
 
     def number(self, place: Place) -> int | None:
@@ -77,7 +104,7 @@ class Listed(Sequence[Place]):
         return self._numbers.get(place)
 
 
-class MemberNames(Sequence[str]):
+class MemberNames(LikeTuple[str]):
     """The names of the members of the family ``base``, at these ``places``: ``u[0,0]``, ``u[0,1]`` and so
     on."""
 
@@ -88,13 +115,7 @@ class MemberNames(Sequence[str]):
     def __len__(self) -> int:
         return len(self.places)
 
-    @overload
-    def __getitem__(self, number: int) -> str: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[str]: ...
-    def __getitem__(self, number: Any) -> Any:
-        if isinstance(number, slice):
-            return [self[k] for k in range(len(self))[number]]
+    def nth(self, number: int) -> str:
         return member_name(self.base, self.places[number])
 
     def __iter__(self) -> Iterator[str]:
@@ -120,15 +141,9 @@ class MemberNames(Sequence[str]):
             and isinstance(other.places, Grid)
         ):
             return self.base == other.base and self.places.ranges == other.places.ranges
-        if not isinstance(other, (tuple, MemberNames)):
-            return NotImplemented
-        return len(self) == len(other) and all(one == two for one, two in zip(self, other))
+        return super().__eq__(other)
 
-    def __hash__(self) -> int:
-        return hash(tuple(self))
-
-    def __repr__(self) -> str:
-        return repr(tuple(self))
+    __hash__ = LikeTuple.__hash__
 
     def place(self, name: str) -> Place | None:
         """The indices in a member's name; None where it is none."""

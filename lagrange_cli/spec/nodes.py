@@ -26,6 +26,8 @@ _EXAMPLE = "'lagrange systems pendulum' shows an example"
 _NOT_YAML = "[^\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 """Compiled only for files that have characters that do not print: it takes longer than to read most files."""
 _INDEXED = re.compile(r"(?<=\w)\[[^][\n]*\]")
+_KEY = re.compile(r"[^\W\d]\w*(?:\s*(?:\[|=|$)|\s+\w)")
+"""What a key begins with, right or wrong: a name, a family, ``name=value``, or words."""
 _GUARDED = {ord("["): 0xE000, ord("]"): 0xE001, ord(","): 0xE002}  # to characters without a meaning
 _UNGUARDED = {own: sign for sign, own in _GUARDED.items()}
 
@@ -228,8 +230,9 @@ class _Composer:
         return joined
 
     def _rejoined_pairs(self, pairs: list[tuple[Node, Node]]) -> list[tuple[Node, Node]]:
-        """``{bead: (x, y), ...}``: the pieces after the first come as keys without values. In
-        ``{at(1, 0): 2}``, those before the last do."""
+        """``{bead: (x, y), ...}``: the pieces after the first come as keys without values, as do those of
+        ``{bead: x, -y}`` and of a number with a decimal comma. In ``{at(1, 0): 2}``, those before the last
+        do."""
         joined: list[tuple[Node, Node]] = []
         for key, value in pairs:
             if joined and isinstance(key, Scalar) and key.plain:
@@ -238,15 +241,15 @@ class _Composer:
                     assert isinstance(name, Scalar)
                     joined[-1] = self._join(name, key), value
                     continue
-                if _is_bare(value) and _is_open(last):
-                    assert isinstance(last, Scalar)
+                if _is_bare(value) and isinstance(last, Scalar) and (_is_open(last) or _goes_on(last, key)):
                     joined[-1] = name, self._join(last, key)
                     continue
             joined.append((key, value))
         return joined
 
     def _join(self, first: Scalar, second: Scalar) -> Scalar:
-        text = f"{first.text}, {second.text}"
+        (line, column), start = first.passage.stop, second.passage.start
+        text = f"{first.text}{',' if start == (line, column + 1) else ', '}{second.text}"
         return Scalar(Passage(self.source, text, first.passage.start, second.passage.stop), plain=True)
 
     def _count(self, event: Any, nodes: int) -> None:
@@ -265,6 +268,12 @@ class _Composer:
 
 def _is_open(node: Node | None) -> bool:
     return isinstance(node, Scalar) and node.plain and node.text.count("(") > node.text.count(")")
+
+
+def _goes_on(first: Scalar, second: Scalar) -> bool:
+    """Whether a text without brackets goes on after a comma: ``bob: l*sin(a), -l*cos(a)``, ``step: 0,1``. The
+    second piece is no key, then: that would begin with a letter, and have no operators but in an index."""
+    return first.plain and first.text != "" and not _KEY.match(second.text)
 
 
 def _is_bare(node: Node) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.expression.confusions import rate_of
+from lagrange_cli.expression.confusions import rate_of, romanized
 from lagrange_cli.expression.indices import integer
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.parse import parse
@@ -112,6 +112,8 @@ def settable_hint(name: str, known: list[str]) -> str:
     moving, order = (name[:-1], 1) if name.endswith("'") else rate_of(name, coordinates)
     if order == 1 and moving in coordinates:
         return f"write {velocity_name(moving)} for the velocity of {moving}"
+    if alike := next((one for one in known if romanized(one) == romanized(name)), ""):
+        return f"did you mean '{alike}'?"
     return near_hint(name, known) or known_hint(known)
 
 

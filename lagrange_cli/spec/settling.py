@@ -42,6 +42,7 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
             if section == "parameters"
             else vector_hint(names, expression),
         )
+        names.problems.distrust(expression.tree)
     return kinds
 
 

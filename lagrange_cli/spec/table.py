@@ -17,7 +17,7 @@ from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.fields import Reader
 from lagrange_cli.spec.kinds import ANYTHING, Kind, Rule
-from lagrange_cli.spec.nodes import Node, Scalar
+from lagrange_cli.spec.nodes import Scalar
 from lagrange_cli.spec.problems import Problems
 
 SHORTEST = 3
@@ -127,7 +127,7 @@ def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems
     for key, value in node.entries:
         name = table.key_of(key.text)
         if name not in table.by_word:
-            name = _unknown_key(key, value, table, where, written, problems)
+            name = _unknown_key(key, table, where, written, problems)
             if name in written:
                 name = ""
             if not name and isinstance(value, nodes.Mapping):  # what it declares may be used elsewhere
@@ -144,16 +144,12 @@ def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems
     return found
 
 
-def _unknown_key(
-    key: Scalar, value: Node, table: Table, where: str, written: Collection[str], problems: Problems
-) -> str:
+def _unknown_key(key: Scalar, table: Table, where: str, written: Collection[str], problems: Problems) -> str:
     """Report an unknown key. Returns the key that was meant, or nothing. ``written`` are the keys that there
     are."""
     text = key.text
     name, equals, rest = (part.strip() for part in text.partition("="))
-    if text.isdecimal() and isinstance(value, Scalar) and value.text == "":
-        meant, hint = "", "write a decimal point: 0.5, not 0,5"
-    elif equals and name in table.by_word:
+    if equals and name in table.by_word:
         meant, hint = "", f"write {name}: {rest}"
     elif not table.name and "lagrangian" in written and is_energy(text, table):
         problems.broken.add(text)

@@ -63,7 +63,7 @@ class Unknown:
             return message, f"write {NAMES[name]}"
         if hint := self._of_particle(name) or self._other_notation(name) or self._run_together(name):
             return message, hint
-        near = near_hint(name, [*self.table, *self.indices, *CONSTANTS])
+        near = near_hint(name, [*self._usable(), *self.indices, *CONSTANTS])
         if (not near or len(name) < SHORT) and (factors := self._factors(name)):
             return message, f"write {'*'.join(factors)}"
         known = known_hint(self._words())
@@ -149,13 +149,14 @@ class Unknown:
         found = splits[-1] or []
         return found if len({*found}) == len(found) > 1 else []  # mm is no square
 
+    def _usable(self) -> list[str]:
+        """All names that may be used here."""
+        return [name for name, one in self.table.items() if one.kinds <= frozenset(self.allowed)]
+
     def _words(self) -> list[str]:
-        """All names that may be used, as they are written: families with an index."""
-        return [
-            one.family.label if one.family else name
-            for name, one in self.table.items()
-            if one.kinds <= frozenset(self.allowed)
-        ]
+        """The same as they are written: families with an index."""
+        families = ((name, self.table[name].family) for name in self._usable())
+        return [family.label if family else name for name, family in families]
 
 
 def end_of_differential(name: Name, text: str, table: Mapping[str, Meaning]) -> int:

@@ -3,13 +3,13 @@ made where it is asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import product
 from math import prod
-from typing import Any, Generic, Protocol, TypeVar, overload
+from typing import Any, Generic, Protocol, TypeVar
 
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.family import Family, Grid, MemberNames, Place
+from lagrange_cli.spec.family import Family, Grid, Made, MemberNames, Place
 
 
 class Template(Protocol):
@@ -63,7 +63,7 @@ class Part(Generic[T]):
         return {name: value for name, value in zip(self.indices, place) if name}
 
 
-class WrittenFamily(Sequence[T]):
+class WrittenFamily(Made[T]):
     """The members of a family of a section, in the ``order`` of these places if that is not that of their
     names."""
 
@@ -86,13 +86,7 @@ class WrittenFamily(Sequence[T]):
     def __len__(self) -> int:
         return len(self._names)
 
-    @overload
-    def __getitem__(self, number: int) -> T: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[T]: ...
-    def __getitem__(self, number: Any) -> Any:
-        if isinstance(number, slice):
-            return [self[k] for k in range(len(self))[number]]
+    def nth(self, number: int) -> T:
         return self.at((self.order or self._names.places)[number])
 
     def __iter__(self) -> Iterator[T]:

@@ -112,7 +112,10 @@ def with_denominators(moving: Monomial, terms: Terms, order: Order) -> sympy.Exp
         return each
     from lagrange_cli.symbolic.common_denominators import over_one_denominator
 
-    joined = over_one_denominator(terms)
+    try:
+        joined = over_one_denominator(terms)
+    except TooLargeError:  # it would not be shorter
+        joined = None
     if joined is None:
         return each
     numerator, denominator = joined

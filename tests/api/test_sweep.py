@@ -125,7 +125,7 @@ def test_a_section_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
     many = lagrange.section(HENON, every="2*pi", crossings=3, over={"y": [0.1, 0.2]})
     assert many.q["y"].shape == (2, 3) and many.t.shape == (2, 3)
     for given, message in (
-        ({}, "give one of where"),
+        ({}, "give either where"),
         ({"where": "x", "direction": "up"}, "direction must be one of rising"),
         ({"every": 1, "direction": "rising"}, "direction belongs to where"),
         ({"where": 3}, "where must be an expression"),

@@ -32,6 +32,10 @@ CONTORTED = (
     r"stays? (?:families|one)\b", r"but for rounding", r"by the shortest", r"leapt over", r"without a word",
     r"[Ww]hat becomes of", r"acts? on nothing", r"heeded", r"told from", r"[Nn]obody (?:asks|reads|watches)",
     r"and get nowhere", r"what moves it", r"may be held", r"going on happening", r"is to be 0",
+    r"(?:are|is|was) let go", r"(?:are|is) gone\b", r"nothing but rounding", r"by rounding alone",
+    r"those of the members (?:up )?to", r"it is seen whether", r"again and again whether", r"in whatever",
+    r"which a warning says", r"nothing is to be seen", r"\bshall\b", r"step is taken again", r"hangs? on no",
+    r"Of (?:a|the) (?:given|linear|oscillator)", r"[Ii]t tells what", r"foreseen where",
 )  # fmt: skip
 """Phrases, some of them quoted by readers who did not understand them, and their kind."""
 

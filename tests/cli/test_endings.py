@@ -50,6 +50,7 @@ EVENTS = {
     Ending.STOPPED,
     Ending.TOO_MANY_EVENTS,
     Ending.RECURRING,
+    Ending.DRAGGED,
     Ending.NO_CROSSING,
     Ending.NO_MASS,
     Ending.JUMP,

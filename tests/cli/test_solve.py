@@ -303,7 +303,9 @@ BAD = {
     "another size": ([SYSTEMS / "n_pendulum.yaml", "--size", "M=2"], 2, "unknown size 'M'; known: N"),
     "no size": ([SYSTEMS / "n_pendulum.yaml", "--size", "N"], 2, "as in --size N=50"),
     "no such member": ([SYSTEMS / "n_pendulum.yaml", "--set", "theta[5]=1"], 2, "theta[0] to theta[4]"),
-    "jobs": ([PENDULUM, "--jobs", "0"], 2, "0 is not in the range"),
+    "samples": ([PENDULUM, "--samples", "1.5"], 2, "'1.5' is not a whole number"),
+    "digits": ([PENDULUM, "--digits", "30"], 2, "'30' is not a number from 1 to 15"),
+    "jobs": ([PENDULUM, "--jobs", "0"], 2, "'0' is not a whole number of at least 1"),
     "no systems": ([], 2, "SYSTEM.yaml"),
 }
 

@@ -9,17 +9,18 @@ from sympy.parsing import sympy_parser
 from lagrange_cli.expression.symbolic_switches import Absolute, Largest, Least, Sign, Switch
 from lagrange_cli.run.equations import derive
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.symbolic.indexed.members import Summed
 
 KINKS = """
 coordinates: {x: {initial: 0.3}, y: {initial: 0.2}}
 masses: {bead: 1}
 embedding: {bead: [x, y]}
 potential: abs(x)**3 + max(0, y)**2 + where(x > y, (x - y)**2, 0)
-generalized_forces: {x: -0.1*sign(x_dot)}
+generalized_forces: {x: -0.1*sign(x_dot), y: -sin(y)*sqrt(2 + x)*atan2(y, 2 + x) - min(x, 1.5e-3)*exp(-y)}
 """
 
 
-def test_no_text_reaches_functions_with_kinks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_text_reaches_functions(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(text: str, *_: object, **__: object) -> None:
         raise AssertionError(f"sympy was given {text!r} to run")
 
@@ -29,10 +30,16 @@ def test_no_text_reaches_functions_with_kinks(monkeypatch: pytest.MonkeyPatch) -
         sympy.sympify("x")
 
 
-@pytest.mark.parametrize("function", [Absolute, Sign, Largest, Least, Switch])
-def test_text_is_refused_before_sympy_sees_it(function: type[sympy.Function]) -> None:
+PROGRAM = "__import__('os').abort()"
+
+
+@pytest.mark.parametrize(
+    "hidden", [PROGRAM, (PROGRAM,), [PROGRAM], {"u": PROGRAM}, {PROGRAM}, b"x"], ids=repr
+)
+@pytest.mark.parametrize("function", [Absolute, Sign, Largest, Least, Switch, Summed])
+def test_text_is_refused_before_sympy_sees_it(function: type[sympy.Function], hidden: object) -> None:
     for place in range(4):
         arguments = [sympy.Symbol("u"), sympy.Integer(1), sympy.Integer(2), sympy.Integer(0)]
-        arguments[place] = "__import__('os').abort()"
+        arguments[place] = hidden
         with pytest.raises(TypeError, match="not text"):
             function(*arguments)

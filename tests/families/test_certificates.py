@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.families import consistency
 from lagrange_cli.integrate.certify.certificate import FOLDER
-from tests.families import test_closed_chains, test_constraints, test_events, test_switches
+from tests.families import test_closed_chains, test_constraints, test_events, test_reactions, test_switches
 from tests.families.test_kinds import RING
 from tests.integrate.certify.test_certificate import COVERAGE, Number, certified, coverage
 
@@ -49,6 +49,9 @@ def texts() -> Mapping[str, str]:
     for case in EVENTS:
         form, events = test_events.CASES[case]
         found[f"events, {case}"] = form.format(count=4, events=events)
+    for case in ("forces", "bodies", "kinks"):
+        form, given = test_reactions.MOVED[case]
+        found[f"reactions, {case}"] = form.format(count=4, **given)
     return found | {f"places, {shape}": rods(shape) for shape in SHAPES}
 
 
@@ -78,6 +81,7 @@ def test_the_estimated_error_of_a_family_covers_the_true_one(
     test_events.keep_families(monkeypatch, whole=True)
     monkeypatch.setattr(consistency, "FEWEST", 0)
     outputs = ("q", "v", *(["multipliers"] if "constraints:" in text else []))
+    outputs += ("reactions",) if name.startswith("reactions") else ()
     data, _ = certified(text, stop, 22, outputs=outputs)
     _, exact = test_closed_chains.exactly_followed(text, frozenset(outputs), stop, 22)
     found = shares(data, exact.data)

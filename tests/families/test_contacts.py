@@ -44,7 +44,7 @@ CASES = {
         "0",
         "0",
         '{"floor[i in range(N)]": '
-        + event("y[i]", '"y_dot[i]": "-e[i]*y_dot[i]", "x_dot[i]": "0.9*x_dot[i] + 0.1*y_dot[i]"')
+        + event("y[i]", '"y_dot[i]": "-e[i]*y_dot[i]", "x_dot[i]": "x_dot[i] + 0.1*y_dot[i]"')
         + "}",
     ),
     "a slope": ("0", "0", f'{{"floor[i in range(N)]": {event("y[i] - s*x[i]", SLOPE)}}}'),

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 from lagrange_cli.errors import NotDefined
+from lagrange_cli.families import consistency
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.records import replace
 from lagrange_cli.run.derive import derive_system
+from tests.families.test_closed_chains import CHAIN as CLOSED
+from tests.families.test_closed_chains import PINNED, exactly_followed
 from tests.families.test_constraints import begun, followed
 from tests.support.motion import Motion, run
 
@@ -88,11 +92,17 @@ ON_PARTICLES = (
     'forces: {"b[i in range(N)]": ["0.1*b[i].vy", "sin(t)"]}\n'
     'dissipation: "sum(b[i].vx**2/9 for i in range(N))"'
 )
+STOPS = 'forces: {"b[i in range(N)]": ["9*max(0, 0.4 - b[i].x)", "t/9 - 0.1*b[i].vx"]}'
+KINKS = (
+    'generalized_forces: {"a[i in range(N)]": "where(t < 0.15, 0.1, 0) - 0.01*a_dot[i]*abs(a_dot[i])"}\n'
+    + STOPS
+)
 BENT = {"angle": "0.5 + i/9", "shift": "", "parent": "i - 1", "more": ""}
 MOVED = {
     "a chain": (CHAIN, BENT),
     "a tree on a moving support": (CHAIN, {**BENT, "shift": " + 0.1*sin(t)", "parent": "(i - 1)//2"}),
     "forces": (CHAIN, {**BENT, "more": ON_PARTICLES}),
+    "kinks": (CHAIN, {**BENT, "more": STOPS}),
     "bodies": (BODIES, {"more": SPRINGS}),
 }
 
@@ -121,6 +131,25 @@ def test_of_chains_and_bodies(case: str, count: int, method: str, monkeypatch: p
     assert np.max(np.abs(found[0] - found[1])) < 2.0**-40 * size
 
 
+@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.parametrize("case", MOVED)
+def test_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    (written, given), found = MOVED[case], []
+    for few in (0, 10**9):
+        for module, name in (
+            (systems, "FEWEST_JOINTED"),
+            (systems, "FEWEST_TURNING"),
+            (consistency, "FEWEST"),
+        ):
+            monkeypatch.setattr(module, name, few)
+        ready, motion = exactly_followed(written.format(count=5, **given), OUTPUTS)
+        assert ready.machine.program.loops == (few == 0)
+        (path,) = (one for one in motion.data if one.startswith("reactions"))
+        found.append((motion.data[path], motion.data[f"low/{path}"]))
+    (one, low), (other, lower) = found
+    assert np.max(np.abs((one - other) + (low - lower))) < 2.0**-94 * np.max(np.abs(one), initial=1.0)
+
+
 def test_a_chain_at_rest_carries_the_weight_below() -> None:
     """R of each bob is its own weight: the tension above, less the one below."""
     hanging = CHAIN.format(count=20, angle=0, shift="", parent="i - 1", more="")
@@ -135,3 +164,41 @@ def test_what_is_not_known_is_said() -> None:
     text = CHAIN.format(count=20, angle=0, shift="", parent="i - 1", more="").replace("*b[i].y", "*y[i]")
     with pytest.raises(NotDefined, match="the forces on 'b' are not known, since U contains the coordinate"):
         moved(text)
+
+
+PUSHED = BEADS.replace("velocity: 0.3", "velocity: 0.1").format(
+    count=9, place=ROD, potential="sum(k*max(0, x[i] - 3)**2 for i in range(N))",
+    more=CASES["a force"][2].replace('"0.1*x[i]"', '"sin(3*t) - i/9*x_dot[i]*abs(x_dot[i])"'),
+)  # fmt: skip
+ANY_WAY = {
+    "places": (PUSHED, {"multipliers", "reactions"}),
+    "a closed chain": (
+        CLOSED.format(count=14, begin="", speed="", more=KINKS, constraints=PINNED),
+        {"multipliers"},
+    ),
+    "an open chain": (CHAIN.format(count=12, **{**BENT, "more": STOPS}), {"reactions"}),
+}
+
+
+@pytest.mark.parametrize("case", ANY_WAY)
+def test_forces_of_constraint_follow_from_the_state_alone(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also beside kinks, by whichever side the last one led to, and backward in time, where drag is drag."""
+    text, asked = ANY_WAY[case]
+    monkeypatch.setattr(systems, "FEWEST_BOUND", 0)
+    spec, values = begun(text)
+    found = []
+    for times in ((0.0, 0.4), (0.4, 0.0)):
+        compilation = Compilation("taylor", 2.0**-52, frozenset({"q", "v", *asked}), backward=times[0] > 0.0)
+        ready = prepare_system(spec, derive_system, None, compilation)
+        assert ready.machine.program.loops
+        motion = run(ready, values, *times, 9)
+        q, v = (
+            np.concatenate([np.ravel(one[-1]) for path, one in motion.data.items() if path.startswith(part)])
+            for part in ("q/", "v/")
+        )
+        values = replace(values, q=tuple(q), v=tuple(v))
+        found.append(motion.data)
+    forward, backward = found
+    for path, one in forward.items():
+        size = np.max(np.abs(one), initial=1.0)
+        assert np.max(np.abs(backward[path][::-1] - one)) <= 2.0**-40 * size, path

@@ -86,7 +86,7 @@ def test_numbers_are_those_of_the_members(case: str, exact: bool, monkeypatch: p
     "change, hint",
     [
         (("initial: -A + h*i", "initial: 0"), "all derivatives of 'right' are 0 at these values"),
-        (("d: l*sin(N*h/2)/sin(h/2)", "d: 3.5"), "no values near these were found that satisfy all"),
+        (("d: l*sin(N*h/2)/sin(h/2)", "d: 3.5"), "no values near these satisfy all"),
         (("initial: -A + h*i", "initial: -A*1.001 + h*i"), "solve --project-initial takes the nearest"),
     ],
 )

@@ -17,7 +17,7 @@ from lagrange_cli.integrate.methods.modes import Modes
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.native.guards import EXPLICIT, SIMPLE
+from lagrange_cli.native.guards import EXPLICIT, PLACED, SIMPLE
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
@@ -43,6 +43,15 @@ masses: {{"bead[i in range(N), j in range(M)]": 1 + i/7 + j}}
 embedding: {{"bead[i in range(N), j in range(M)]": "x[i, j]"}}
 potential: sum(x[i, j]**2/2 for i in range(N) for j in range(M)) + {potential}
 """
+CIRCLE = """
+sizes: {{N: {count}}}
+parameters: {{R: 0.7, g: 2}}
+coordinates: {{"x[i in range(N)]": {{initial: "2*pi*(i + 0.1*sin(i))/N", velocity: "0.3*cos(i*i + 1)"}}}}
+masses: {{"bead[i in range(N)]": 1 + i/7}}
+embedding: {{"bead[i in range(N)]": ["R*sin(x[i])", "R*cos(x[i])"]}}
+potential: sum(g*bead[i].y + max(0, bead[i].x)**2 for i in range(N)) + {potential}
+"""
+"""Each bead has one coordinate, and a constant mass."""
 RODS = PENDULUM.replace("\nevents: {events}", " + {potential}")
 STOPS = "sum(k*max(0, x[i] - gap[i])**2 + k*max(0, -x[i] - gap[i])**2 for i in range(N))"
 KINK = "sum(max(0, x[i])**2 for i in range(N))"
@@ -102,6 +111,20 @@ CASES = {
         "x[i, j] > x[i, j - 1], (x[i, j] - x[i, j - 1])**2, 2*(x[i, j] - x[i, j - 1])**2)"
         " for i in range(N) for j in range(1, M))",
     ),
+    "by parameters": (
+        BEADS,
+        "sum(abs(c - k)*abs(x[i])**3 + where(gap[i] > 0.2 and x[i] > 0, x[i]**2, where(c > k, 5, 2)*x[i]**2)"
+        " for i in range(N))",
+    ),
+    "jumps with places": (BEADS, "sum(k*abs(x[i]) for i in range(N))"),
+    "distances on one axis": (BEADS, "sum(k*(abs(x[i] - x[i - 1]) - c)**2 for i in range(1, N))"),
+    "backlash": (BEADS, "sum(k*max(0, abs(x[i] - x[i - 1]) - c)**2 for i in range(1, N))"),
+    "walls at parameters": (BEADS, "sum(k*max(0, abs(x[i]) - gap[i])**2 for i in range(N))"),
+    "jumps that bring to rest": (
+        BEADS,
+        "sum(3*abs(x[i]) for i in range(N))\ndissipation: sum(k*x_dot[i]**2 for i in range(N))",
+    ),
+    "poles on a circle": (CIRCLE, "sum(1/norm(bead[i] - bead[j]) for i in range(N) for j in range(i))/9"),
     "rods": (RODS, "sum(3*max(0, th[i] - 0.2)**2 + max(0, 0.5 - bob[i].x)**2 for i in range(N))"),
 }
 
@@ -147,7 +170,7 @@ def compare(
     system = family_run(read_spec(text, "system.yaml"), asked)
     assert system is not None
     together = ready(text, outputs, backward=backward, method=method)
-    assert set(together.machine.program.guards) <= {SIMPLE, EXPLICIT}
+    assert set(together.machine.program.guards) <= {SIMPLE, EXPLICIT, PLACED}
     found = followed(together, text, stop)
     keep_families(monkeypatch, whole=False)
     apart = ready(text, outputs, backward=backward, method=method)
@@ -184,23 +207,11 @@ def test_switches_in_steps_on_rates(
 
 
 @pytest.mark.exhaustive(keep=0.25)
-@pytest.mark.parametrize("case", ["stops on both sides", "drag"])
+@pytest.mark.parametrize(
+    "case", ["stops on both sides", "drag", "jumps with places", "distances on one axis"]
+)
 def test_ledgers_have_switches_too(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, LEDGERS)
-
-
-@pytest.mark.exhaustive(keep=0.25)
-@pytest.mark.parametrize("backward", [False, True])
-def test_multipliers_at_samples_have_the_forces_there(
-    backward: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Beads on rigid rods, between stops."""
-    rods = """
-constraints: {"rod[i in range(N - 1)]": "x[i + 1] - x[i] - 0.5*sin(i + 2) + 0.5*sin(i + 1)"}
-"""
-    text = written("stops on both sides", 4).replace("2*cos(i*i + 1)", "1") + rods
-    stop = -2.0 if backward else 2.0
-    compare(text, monkeypatch, frozenset(["q", "v", "multipliers", "reactions"]), stop, backward=backward)
 
 
 @pytest.mark.exhaustive(keep=1)
@@ -211,7 +222,7 @@ def test_switches_change_backward_as_well(case: str, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize(
-    "case", ["drag", "powers without a series", "walls", "events", "two indices", "rods"]
+    "case", ["drag", "powers without a series", "walls", "events", "two indices", "rods", "backlash"]
 )
 def test_switches_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = Compilation("taylor", FULL_DOUBLE_DOUBLE, LEDGERS, precision=DOUBLE_DOUBLE)
@@ -229,6 +240,19 @@ def test_switches_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -
         if not path.startswith("low/"):
             size = np.max(np.abs(values), initial=1.0)
             assert np.max(np.abs(change), initial=0.0) <= 2.0**-92 * size, path
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
+@pytest.mark.parametrize("outputs", [OUTPUTS, LEDGERS])
+def test_forces_that_jump_hold_members_where_these_are(
+    count: int, outputs: frozenset[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beads on top of each other, which are pulled apart ever more strongly: some come loose, and meet."""
+    pulls = 'generalized_forces: {{"x[i in range(N)]": "2*t*sin(5*i + 1)"}}'
+    text = BEADS.replace("{potential}", f"sum(c*abs(x[i] - x[i - 1]) for i in range(1, N))\n{pulls}")
+    text = text.replace("0.5*sin(i + 1)", "0").replace("2*cos(i*i + 1)", "0")
+    compare(text.format(count=count), monkeypatch, outputs, stop=2.0)
 
 
 PLACES = "{x}", "{x} - {y}", "{y} - 0.3", "{x} + {y}/2 - t/5", "{x}*{y} + 0.1"
@@ -321,12 +345,13 @@ def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     "potential",
     [
-        "sum(k*abs(x[i]) for i in range(N))",
+        "sum(k*abs(x[i]) + where(x[i] > 1, x[i] - 1, 0) for i in range(N))",
         '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*sign(x_dot[i] - x_dot[0])"}}',
         "sum(max(0, sqrt(0.1 + abs(x[i])**3) - 0.4)**2 for i in range(N))",
-        "sum(atan2(x[i], x[0] - 3)**2 for i in range(N))",
+        "sum((atan2(x[i], x[0] - 3) - 1)**2 for i in range(N))",
+        "sum(max(0, atan2(x[i], x[0] - 3))**2 for i in range(N))",
+        '0\ndissipation: "sum(atan2(x_dot[i], x[0] - 3)**2 for i in range(N))"',
         '0\ngeneralized_forces: {{"x[i in range(N)]": "-sign(x_dot[i])*sqrt(abs(x_dot[i]))"}}',
-        "sum(where(k > 1, x[i]**4, x[i]**6) for i in range(N))",
         '0\ngeneralized_forces: {{"x[i in range(N)]": "where(exp(-9*(t - 1)**2) > 0.5, c, 0)"}}',
     ],
 )

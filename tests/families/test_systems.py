@@ -10,6 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from lagrange_cli.families import system as systems
+from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.families.long_values import LongNumbers
+from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
@@ -36,6 +39,8 @@ PIECES = {
     "an exponent": "sum(u[i]**(2 + 2*(i % 2))/{a} for i in range(N))",
     "a Toda ring": "sum(exp(u[i] - u[(i + 1) % N])/{a} for i in range(N))",
     "bonds": "sum((1 - exp(-{b}*(w[i] - 0.1*k)))**2/{a} for i in range(N))",
+    "angles": "sum(cos(atan2(u[i], w[i] - 2) - 3*atan2(u[i - 1], w[i]*u[i] - 1))/{a} for i in range(1, N))",
+    "squares of angles": "sum(atan2(w[i], u[i] - 3)**2/{a} for i in range(N))",
     "steep ones": "sum((1.5 + u[i] + w[i]/4)**(-6)/{a} for i in range(N))",
     "a step": "sum(g[i]*tanh({b}*u[i])/{a} + atan(k*w[i]) for i in range(N))",
     "a steep running sum": "sum(exp(-run[i]/2)*w[i]/{a} for i in range(N))",
@@ -45,6 +50,7 @@ PIECES = {
 FORCES = {
     "none": "",
     "drive": 'generalized_forces: {{"u[i in range(N)]": "sin({b}*t + i) - 0.1*u_dot[i]*u[i]"}}',
+    "headings": 'generalized_forces: {{"w[i in range(N)]": "0.1*sin(3*atan2(u_dot[i], w_dot[i] - 1))"}}',
     "one": 'generalized_forces: {{"w[0]": "cos(t)/{a}"}}',
     "damping": "dissipation: sum((u_dot[i] - w_dot[i])**2/{a} for i in range(N))",
 }
@@ -143,7 +149,6 @@ def test_what_is_said_of_a_family_does_not_grow_with_it() -> None:
     "change",
     {
         "a kink": ("k/2", "abs(u[0]) + k/2"),
-        "a constraint": ("observables:", "constraints: {rod: u[0] - w[0]}\nobservables:"),
         "velocities in U": ("k/2", "u_dot[0]*w[0] + k/2"),
         "a mass that moves": ("sum(u_dot[i]**2/2", "u[0]**2*w_dot[0]**2/2 + sum(u_dot[i]**2/2"),
         "a coupled mass": ("sum(u_dot[i]**2/2", "u_dot[0]*w_dot[0]/9 + sum(u_dot[i]**2/2"),
@@ -162,6 +167,24 @@ def test_other_systems_go_through_their_members(
     old, new = change[1]
     assert old in text
     assert systems.family_system(read_spec(text.replace(old, new, 1), "system.yaml")) is None
+
+
+def test_springs_between_headings_keep_energy_and_angular_momentum(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is conserved is found from values of the forces."""
+    monkeypatch.setattr(systems, "FEWEST", 0)
+    text = """
+sizes: {N: 4}
+coordinates: {"x[i in range(N)]": {initial: i}, "y[i in range(N)]": {initial: 1}}
+masses: {"tip[i in range(N)]": 1 + i}
+embedding: {"tip[i in range(N)]": ["x[i]", "y[i]"]}
+potential: sum(cos(atan2(y[i], x[i]) - atan2(y[i - 1], x[i - 1])) for i in range(1, N))
+"""
+    system = systems.family_system(read_spec(text, "system.yaml"))
+    assert system is not None
+    assert {one.quantity for one in constants_of(system).conserved} == {"h", "L_z"}
+    forces = FamilyValues(system, 0.0, np.arange(1.0, 9.0), np.zeros(8), np.zeros(0), kind=LongNumbers())
+    plain = FamilyValues(system, 0.0, np.arange(1.0, 9.0), np.zeros(8), np.zeros(0))
+    assert np.max(np.abs(forces.of(system.forces) - plain.of(system.forces))) < 1e-15
 
 
 def test_definitions_that_follow_from_one_another_otherwise_go_through_their_members(

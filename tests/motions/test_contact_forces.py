@@ -12,7 +12,7 @@ import pytest
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.spec.values import resolve_long_values
-from tests.support.motion import SYSTEMS, follow, prepared, run, spec_of
+from tests.support.motion import FULL, SYSTEMS, follow, prepared, run, spec_of
 
 BALL = """
 parameters: {{k: {k}, p: {p}, a: 2}}
@@ -220,6 +220,23 @@ def test_roots_of_depths_that_rounding_hides_are_followed(p: str, count: int, so
     assert motion.outcome.h_drift < 1e-11 * motion.outcome.h_size
 
 
+def test_balls_that_touch_but_for_rounding_swing_together() -> None:
+    """The root of a depth of 1e-18 would push them apart at once."""
+    text = cradle("angles", 5, 4, "1.3", "457", "+").replace("l: 0.2", "l: 0.294").replace("0.3*1", "0.292*1")
+    motion = follow(text, 0.25, 6)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.steps < 20
+    np.testing.assert_allclose(motion["q/x"][:, 1:], np.tile(motion["q/x"][:, 1:2], 4), atol=1e-15)
+
+
+def test_depths_beside_exact_numbers_are_rounded_too() -> None:
+    """Two balls that hang where their coordinates are 0: their distance is a sum of rounded numbers."""
+    text = cradle("angles", 3, 1, "1.3", "6.92e5").replace("l: 0.2", "l: 0.106").replace("0.3*1", "0.256*1")
+    motion = follow(text, 0.2, 3)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.h_drift < 1e-13 * motion.outcome.h_size
+
+
 @pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(("k", "lifted"), [("1e3", 1), ("1e4", 2), ("1e5", 2)])
 def test_they_move_as_in_double_double(k: str, lifted: int) -> None:
@@ -260,9 +277,11 @@ def test_newtons_cradle(apart: float) -> None:
     motion = follow(text, 0.5, 11)
     assert motion.outcome.ending is Ending.COMPLETE
     assert motion.outcome.h_drift < 1e-14
-    other = follow(text, 0.5, 11, method="DOP853", tolerance=1e-12)
-    for path in ("q/theta", "v/theta"):
-        np.testing.assert_allclose(other[path], motion[path], atol=1e-9)
+    for method, tolerance in (("DOP853", 1e-12), ("ias15", FULL)):
+        other = follow(text, 0.5, 11, method=method, tolerance=tolerance)
+        assert other.outcome.steps < 1000
+        for path in ("q/theta", "v/theta"):
+            np.testing.assert_allclose(other[path], motion[path], atol=1e-9)
     assert motion["v/theta"][5, -1] > 1.8
 
 

@@ -134,7 +134,7 @@ def test_bounces_that_accumulate_end_in_rest(method: str, tolerance: float) -> N
     end = math.sqrt(2 / 9.81) * (1 + 2 * 0.5 / (1 - 0.5))
     assert motion.outcome.ending is Ending.COMPLETE
     assert motion["events/floor/t"][-1] == pytest.approx(end, abs=1e-8)
-    assert np.abs(motion["q/y"][motion.t > end]).max() < 1e-12
+    assert not motion["q/y"][motion.t > end + 1e-7].any()
     assert motion["q/x"] == pytest.approx(motion.t, abs=1e-10)
 
 

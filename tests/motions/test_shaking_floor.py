@@ -68,3 +68,68 @@ def test_no_ball_falls_through(method: str, count: int, request: pytest.FixtureR
     motion = dropped(method, count, **given, stop=4.0)
     assert motion.outcome.ending is Ending.COMPLETE, given
     assert heights(motion).min() > -1e-7, given
+
+
+PUSHED = """
+parameters: {e: 0.3, A: 9, w: 1, p: 0}
+coordinates: {x: {initial: 0, velocity: 0.3}}
+masses: {ball: 1}
+positions: {ball: x}
+potential: -A*sin(w*t + p)*x
+events:
+  right: {when: x - 0.5, direction: rising, action: {set: {x_dot: -e*x_dot}}}
+  left: {when: x + 0.5, direction: falling, action: {set: {x_dot: -e*x_dot}}}
+"""
+
+
+@pytest.mark.parametrize(("method", "count"), [("taylor", 20), ("ias15", 4)])
+def test_a_ball_is_let_go_where_what_pushes_it_to_a_wall_becomes_0(
+    method: str, count: int, request: pytest.FixtureRequest
+) -> None:
+    """Rounding decides to which side that is. Then x'' = A sin(w s), s after the force was 0."""
+    source = random.Random(request.config.option.seed)
+    for _ in range(count):
+        sets = {"p": source.uniform(0.0, 6.0), "A": source.uniform(6.0, 12.0), "w": source.uniform(0.7, 1.0)}
+        motion = follow(PUSHED, 20.0, 201, sets=sets, method=method)
+        assert motion.outcome.ending is Ending.COMPLETE, sets
+        p, A, w = sets.values()
+        half = np.floor((w * motion.t + p) / np.pi)  # how often the force has been 0
+        s = motion.t - (half * np.pi - p) / w
+        sign = 1.0 - 2.0 * (half % 2.0)
+        moved = np.minimum(A / w * (s - np.sin(w * s) / w), 1.0) - 0.5
+        flies = (moved < 0.5) & (half > half[0] + 1.0)
+        assert np.count_nonzero(flies) > 5
+        assert motion["q/x"][flies] == pytest.approx((sign * moved)[flies], abs=1e-9), sets
+
+
+SLIDING = """
+coordinates: {x: {initial: 0, velocity: 1}, y: {initial: 1}}
+masses: {ball: 1}
+positions: {ball: [x, y]}
+potential: 2*y
+events: {floor: {when: y, direction: falling, action: {set: {y_dot: -y_dot/2, x_dot: ALONG}}}}
+"""
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_impacts_that_drag_however_slow_they_are_have_no_limit(method: str) -> None:
+    """Those that change x' in proportion to their speeds 2, 1, 1/2 .. have one, and then the floor takes no
+    more; of 9/10, 9/10 .. it depends on how many are counted."""
+    motion = follow(SLIDING.replace("ALONG", "0.9*x_dot"), 9.0, 10, method=method)
+    assert motion.outcome.ending is Ending.DRAGGED and motion.t[-1] == 2.0
+    motion = follow(SLIDING.replace("ALONG", "x_dot + y_dot/5"), 3.0, 4, method=method)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/x"][-1] == pytest.approx(1.0 - (2.0 + 2.0) / 5, abs=1e-7)
+
+
+RUBBING = SLIDING.replace("velocity: 1", "velocity: 3").replace("when: y, direction: falling", "when: WHEN")
+
+
+@pytest.mark.parametrize("along", ["-abs(y_dot)", "min(y_dot, 0)", "y_dot"])
+@pytest.mark.parametrize("when", ["y, direction: falling", "-2*y"])
+def test_impulses_of_friction_have_its_force_as_their_limit(when: str, along: str) -> None:
+    """Whatever tells that the speed is one of approach: x' = 3 - f g t in the end, of impulses of f."""
+    text = RUBBING.replace("WHEN", when).replace("ALONG", f"x_dot + 0.2*1.5*{along}*sign(x_dot)")
+    motion = follow(text, 6.0, 7)
+    assert motion.outcome.ending is Ending.COMPLETE and abs(motion["q/y"][-1]) < 1e-15
+    assert motion["v/x"][-3:] == pytest.approx(3.0 - 0.2 * 2.0 * motion.t[-3:], abs=1e-9)

@@ -238,7 +238,7 @@ def test_the_command(folder, tmp_path):
         (["-o", "kept.mp4"], 5, "already exists"),
         (["--stop", "3"], 2, "--stop is for the motion of a system file"),
         (["--size", "9x9"], 2, "must be from 16 to 7680"),
-        (["--size", "big"], 2, "is not NAME=VALUE"),
+        (["--size", "big"], 2, "is neither pixels, as in --size 800x600"),
         (["-o", "none/a.mp4"], 5, "there is no directory"),
     ):
         done = lagrange("animate", folder / "run.h5", *arguments, cwd=tmp_path)

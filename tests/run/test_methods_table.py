@@ -81,9 +81,9 @@ def goes_on(method: str) -> bool:
 TRIED = {
     "events, impacts, switches": events,
     "constraints": constraints,
-    "sees narrow forces": narrow,
+    "detects narrow forces": narrow,
     "double-double": double_double,
-    "goes on after a stop": goes_on,
+    "can be resumed": goes_on,
 }
 
 

@@ -237,11 +237,15 @@ bodies:
     ("masses:", "positions: {}\nmasses:", [(11, "embedding", "two words for the same section", "leave one")]),
     ("{initial: 0.1}", "{value: 0.1}", [(7, "value", "unknown key 'value'", "write 'initial'")]),
     ("{initial: 0.1}", "{initial: 0, v0: 1}", [(7, "v0", "unknown key 'v0'", "write 'velocity'")]),
-    ("{initial: 0.1}", "{initial: 0,5}", [(7, "5", "unknown key '5'", "decimal point")]),
+    ("{initial: 0.1}", "{initial: 0,5}", [(7, "0,5", "decimal comma", "write 0.5")]),
     ("{initial: 0.1}", "{initial: 30 deg}", [(7, "30 deg", "angle in degrees", "write 30*pi/180")]),
     ("  m: 1", "  m: 1 kg", [(3, "1 kg", "number with a unit in", "write {value: 1, unit: kg}")]),
     ("9.81", "9.81 m/s^2", [(5, "9.81 m/s^2", "number with a unit", "{value: 9.81, unit: m/s^2}")]),
     ("9.81", "9,81", [(5, "9,81", "decimal comma", "write 9.81")]),
+    ("name: pendulum", "solve: {stop: 1,5, step: 0,1}", [
+        (1, "1,5", "decimal comma in stop of solve", "write 1.5"), (1, "0,1", "decimal comma", "write 0.1"),
+    ]),
+    ("name: pendulum", 'solve: {step: "(0, 1)"}', [(1, "(0, 1)", "expected a scalar", "take a component")]),
     ("name: pendulum", "solve: {tmax: 1, dt: 2}", [
         (1, "tmax", "unknown key 'tmax' in solve", "'stop'"), (1, "dt", "unknown key 'dt'", "'step'"),
     ]),

@@ -293,4 +293,15 @@ def test_a_name_that_is_none_is_one_mistake_whatever_commas_it_contains():
     with pytest.raises(SpecError) as refused:
         read_spec(text, "a")
     named = [one.message for one in refused.value.problems]
-    assert [one.partition("called ")[2] for one in named] == ["'bob.at(1, 0)'", "'other(2, 3)'"]
+    assert [one.partition("called ")[2] for one in named] == ["'bob.at(1, 0)'", "'other(2,3)'"]
+
+
+def test_a_list_without_brackets_is_the_same_in_braces_as_on_a_line():
+    """YAML ends a text in braces at a comma; what follows has operators, so that it is no key."""
+    line, braces = (
+        "embedding:\n  bob: l*sin(theta), -l*cos(theta)\n",
+        "embedding: {bob: l*sin(theta), -l*cos(theta)}\n",
+    )
+    head = "parameters: {l: 1}\ncoordinates: {theta: {initial: 1}}\nmasses: {bob: 1}\npotential: bob.y\n"
+    first, second = (read_spec(head + each, "a").embedding["bob"] for each in (line, braces))
+    assert first.text == second.text == "l*sin(theta), -l*cos(theta)"

@@ -52,6 +52,7 @@ def test_constants_may_come_from_definitions() -> None:
     [
         ("nosuch", "1", "--set nosuch=1: unknown name 'nosuch'; known: m, l, g, theta, theta_dot"),
         ("thata", "1", "did you mean 'theta'?"),
+        ("θ_dot", "1", "did you mean 'theta_dot'?"),
         ("m", "", "empty expression"),
         ("m", "2x", "write 2*x"),
         ("m", "nan", "'nan' is not a finite number"),

@@ -5,10 +5,11 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lagrange_cli.symbolic import common_denominators
 from lagrange_cli.symbolic.canonical import contract, to_terms
 from lagrange_cli.symbolic.common_denominators import over_one_denominator
-from lagrange_cli.symbolic.grouping import tidy
-from lagrange_cli.symbolic.monomials import from_terms, term
+from lagrange_cli.symbolic.grouping import group, tidy
+from lagrange_cli.symbolic.monomials import TooLargeError, from_terms, term
 from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.squares import shortest
@@ -121,6 +122,18 @@ def test_every_form_has_the_same_value(drawn):
     if joined is not None:
         numerator, denominator = joined
         assert agree_at_random(given, from_terms(numerator) * term(denominator))
+
+
+def test_fractions_stay_apart_where_one_denominator_would_be_too_long(monkeypatch):
+    def refused(*given):
+        raise TooLargeError
+
+    monkeypatch.setattr(common_denominators, "multiply", refused)
+    with pytest.raises(TooLargeError):
+        over_one_denominator(to_terms(expression("x/(x + y) + y/(x + y)**2")))
+    given = expression("x/(x + y) + y/(x + y)**2")
+    file = "coordinates: {x: {initial: 1}, y: {initial: 1}}\nlagrangian: x_dot**2 + y_dot**2"
+    assert agree_at_random(given, group(to_terms(given), derived(file).order))
 
 
 @examples(20)

@@ -24,7 +24,7 @@ from lagrange_cli.cli.commands.plot import (
 from lagrange_cli.cli.console import INTERRUPTED, complain, display_name, emit, emit_json, replaced, stem
 from lagrange_cli.cli.options.completion import comma_list, files, names
 from lagrange_cli.cli.options.run import OPTIONS
-from lagrange_cli.cli.options.shared import Given, given_with, parse_overrides
+from lagrange_cli.cli.options.shared import Given, Number, given_with, parse_overrides
 from lagrange_cli.cli.progress import Counter, Progress, Waiting
 
 if TYPE_CHECKING:
@@ -46,6 +46,9 @@ def parse_size(context: click.Context, parameter: click.Parameter, values: tuple
     sizes = []
     for value in values:
         found = PIXELS.fullmatch(value.strip())
+        if found is None and "=" not in value:
+            message = f"{value!r} is neither pixels, as in --size 800x600, nor NAME=VALUE, as in --size N=50"
+            raise click.BadParameter(message, context, parameter)
         if found is None:
             sizes.append(value)
             continue
@@ -64,17 +67,15 @@ def parse_size(context: click.Context, parameter: click.Parameter, values: tuple
     "frames [RUN.mp4 in the current directory].",
 )  # fmt: skip
 @click.option(
-    "--speed", type=click.FloatRange(min=0, min_open=True),
+    "--speed", type=Number(min=0, min_open=True),
     help="The time t that passes in a second of the film [1; if the film would be shorter than 0.2 s or "
-    "longer than 60 s, such that it lasts about 20 s].",
+    "longer than 60 s, a speed at which it lasts about 20 s].",
 )  # fmt: skip
+@click.option("--fps", type=Number(min=0, min_open=True, max=240), help="Frames per second [30; .gif: 25].")
+@click.option("--from", "begin", type=Number(), metavar="TIME", help="The time at which the film begins.")
+@click.option("--to", "end", type=Number(), metavar="TIME", help="The time at which it ends.")
 @click.option(
-    "--fps", type=click.FloatRange(min=0, min_open=True, max=240), help="Frames per second [30; .gif: 25]."
-)
-@click.option("--from", "begin", type=float, metavar="TIME", help="The time at which the film begins.")
-@click.option("--to", "end", type=float, metavar="TIME", help="The time at which it ends.")
-@click.option(
-    "--trail", type=click.FloatRange(min=0), metavar="TIME",
+    "--trail", type=Number(min=0), metavar="TIME",
     help="The part of the path that is shown, in units of t; 0 for none [2 seconds of the film].",
 )  # fmt: skip
 @click.option(

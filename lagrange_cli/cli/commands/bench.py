@@ -8,7 +8,7 @@ import click
 
 from lagrange_cli.cli.console import INTERRUPTED, complain, emit, emit_json, stem
 from lagrange_cli.cli.options.completion import comma_list, files
-from lagrange_cli.cli.options.shared import Given, given_options, system_argument
+from lagrange_cli.cli.options.shared import Given, Integer, Number, given_options, system_argument
 from lagrange_cli.cli.progress import MeasuringProgress, Waiting
 from lagrange_cli.cli.source import read_system
 from lagrange_cli.errors import UsageError
@@ -41,7 +41,7 @@ def parse_tolerances(
 @click.option(
     "--error",
     "wanted",
-    type=float,
+    type=Number(),
     default=1e-9,
     show_default=True,
     help="Recommend the fastest method that reaches this error of q, relative to its size.",
@@ -66,14 +66,14 @@ def parse_tolerances(
 )
 @click.option(
     "--runs",
-    type=click.IntRange(min=1),
+    type=Integer(min=1),
     default=5,
     show_default=True,
     help="The number of timed runs after a warm-up run. Their median is reported.",
 )
 @click.option(
     "--budget",
-    type=click.FloatRange(min=0, min_open=True),
+    type=Number(min=0, min_open=True),
     default=2.0,
     show_default=True,
     help="The time limit in seconds for all runs of one method at one tolerance, compilation excluded.",

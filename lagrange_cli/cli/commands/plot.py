@@ -26,7 +26,7 @@ from lagrange_cli.cli.console import (
 from lagrange_cli.cli.options.certify import certify_options
 from lagrange_cli.cli.options.completion import comma_list, files
 from lagrange_cli.cli.options.run import OPTIONS
-from lagrange_cli.cli.options.shared import Given, given_options
+from lagrange_cli.cli.options.shared import Given, Integer, given_options
 from lagrange_cli.cli.progress import Progress, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
@@ -69,7 +69,7 @@ def parse_size(
 
 
 MEMBER = click.option(
-    "--member", type=click.IntRange(min=0), metavar="N",
+    "--member", type=Integer(min=0), metavar="N",
     help="The number of a member, from 0, if the file is the output of a sweep. Its motion is computed "
     "again.",
 )  # fmt: skip

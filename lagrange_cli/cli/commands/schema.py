@@ -11,7 +11,7 @@ from lagrange_cli.cli.console import emit
 
 @click.command("schema")
 def schema() -> None:
-    """Print a JSON Schema of system files, by which editors complete and check their keys.
+    """Print a JSON Schema of system files, with which editors complete and check their keys.
 
     \b
     lagrange schema > lagrange.schema.json

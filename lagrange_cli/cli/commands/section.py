@@ -12,7 +12,7 @@ from lagrange_cli.cli.console import complain, display_name, run_each, stem
 from lagrange_cli.cli.options.completion import expression
 from lagrange_cli.cli.options.draws import draw_options
 from lagrange_cli.cli.options.run import format_option, list_of_outputs, precision_option, run_options
-from lagrange_cli.cli.options.shared import system_argument
+from lagrange_cli.cli.options.shared import Integer, system_argument
 from lagrange_cli.cli.output import Invocation, find_output, output_name, standard_output, with_format
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
@@ -56,7 +56,7 @@ DIRECTIONS = "rising", "falling", "either"
 )
 @click.option(
     "--crossings",
-    type=click.IntRange(min=1),
+    type=Integer(min=1),
     default=CROSSINGS,
     help=f"The number of crossings of each motion [{CROSSINGS}].",
 )
@@ -103,7 +103,7 @@ def section(
     from lagrange_cli.run.sections.request import SectionRequest
 
     if (where is None) == (every is None):
-        raise UsageError("give one of --where EXPRESSION, as in --where x, and --every PERIOD")
+        raise UsageError("give either --where EXPRESSION, as in --where x, or --every PERIOD")
     if every is not None and direction is not None:
         raise UsageError("--direction belongs to --where: leave it out with --every")
     cut = SectionRequest(where or "", every or "", direction or DIRECTIONS[0], crossings)

@@ -11,7 +11,7 @@ import click
 from lagrange_cli.cli.console import complain, discard_output, display_name, run_each, stem
 from lagrange_cli.cli.options.certify import certify_options, options_given
 from lagrange_cli.cli.options.run import format_option, list_of_outputs, precision_option, run_options
-from lagrange_cli.cli.options.shared import systems_argument
+from lagrange_cli.cli.options.shared import Integer, systems_argument
 from lagrange_cli.cli.output import Invocation, find_output, output_name, standard_output, with_format
 from lagrange_cli.cli.progress import Progress, Waiting
 from lagrange_cli.cli.report.motion import say_finished, say_solved
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 @systems_argument
 @click.option(
     "--jobs",
-    type=click.IntRange(min=1),
+    type=Integer(min=1),
     default=1,
     help="The number of systems to solve in parallel, each in its own process [1].",
 )
 @click.option(
     "--threads",
-    type=click.IntRange(min=1),
+    type=Integer(min=1),
     help="The number of threads that share the work of one large system [all processors, divided among the "
     "systems that are solved in parallel]. The results do not depend on it.",
 )
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @click.option(
     "--portable",
     is_flag=True,
-    help="Give the same bits on every machine, whatever its processor and its C library.",
+    help="Give the same bits on every machine, independent of its processor and C library.",
 )
 @format_option
 @run_options(

@@ -72,10 +72,10 @@ def view(
     file: str, output: str | None, member: int | None, opening: bool, force: bool, no_cache: bool,
     given: Given, **times: Any,
 ) -> int:  # fmt: skip
-    """Write a web page that draws a system and lets it move.
+    """Write a web page that draws a system and computes its motion.
 
-    The page is one file and needs no network. The equations of motion are in it, compiled to WebAssembly: it
-    computes the motion for other parameters and initial values as their sliders are moved, with the same
+    The page is one file and needs no network. It contains the equations of motion, compiled to WebAssembly.
+    When the sliders of parameters and initial values are moved, it computes the motion again, with the same
     steps as 'lagrange solve'.
 
     \b

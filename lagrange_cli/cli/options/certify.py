@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.options.shared import Command
+from lagrange_cli.cli.options.shared import Command, Number
 from lagrange_cli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -20,18 +20,18 @@ OPTIONS = (
     click.option(
         "--certify",
         is_flag=True,
-        help="Write an estimate of the error of every sample: how far it is from the motion of the system as "
-        "it is written. Companion runs with other orders and roundings provide it.",
+        help="Write an estimate of the error of every sample: its distance from the exact motion of the "
+        "system as written. Companion runs with other orders and roundings provide it.",
     ),
     click.option(
         "--digits",
-        type=click.FloatRange(min=1, max=15),
+        type=Number(min=1, max=15),
         help="Report the time up to which every coordinate has this many correct digits by this estimate, "
         f"relative to its largest value so far (implies --certify) [{DIGITS:g}].",
     ),
     click.option(
         "--target-error",
-        type=float,
+        type=Number(),
         metavar="ERROR",
         help="End the run, with exit status 4, when the estimated error of a coordinate exceeds this "
         "fraction of its largest value so far (implies --certify).",

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from lagrange_cli.cli.options.completion import files
-from lagrange_cli.cli.options.shared import SETTABLE, Command, parse_pairs
+from lagrange_cli.cli.options.shared import SETTABLE, Command, Integer, parse_pairs
 
 OPTIONS = (
     click.option(
@@ -31,11 +31,11 @@ OPTIONS = (
         "loguniform(low,high); repeatable.",
     ),
     click.option(
-        "--members", type=click.IntRange(min=1), help="The number of draws of --random, at each grid point."
+        "--members", type=Integer(min=1), help="The number of draws of --random, at each grid point."
     ),
     click.option(
         "--seed",
-        type=click.IntRange(min=0),
+        type=Integer(min=0),
         default=0,
         help="The seed of the random numbers: the same seed gives the same numbers [0].",
     ),
@@ -48,7 +48,7 @@ OPTIONS = (
     ),
     click.option(
         "--jobs",
-        type=click.IntRange(min=1),
+        type=Integer(min=1),
         help="The number of processors to use [all]. The results do not depend on it.",
     ),
 )

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from lagrange_cli.cli.options.completion import comma_list, expression, files, word
-from lagrange_cli.cli.options.shared import Command, parse_outputs, shared_options
+from lagrange_cli.cli.options.shared import Command, Integer, Number, parse_outputs, shared_options
 from lagrange_cli.cli.output import Invocation
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import AUTO, METHODS
@@ -35,7 +35,9 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
         "If it is before the start, the motion is integrated backward.",
     ),
     "samples": click.option(
-        "--samples", type=int, help=f"The number of samples, evenly spaced over the run [{DEFAULT_SAMPLES}]."
+        "--samples",
+        type=Integer(),
+        help=f"The number of samples, evenly spaced over the run [{DEFAULT_SAMPLES}].",
     ),
     "step": click.option(
         "--step",
@@ -45,7 +47,7 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
     ),
     "tolerance": click.option(
         "--tolerance",
-        type=float,
+        type=Number(),
         help="The relative error per step [full double precision; DOP853, Radau, scipy: 1e-10].",
     ),
     "method": click.option(
@@ -76,13 +78,13 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
     ),
     "checkpoint": click.option(
         "--checkpoint",
-        type=click.FloatRange(min=0),
+        type=Number(min=0),
         default=SECONDS,
         help=f"The time in seconds between the checkpoints from which --resume continues [{SECONDS:g}].",
     ),
     "checkpoint-count": click.option(
         "--checkpoint-count",
-        type=click.IntRange(min=1),
+        type=Integer(min=1),
         default=COUNT,
         help=f"Also write a checkpoint after this many steps (sweep: members) [{COUNT}].",
     ),

@@ -19,6 +19,45 @@ SETTABLE = names("parameters", "coordinates")
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
+class Number(click.FloatRange):
+    """A number between ``min`` and ``max``, as far as they are given."""
+
+    name = "number"
+
+    def _describe_range(self) -> str:
+        return between(self).removeprefix(" of").strip()
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter:
+            self.fail(f"{str(value)!r} is not a number{between(self)}", param, ctx)
+
+
+class Integer(click.IntRange):
+    """An integer between ``min`` and ``max``, as far as they are given."""
+
+    name = "integer"
+
+    def _describe_range(self) -> str:
+        return between(self).removeprefix(" of").strip()
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter:
+            self.fail(f"{str(value)!r} is not a whole number{between(self)}", param, ctx)
+
+
+def between(bounds: click.FloatRange | click.IntRange) -> str:
+    """`` greater than 0``, `` of at least 1``, `` from 1 to 15`` or nothing."""
+    if bounds.min is None:
+        return ""
+    if bounds.min_open:
+        return f" greater than {bounds.min:g}" + ("" if bounds.max is None else f", at most {bounds.max:g}")
+    return f" of at least {bounds.min:g}" if bounds.max is None else f" from {bounds.min:g} to {bounds.max:g}"
+
+
 def parse_overrides(
     context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]
 ) -> dict[str, str]:

@@ -50,22 +50,28 @@ class AtZero(Crossing):
         """Set the modes of guards to 0 whose arguments stay 0. If they do so up to rounding, forces act as
         soon as these are told from 0: until then rounding would decide on them. If they are exactly 0, this
         is of use beside forces that have no series there: these act as soon as they are felt."""
-        self._series()
-        coefficients = self._coefficients_of(self._rows.first, self._rows.first + self.count)
-        still = [j for j in guards if self.modes[j] and np.all(self._stay(coefficients[[j], 1:]))]
-        exact = [j for j in still if not np.any(coefficients[j])]
-        self.modes[exact] = -self.modes[exact]
+        modes, noise = self.modes.copy(), self._noise()
+        values = self._arguments()
+        still = [j for j in guards if modes[j] and abs(values[j]) <= noise[j]]
+        while still:
+            self.modes[still] = 0.0  # a force from a depth that is rounding would seem to end the contact
+            self._series()
+            rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[still, 1:]
+            stay = self._stay(rates)
+            self.modes[still] = modes[still]
+            if all(stay):
+                break
+            still = [j for j, one in zip(still, stay) if one]
+        exact = [j for j in still if values[j] == 0.0]
+        self.modes[exact] = -modes[exact]
         smooth = not exact or not self._infinite()
-        self.modes[exact] = -self.modes[exact]
+        self.modes[exact] = modes[exact]
         still = [j for j in still if j not in exact or not smooth]
         if not still:
             return
-        noise = self._noise()
-        still = [j for j in still if abs(coefficients[j, 0]) <= noise[j]]
-        modes = self.modes[still].copy()
         self.modes[still] = 0.0
         if self._infinite():
-            self.modes[still] = modes
+            self.modes[still] = modes[still]
         else:
             self.marks[still] = -LARGER * noise[still]
 
@@ -236,10 +242,11 @@ class AtZero(Crossing):
         unit = ROUNDED_OFF[parts - 1] * FEW * max(q, v * memory[layout.at(Clock.LENGTH)])
         before, source, found = self._arguments(), np.random.default_rng(0), np.zeros(self.count)
         for _ in range(TRIALS):
-            change, second = unit * source.uniform(-1.0, 1.0, layout.degrees), -2.0 * before
-            for one in (change, -change):
-                self._add(layout.q, one)
-                second = second + self._arguments()
+            change, second = unit * source.uniform(-1.0, 1.0, layout.degrees), before
+            # not on both sides: beside an exact number these are rounded by opposite errors
+            for part, weight in ((0.5, -2.0), (1.0, 1.0)):
+                self._add(layout.q, part * change)
+                second = second + weight * self._arguments()
                 self.memory[:] = memory
             found = np.where(found > 0.0, found, np.abs(second))
             if np.all(found > 0.0):

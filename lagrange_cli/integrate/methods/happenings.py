@@ -165,7 +165,7 @@ class Happenings:
         if self._standstill.leaving(event, sides.now):
             sides.flip(event)
             return self._recurs(event, sides.now)
-        if sides.leaves_zero(event):  # a root of rounding errors
+        if sides.leaves_zero(event) and not sides.at_zero(event):  # a root of rounding errors
             sides.settling.mark([due])
             return self._recurs(event, sides.now)
         if sides.at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from
@@ -274,10 +274,22 @@ class Happenings:
             ends = self._resting.settle(impact)
             if ends is not None:
                 self._sink.accumulated(event, ends)
+                if self._drags(event, before):
+                    ended = self._finished(Ending.DRAGGED, event)
         self._resting.note(event)
         changed = parameters, sides.parameters()
         self._sink.changed(Change(sample, now, before, sides.state(sides.memory), changed))
         return ended
+
+    def _drags(self, event: int, before: Array) -> bool:
+        """Whether an impact that has no speed would change velocities, too, beside what they were ``before``
+        the last one: where infinitely many do so, the limit is not that of those that are counted."""
+        sides, n = self._sides, self._program.degrees
+        there = sides.state(sides.memory)
+        values = sides.act_on(there)[0][0]
+        least = ROUNDING * float(np.max(np.abs(before[n : 2 * n])))
+        own = [(i, place) for i, place in sides.sets[event] if n <= place < 2 * n]
+        return any(abs(values[i] - there[place]) > least for i, place in own)
 
     def _without_mass(self) -> str:
         """The first mass that actions have made 0 or negative, or nothing."""

@@ -37,13 +37,17 @@ class Leading(AtZero):
 
     def _holding(self, guards: Sequence[int]) -> Array:
         """The sizes of multipliers, infinite where the motion passes u = 0 with a velocity."""
+        sizes = np.abs(self._multipliers(guards))
+        return np.where((self._passing(guards) == 0.0) & np.isfinite(sizes), sizes, np.inf)
+
+    def _passing(self, guards: Sequence[int]) -> Array:
+        """The rates with which arguments pass 0; those of velocities that others hold are rounding."""
         if not guards:
             return np.zeros(0)
         rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards, 1]
-        sizes = np.abs(self._multipliers(guards))
-        sure = np.array([self._rows.guards[j].explicit for j in guards])  # their rates are rounding
-        still = (sure | (np.abs(rates) <= ROUNDING * self.scale()[1])) & np.isfinite(sizes)
-        return np.where(still, sizes, np.inf)
+        still = np.array([self._rows.guards[j].explicit for j in guards])
+        still |= np.abs(rates) <= ROUNDING * self.scale()[1]
+        return np.where(still, 0.0, rates)
 
     def _leads(self, j: int) -> bool:
         """Whether the motion leads to the side of a guard's mode; or along u = 0."""

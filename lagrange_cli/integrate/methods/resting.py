@@ -63,18 +63,18 @@ class Resting:
         """Let the motion rest if all further impacts together take a negligible time. Where these are
         infinitely many, the time at which they end."""
         sides, event = self._sides, impact.event
-        _, left, bend, *_ = map(float, sides.coefficients(event))
+        above, left, bend, *_ = map(float, sides.coefficients(event))
         since = (sides.now - self.times[event, 0]) + (self._low() - self.times[event, 1])
         flight = -left / bend if bend != 0.0 else np.inf
         if abs(left) <= impact.noise:
-            self._stop(impact, left)
+            self._stop(impact, above, left)
             self.hold(event, impact.side)
         elif 0.0 < flight < since and sides.side(event) == impact.side:
             remaining = float(flight / (1.0 - flight / since))
             longest = SOON[sides.program.parts - 1] * min(impact.length, sides.now - self._start)
             if remaining <= longest or self._hidden(impact, left, bend):
                 ends = sides.now + remaining
-                self._stop(impact, left)
+                self._stop(impact, above, left)
                 self.hold(event, impact.side)
                 return ends
         return None
@@ -84,17 +84,19 @@ class Resting:
         height = left**2 / (4.0 * abs(bend))
         return bool(self._sides.program.carried) and height <= UNSEEN * impact.size
 
-    def _stop(self, impact: Impact, left: float) -> None:
-        """Take the speed that is ``left`` away, in the direction of the impact."""
-        if left in (0.0, impact.speed):
+    def _stop(self, impact: Impact, above: float, left: float) -> None:
+        """Take the speed that is ``left`` away, in the direction of the impact, and put the motion where the
+        argument is 0, ``above`` which it is by rounding."""
+        if left == impact.speed:
             return
         sides, n = self._sides, self._sides.program.degrees
         places = sides.outer[n : 2 * n]
         change = sides.memory[places] - impact.before[n : 2 * n]
-        places, change = places[change != 0.0], change[change != 0.0]
-        sides.memory[places] -= change * (left / (left - impact.speed))
-        sides.memory[sides.layout.width + places] = 0.0
-        sides.memory[sides.layout.third + places] = 0.0
+        moved = change != 0.0
+        for part, lost in ((sides.outer[:n], above), (places, left)):
+            sides.memory[part[moved]] -= change[moved] / (left - impact.speed) * lost
+            sides.memory[sides.layout.width + part[moved]] = 0.0
+            sides.memory[sides.layout.third + part[moved]] = 0.0
         sides.begin_anew()
 
     def hold(self, event: int, side: float) -> None:

@@ -33,5 +33,6 @@ def follower(
 
         forward = replace(compilation, backward=False)
         return Backward(follower(machine, forward, improve), machine.program)
+    # The module's name stands in the table: a system file only says which row.
     module: MethodModule = import_module(f"{__package__}.{METHODS[compilation.method].module}")
     return module.follower(machine, compilation, improve)

@@ -180,7 +180,8 @@ class Settling(Leading):
         for j in still:
             if values[j] != 0.0:
                 self._take_to(j, 0.0)
-        self.let_rest([j for j in free if j not in entered])
+        self.let_rest(free)
+        entered = [j for j in entered if self.modes[j] != 0.0]
         self.modes[entered] = -self.modes[entered]  # where forces have no series: see ``cross``
         if found:
             self._lead_on([j for j in guards if self._rows.guards[j].multiplier and self.modes[j]])
@@ -190,16 +191,24 @@ class Settling(Leading):
     def _lead_on(self, guards: Sequence[int]) -> None:
         """Take arguments a little to their sides that begin at 0 with rounding errors of the other sign, so
         that these do not lead back: where a force is let go at its limit, the first derivative is such an
-        error. (Steps on rates, which carry something on, look at values of arguments instead.)"""
+        error. Of places, take the rates. (Steps on rates, which carry something on, look at values of
+        arguments instead.)"""
         if not guards or self.machine.program.carried:
             return
         self._series()
         arguments = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards]
         speeds = np.abs(self.memory[self._layout.part(0)][self._layout.v])
         least = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * float(np.max(speeds))
+        placed = {j for j in guards if self._rows.guards[j].placed}
+        held = zip(placed, self._holding([*placed]).tolist())
+        resting = {j for j, size in held if np.isfinite(size)}
         for j, u in zip(guards, arguments * self.modes[guards][:, None]):
-            farthest = dip(u[1:])
-            if farthest > 0.0:
+            own = u[1:] * np.arange(1, len(u)) if j in placed else u
+            farthest = dip(own[1:])
+            if j in placed:
+                if j in resting and own[0] < max(least, farthest):
+                    self._take_to(j, self.modes[j] * max(least, farthest))
+            elif farthest > 0.0:
                 self._take_to(j, self.modes[j] * max(least, farthest))
                 self.marks[j] = 0.0
 
@@ -215,7 +224,7 @@ class Settling(Leading):
             resting = [j for j in able if self.modes[j] == 0.0]
             sizes = self._holding(resting)
             loose = [(size, j) for size, j in zip(sizes.tolist(), resting) if not size <= HELD]
-            explicit = [j for _, j in loose if self._rows.guards[j].explicit]
+            explicit = [j for _, j in loose if self._rows.guards[j].limited]
             slipping = [j for j in guards if self._rows.guards[j].explicit and self.modes[j] != 0.0]
             sides = self._sides(explicit)
             sides |= dict.fromkeys(self._misled(slipping) if able else [], 0.0)
@@ -266,13 +275,16 @@ class Settling(Leading):
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
 
     def _sides(self, guards: Sequence[int]) -> dict[int, float]:
-        """Where guards go that are let go."""
-        return {j: 1.0 if one > 0.0 else -1.0 for j, one in zip(guards, self._multipliers(guards))}
+        """Where guards go that are let go: with their velocities if these are not 0, or else as they are
+        pushed."""
+        rates = self._passing(guards)
+        pushes = np.where(rates != 0.0, rates, self._multipliers(guards))
+        return {j: 1.0 if one > 0.0 else -1.0 for j, one in zip(guards, pushes.tolist())}
 
     def _take_to(self, j: int, value: float) -> None:
-        """Set the argument of a guard that may hold the motion to a value that it has up to rounding: by a
-        change of velocities in the direction of the force that holds."""
-        own = float(self.modes[j])
+        """Set the argument of a guard that may hold the motion, or its rate if it is a place, to a value that
+        it has up to rounding: by a change of velocities in the direction of the force that holds."""
+        own, order = float(self.modes[j]), int(self._rows.guards[j].placed)
         for _ in range(EXACT):
             accelerations: list[Array] = []
             slopes: list[float] = []
@@ -280,8 +292,8 @@ class Settling(Leading):
                 self.modes[j] = mode
                 accelerations.append(self._series()[: self._layout.degrees])
                 u = self._coefficients(self._rows.first + j)
-                slopes.append(float(u[1]))
-            off = float(u[0]) - value
+                slopes.append((order + 1) * float(u[order + 1]))
+            off = float(u[order]) - value
             change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
             if off == 0.0 or not np.all(np.isfinite(change)):
                 return

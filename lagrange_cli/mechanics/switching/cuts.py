@@ -39,11 +39,15 @@ class Cut:
 def cuts(model: Model[Node]) -> list[Cut]:
     """The angles with which an energy, a velocity or a constraint may jump. (Jumps in conditions of switches
     are found here, too; a force may jump.)"""
-    moving, graph = variables(model), graph_of(model)
     energy = model.potential if model.lagrangian is None else model.lagrangian
     nodes = [energy, model.dissipation]
     nodes += [x for one in model.particles for x in one.velocity]
     nodes += [one.expression for one in model.constraints]
+    return cuts_of(graph_of(model), nodes, variables(model))
+
+
+def cuts_of(graph: Graph, nodes: Sequence[Node], moving: int) -> list[Cut]:
+    """The angles of what is ``moving``, a bit set of symbols, with which one of the ``nodes`` may jump."""
     angles = [
         one
         for one in reachable(nodes)

@@ -24,6 +24,8 @@ CLEAR = 1e-4
 """The square of this sine, from which on no closer look is needed."""
 DENSE = 100
 """Constraints up to which matrices are full."""
+CUT = 1e-10
+"""The part of the largest singular value below which others count as 0."""
 CORRECTIONS = 3
 TINY = 1e-13
 """The part of unit rows that makes their scalar products a positive matrix."""
@@ -289,6 +291,6 @@ def solved(matrix: Array, right: Array) -> list[float]:
     return least_squares(matrix, right).tolist()  # type: ignore[no-any-return]
 
 
-def least_squares(matrix: Array, right: Array, cut: float = 1e-10) -> Array:
+def least_squares(matrix: Array, right: Array) -> Array:
     """The solution of least squares and least norm."""
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0], dtype=np.float64)
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=CUT)[0], dtype=np.float64)

@@ -90,8 +90,8 @@ class Refusal:
         hint = "the constraints contradict each other: no velocities near these satisfy all of them"
         if not speeds:
             hint = (
-                "no values near these were found that satisfy all constraints: begin elsewhere, or they "
-                "contradict each other"
+                "no values near these satisfy all constraints: leave a value out, so that it is found, or "
+                "begin elsewhere; or the constraints contradict each other"
             )
             off = [[*self.spec.all_constraints][i] for i in flat if abs(float(values[i])) > 0]
             if off:

@@ -8,6 +8,7 @@ other instructions. So what goes to the next place waits in a register until tha
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import nullcontext
 from functools import reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -15,13 +16,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Term
-from lagrange_cli.native.families.vectors import Numbers, Vectors
+from lagrange_cli.native.families.gathering import place_at
+from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 
 if TYPE_CHECKING:
     from lagrange_cli.native.families.loops import Loop
 
+LookedUp: TypeAlias = "Callable[[int, Integer], Pointer]"
+"""Where eight places of a table are, from one on."""
 Key: TypeAlias = "tuple[Array, int]"
 """An array, and the number of the table of places where something is added to it."""
 
@@ -71,7 +75,8 @@ class Additions:
         self.terms: dict[Key, list[int]] = {}
         for k, ((_, total), i) in enumerate(zip(terms, loop.numbered[1][len(loop.used) :])):
             self.terms.setdefault((total, i), []).append(k)
-        self.behind = behind(loop, self.terms)
+        self.behind, self.single = behind(loop, self.terms), len(loop.rows.starts) == 1
+        self.together = {*self.behind, *(leader for leader, _ in self.behind.values())}
 
     def begin(self, bases: Sequence[Integer]) -> None:
         """A row whose tables begin with these places."""
@@ -84,22 +89,34 @@ class Additions:
         self.beside = {
             key: (bases[key[1]] - bases[leader[1]]).equals(distance)
             for key, (leader, distance) in self.behind.items()
+            if not self.single
         }
 
     def add(
-        self, values: Sequence[Numbers], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
+        self,
+        values: Sequence[Operands],
+        inside: Bit,
+        j: Integer,
+        looked_up: LookedUp,
     ) -> None:
         """Terms of the eight members from ``j`` on, of which those count that are ``inside``."""
         vectors, zero = self.vectors, self.vectors.zero(LANES)
-        found = {
-            key: vectors.select(inside, reduce(add, (values[k] for k in terms)), zero)
-            for key, terms in self.terms.items()
-        }
+        found: dict[Key, Numbers] = {}
+        for key, terms in self.terms.items():
+            given = [vectors.number(values[k]) for k in terms if values[k] is not None]
+            if given:
+                found[key] = vectors.select(inside, reduce(add, given), zero)
+            elif key[0] in self.alone or key in self.together:
+                found[key] = zero
         for key, (leader, distance) in self.behind.items():
-            value, before, beside = found.pop(key), self.waiting[key].get(), self.beside[key]
+            value, before = found.pop(key), self.waiting[key].get()
             shifted = vectors.shuffle(before, late(distance), value)
-            found[leader] = found[leader] + vectors.select(beside, shifted, zero)
             self.waiting[key].set(value)
+            if self.single:
+                found[leader] = found[leader] + shifted
+                continue
+            beside = self.beside[key]
+            found[leader] = found[leader] + vectors.select(beside, shifted, zero)
             with self.f.when(~beside):
                 self.put(value, key, self.bases[key[1]] + j)
         for key, value in found.items():
@@ -129,7 +146,7 @@ class Additions:
             vectors.store(vectors.total(total.get(), vectors.load(base, at)), base, at)
         beyond = (length + (LANES - 1)) & -LANES
         for key, (leader, distance) in self.behind.items():
-            with self.f.when(self.beside[key]):
+            with nullcontext() if self.single else self.f.when(self.beside[key]):
                 rest = vectors.shuffle(self.waiting[key].get(), late(distance), vectors.zero(LANES))
                 self.put(rest, leader, self.bases[leader[1]] + beyond)
 
@@ -140,12 +157,11 @@ class Additions:
             value = self.vectors.load_row(base, at, LANES) + value
         self.vectors.store_row(value, base, at)
 
-    def scatter(self, values: Numbers, base: Pointer, places: str) -> None:
+    def scatter(self, values: Numbers, base: Pointer, places: Pointer) -> None:
         """Add eight numbers at eight places, one after the other: some may be the same."""
         f, vectors = self.f, self.vectors
         for lane in range(LANES):
-            place = f.define(f"extractelement <{LANES} x i32> {places}, i64 {lane}")
-            at = Integer(f, f.define(f"zext i32 {place} to i64"), 1)
+            at = place_at(f, lane, places)
             vectors.store(vectors.load(base, at) + vectors.lane(values, lane), base, at)
 
 

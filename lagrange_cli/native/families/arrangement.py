@@ -42,6 +42,7 @@ class Arrangement:
     def __init__(
         self,
         system: FamilySystem,
+        sampled: FamilySystem,
         observed: Observed,
         tolerance: float,
         order: int,
@@ -54,6 +55,9 @@ class Arrangement:
     ) -> None:
         self.kind, self.factor, self.concise = kind, factor, concise
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
+        self.sampled = sampled
+        """The system as it is at samples: with the switches themselves, as modes are not known there, and not
+        in reversed time."""
         self.observed, self.tolerance, self.scheme = observed, tolerance, scheme
         self.proven = proven
         guarded = system.modes is not None or system.events is not None
@@ -113,10 +117,16 @@ class Arrangement:
             acted = [self.lasting.arranged(one) for one in acts]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
-        self.pulled = None
-        if self.motion is not None and self.motion.bonds.multipliers in needed(self.roots, self.slots):
-            at_samples = system if system.modes is None else replace(system, forces=system.modes.forces)
-            self.pulled = AtAState(at_samples, self.lasting)
+        self.pulled, self.resting = None, self.closure or self.balance
+        """How multipliers, and on chains and trees accelerations, are found at a sample."""
+        solved = {system.accelerations, system.bonds.multipliers if system.bonds else None}
+        if not solved.isdisjoint(needed(self.roots, self.slots)):
+            if self.motion is not None:
+                self.pulled = AtAState(sampled, self.lasting)
+            elif self.closure is not None and sampled is not system:
+                self.resting = Closure(sampled, self.lasting)
+            elif self.balance is not None and sampled is not system:
+                self.resting = Balance(sampled, self.lasting.arranged)
         everyone = np.arange(self.degrees)
         force, mass = (
             self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)

@@ -44,6 +44,7 @@ class ConstrainedJet(CorrectedJet):
         self.arrange(totals)
         for array in motion.arrays:
             self.planes[array] = self.take(room(array.count)), 0
+        self.planes[motion.rates] = self.planes[motion.free]
         self.arrange_members(motion.locals)
         self.saddle = saddle_of(self.vectors, self.tabled, "%work", self.work)
         self.take(room(self.tabled.size))
@@ -54,7 +55,7 @@ class ConstrainedJet(CorrectedJet):
         self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
     ) -> None:
         motion, first = self.motion, isinstance(k, int) and k == 0
-        given = [*motion.in_order, *(one for some in motion.slopes for one in some if first)]
+        given = [motion.rest, *(one for some in motion.slopes for one in some if first)]
         evaluation.clear(added(given, [series.loop for series, _ in self.members]))
         self.evaluate(k, phase)
         if first:
@@ -65,7 +66,7 @@ class ConstrainedJet(CorrectedJet):
         evaluation.write([motion.free])
         evaluation.write([motion.right])
         solve(self.saddle, motion, self.at(motion.right, 0), self.at(motion.multipliers, 0))
-        evaluation.write([motion.rates])
+        evaluation.add([motion.rates])
         self.evaluate(k, correcting=True)
         self.advance(evaluation, k, motion.rates)
         self.keep(motion.multipliers, k)

@@ -28,6 +28,11 @@ BEFORE_ACCELERATIONS = -2, -1
 """Stages that have the state alone: coordinates are two orders ahead."""
 
 
+def early(k: int | Integer) -> bool:
+    """Whether stage k is one of these."""
+    return isinstance(k, int) and k < 0
+
+
 @dataclass(frozen=True, eq=False)
 class Local:
     """What the series of the members of one kind give: terms, and the arrays that they are added to.
@@ -63,6 +68,11 @@ class CorrectedSeries(LoopSeries):
 
     local: Local | None = None
 
+    @property
+    def terms(self) -> int:
+        assert self.local is not None
+        return len(self.local.terms) - self.local.slopes
+
     @cached_property
     def program(self) -> SeriesProgram:
         assert self.local is not None
@@ -87,6 +97,19 @@ class CorrectedSeries(LoopSeries):
                 }
         return sorted(wanted)
 
+    @cached_property
+    def blank(self) -> frozenset[int]:
+        """Series whose newest coefficients are 0 without the newest accelerations and multipliers."""
+        found = set[int]()
+        for index, one in enumerate(self.program.series):
+            if one.op in (Op.COORDINATE, Op.MULTIPLIER):
+                found.add(index)
+            elif one.op is Op.DERIVATIVE or (one.op is Op.LINEAR and one.level > 0):
+                known = [a for a, ahead in needs(one) if self.program.series[a].level != one.level + ahead]
+                if not known and found.issuperset(one.arguments):
+                    found.add(index)
+        return frozenset(found)
+
 
 def series_of(local: Local, slots: Slots, time: Node, order: int, alone: frozenset[Array]) -> CorrectedSeries:
     """The series that a kind of members has."""
@@ -97,7 +120,7 @@ def series_of(local: Local, slots: Slots, time: Node, order: int, alone: frozens
     read = [*local.unknowns, *local.change]
     every, unused = np.arange(local.domain.count), Array(Source.TOTAL, local.domain.count)
     terms = [*local.terms, *((Term(local.domain, one, every), unused) for one in read)]
-    loop = Loop(local.domain, terms, slots, alone)
+    loop = Loop(local.domain, terms, slots, alone, onto=True)
     return CorrectedSeries(loop, slots, moving, time, order, local=local)
 
 
@@ -108,11 +131,6 @@ class CorrectedWriter(SeriesWriter):
     correcting = False
 
     @property
-    def early(self) -> bool:
-        """Whether there are no accelerations yet."""
-        return isinstance(self.k, int) and self.k < 0
-
-    @property
     def local(self) -> Local:
         """What the series give."""
         assert isinstance(self.series, CorrectedSeries) and self.series.local is not None
@@ -120,30 +138,35 @@ class CorrectedWriter(SeriesWriter):
 
     @property
     def terms(self) -> Sequence[tuple[Term, Array]]:
-        if self.correcting or self.early:
+        if self.correcting or early(self.k):
             return []
         first = isinstance(self.k, int) and self.k == 0
-        return self.local.terms if first else self.local.terms[: len(self.local.terms) - self.local.slopes]
+        return self.local.terms if first else self.local.terms[: self.series.terms]
 
     def values(self, known: dict[Node, Operands], j: Integer) -> list[Operands]:
-        if not self.early and not self.correcting:
+        if not early(self.k) and not self.correcting:
             known = {**known, **dict.fromkeys(self.local.coordinates)}
         stage = CorrectedStage(self.evaluation, self.series, self.k, self.block_at(j), known, self.phase)
         if self.correcting:
             stage.correct()
         else:
             stage.advance()
-        return stage.terms()[: len(self.terms)] if self.terms else []
+        return stage.terms() if self.terms else []
 
 
 class CorrectedStage(MemberStage):
     """Stage k of eight members."""
 
+    series: CorrectedSeries
+
+    def put(self, index: int, value: Operands, m: int | Integer) -> None:
+        if early(self.k) or index not in self.series.blank:
+            super().put(index, value, m)
+
     def correct(self) -> None:
         """Add what the accelerations add to all series that are needed later."""
-        series = self.series
-        assert isinstance(series, CorrectedSeries) and series.local is not None
-        emitter, local, program = self.emitter, series.local, series.program
+        series, local, program = self.series, self.series.local, self.series.program
+        assert local is not None
         found = dict(zip(local.coordinates, (self.known[one] for one in local.change)))
         change: dict[int, Operands] = {}
         for index in series.corrected:
@@ -158,7 +181,8 @@ class CorrectedStage(MemberStage):
                 change[index] = self.correction(index, change, None)
             if index in series.stored:
                 at = self.k + one.level
-                self.put(index, emitter.add(self.vector(index, at), change[index]), at)
+                before = None if index in series.blank else self.vector(index, at)
+                super().put(index, self.emitter.add(before, change[index]), at)
 
 
 class CorrectedJet(SeriesJet):
@@ -220,9 +244,8 @@ class CorrectedJet(SeriesJet):
 
     def evaluate(self, k: int | Integer, phase: int | None = None, *, correcting: bool = False) -> None:
         """The series of all members in stage k."""
-        early = isinstance(k, int) and k < 0
         evaluation = Evaluation(
-            self.vectors, self.slots, lambda array: self.at(array, k + 2 if early and array in self.ahead
+            self.vectors, self.slots, lambda array: self.at(array, k + 2 if early(k) and array in self.ahead
             else 0), self.tables, {self.system.time: self.time},
         )  # fmt: skip
         for series, place in self.members:

@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import ClassVar
 
-from lagrange_cli.native.families.gathering import gathered_from
-from lagrange_cli.native.families.vector_dots import Coefficients
+from lagrange_cli.native.families.gathering import gathered
+from lagrange_cli.native.families.vector_dots import Coefficients, Pair
 from lagrange_cli.native.interface import CONSTANTS, LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.beside import BesideDoubleDouble, beside
 from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble, pair
@@ -128,9 +127,9 @@ class DoubleDoubleVectors:
         for part, at in zip(value.parts, (0, place.beyond)):
             self.f.store_row(part, place, at)
 
-    def gather(self, base: Pointer | str, places: Operand) -> DDReal:
+    def gather(self, base: Pointer | str, places: Pointer) -> DDReal:
         both = (self.parts_at(self.place(base, 0), part) for part in range(self.parts))
-        return DDReal(*(Real(self.f, gathered_from(self.f, one.name, places), LANES) for one in both))
+        return DDReal(*(Real(self.f, gathered(self.f, one.name, places), LANES) for one in both))
 
     # numbers
 
@@ -218,8 +217,11 @@ class DoubleDoubleVectors:
     # convolutions
 
     def dots(
-        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
-    ) -> list[DDReal]:
+        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+    ) -> Sequence[Sequence[DDReal]]:
+        return [self._dots(*pair, n, weighted) for pair in pairs]
+
+    def _dots(self, a: Coefficients, b: Coefficients, n: int | Integer, weighted: bool) -> list[DDReal]:
         f, last = self.f, self.f.count(n) if isinstance(n, int) else n
         sums = [Accumulated(self) for _ in range(1 + weighted)]
         with f.loop(1, last) as m:

@@ -26,7 +26,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.recurrences.evaluation import emit_values
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.records import dataclass, field, replace
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
@@ -69,6 +69,14 @@ class Evaluation:
         """Compute them."""
         listed = loops(totals, self.slots)
         self.clear(added(totals, listed))
+        self._take(listed)
+
+    def add(self, totals: Sequence[Total]) -> None:
+        """Add them to what is where they are; none is a sum along a chain."""
+        listed = [one for one in loops(totals, self.slots) if isinstance(one, Loop)]
+        self._take([replace(one, onto=True) for one in listed])
+
+    def _take(self, listed: Sequence[Loop | Chain]) -> None:
         for one in listed:
             if isinstance(one, Chain):
                 self.add_up(one)
@@ -225,8 +233,7 @@ class Writer:
         lanes = ", ".join(f"i64 {lane}" for lane in range(LANES))
         inside: Bit = f.splat(j, LANES) + Integer(f, f"<{lanes}>", LANES) < f.splat(length, LANES)
         known = {**evaluation.known, **fixed, **self.changing(bases, j)}
-        values = [self.vectors.number(one) for one in self.of_eight(known, bases, j, inside)]
-        added.add(values, inside, j, self.looked_up)
+        added.add(self.of_eight(known, bases, j, inside), inside, j, self.looked_up)
 
     def changing(self, bases: Sequence[Integer], j: Integer) -> dict[Node, Operands]:
         """The slots of eight members that are not the same in all of a row."""
@@ -267,8 +274,8 @@ class Writer:
         emit_values(self.evaluation.emitter, nodes, known, Everywhere(self.evaluation.tables.constants.slots))
         return [known[node] for node in nodes]
 
-    def looked_up(self, i: int, j: Integer) -> str:
+    def looked_up(self, i: int, j: Integer) -> Pointer:
         """Eight places of a table. Behind its end the last one stands again: a row may end anywhere."""
         table = self.listed[i].tolist()
         at = self.evaluation.tables.of_places([*table, *table[-1:] * LANES])
-        return places_at(self.f, self.first + j + at, aligned=False)
+        return places_at(self.f, self.first + j + at)

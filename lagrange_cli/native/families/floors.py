@@ -57,6 +57,16 @@ def runs(spec: Spec) -> list[tuple[int, bool]]:
     return found
 
 
+def related(spec: Spec) -> list[tuple[int, int]]:
+    """The first coordinate of each family, and the number of its members."""
+    found, first = list[tuple[int, int]](), 0
+    for count, of_family in runs(spec):
+        if of_family:
+            found.append((first, count))
+        first += count
+    return found
+
+
 def lanes(f: Function) -> Integer:
     """0, 1, .. 7."""
     return Integer(f, f"<{', '.join(f'i64 {lane}' for lane in range(LANES))}>", LANES)

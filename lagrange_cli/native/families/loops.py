@@ -26,6 +26,8 @@ class Loop:
     slots: Slots
     alone: frozenset[Array] = frozenset()
     """Arrays that are no totals and have no other terms."""
+    onto: bool = False
+    """Whether terms of totals are added to what is there before."""
 
     @cached_property
     def used(self) -> Mapping[Node, Slot]:
@@ -60,7 +62,7 @@ class Loop:
             total
             for (term, total), i in zip(self.terms, targets)
             if self.rows.strides[i] == 1
-            and (len(total.terms) == 1 if isinstance(total, Total) else total in self.alone)
+            and (not self.onto and len(total.terms) == 1 if isinstance(total, Total) else total in self.alone)
             and len(term.targets) == total.count
             and np.array_equal(term.targets, np.arange(total.count))
         )

@@ -15,7 +15,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.arrangement import Observed
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
-from lagrange_cli.native.families.floors import FLOORS, write_floors
+from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.motion_jets import MotionJets
 from lagrange_cli.native.families.observation import Observation
@@ -29,12 +29,12 @@ from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weigh
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, rests
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.guards import EXPLICIT, SIMPLE, Role
+from lagrange_cli.native.guards import EXPLICIT, PLACED, SIMPLE, Role
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
-from lagrange_cli.native.motions import RATES, RatesFunction
+from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double_double import operations
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.stepping.advance import advance
@@ -59,6 +59,7 @@ def write_family_program(
     tolerance: float,
     order: int,
     *,
+    sampled: FamilySystem | None = None,
     scheme: str = "",
     kind: type[Vectors] = DoubleVectors,
     factor: int | None = None,
@@ -68,13 +69,13 @@ def write_family_program(
 ) -> Program:
     """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``, and integrals of
     ``integrands``; one of ``RATES`` gives the accelerations alone, with the steps of a ``scheme`` on these,
-    in doubles. With a ``factor`` it is that of a companion, whose numbers are of a kind beside those of the
-    run (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no
-    constraints, and numbers are doubles. A ``concise`` program has no second copy of the code for many
-    coefficients: it is compiled in less time, and slower."""
-    return _Writer(
-        system, observed, tolerance, order, scheme, kind, factor, proven, integrands, concise
-    ).program()
+    in doubles. What is ``observed`` is that of ``sampled``, if it is another one (``Arrangement``). With a
+    ``factor`` it is that of a companion, whose numbers are of a kind beside those of the run
+    (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no constraints,
+    and numbers are doubles. A ``concise`` program has no second copy of the code for many coefficients: it is
+    compiled in less time, and slower."""
+    given = observed, tolerance, order, scheme, kind, factor, proven, integrands, concise
+    return _Writer(system, sampled or system, *given).program()
 
 
 class _Writer(Returning, Observation, MotionJets):
@@ -136,8 +137,9 @@ class _Writer(Returning, Observation, MotionJets):
         """The guards of switches as ``Interface`` has them."""
         if self.modes is None:
             return ()
-        holding = {*self.modes.holding.tolist()}
-        return tuple(EXPLICIT if i in holding else SIMPLE for i in range(self.modes.signs.count))
+        kinds = dict.fromkeys(self.modes.holding.tolist(), EXPLICIT)
+        kinds |= dict.fromkeys(self.modes.placed.tolist(), PLACED)
+        return tuple(kinds.get(i, SIMPLE) for i in range(self.modes.signs.count))
 
     def steps(self, interface: Interface, jet: Jet) -> Steps:
         """What follows a motion in doubles."""
@@ -152,7 +154,7 @@ class _Writer(Returning, Observation, MotionJets):
             lengths = replace(lengths, term=term, first=first - self.degrees, followers=True)
             work += weights_size(self.order)
         if self.scheme:
-            work, steps = self.on_rates(interface, RatesFunction(lengths, work), floors)
+            work, steps = self.on_rates(interface, work, floors)
             parts += steps
         elif by_series:
             parts.append(advance(self.by_series(lengths, self.given(interface, work, floors))))
@@ -160,19 +162,19 @@ class _Writer(Returning, Observation, MotionJets):
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
 
-    def on_rates(self, interface: Interface, jet: RatesFunction, floors: str) -> tuple[int, list[str]]:
+    def on_rates(self, interface: Interface, work: int, floors: str) -> tuple[int, list[str]]:
         """Steps on rates, which ``@jet`` gives or, if it gives series, a function beside it; and the doubles
         that both work on."""
-        from lagrange_cli.native.stepping.schemes import on_rates, scheme_of
+        from lagrange_cli.native.stepping.schemes import on_rates
 
-        rates, texts = jet, list[str]()
+        own, name, texts = work, "jet", list[str]()
         if self.order > RATES:
             made = self.rates_alone(BRIEF)
-            rates = RatesFunction(side_by_side(self.degrees, self.layout.rows, RATES), made.work, BRIEF)
+            own, name = made.work, BRIEF
             texts.append(made.text)
-        given = replace(self.given(interface, rates.work, floors), rates=rates.name)
-        coupling = partial(of_families, self.system)
-        work, steps = on_rates(scheme_of(self.scheme), rates.lengths, given, coupling, jet.work)
+        families = related(self.system.spec)
+        given = replace(self.given(interface, own, floors), rates=name, related=families)
+        work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
         return work, [*texts, steps]
 
     def by_series(self, lengths: Lengths, given: Given) -> FamilySteps:

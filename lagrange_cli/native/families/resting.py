@@ -9,6 +9,7 @@ from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.articulated import ArticulatedJet
 from lagrange_cli.native.families.closed import ClosedJet
 from lagrange_cli.native.families.closed_projection import AT_A_STATE, times_of
+from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.double_double import InConstants
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import Jet
@@ -33,12 +34,13 @@ class AtRest(Preparation):
     @cached_property
     def at_a_state(self) -> tuple[ArticulatedJet, Jet]:
         """The jet, and what is written of it."""
-        assert self.balance is not None
         kind = InConstants if self.kind.parts > 1 else self.kind
-        given = self.system, self.lasting, self.places, self.tables, self.layout, RATES, kind, AT_A_STATE
-        jet = ArticulatedJet(self.balance, *given)
-        if self.closure is not None:
-            jet = ClosedJet(self.closure, self.tabled, *given)
+        given = self.sampled, self.lasting, self.places, self.tables, self.layout, RATES, kind, AT_A_STATE
+        if isinstance(self.resting, Closure):
+            jet: ArticulatedJet = ClosedJet(self.resting, self.tabled, *given)
+        else:
+            assert self.resting is not None
+            jet = ArticulatedJet(self.resting, *given)
         return jet, jet.write()
 
     def jet_at_a_state(self) -> str:
@@ -47,11 +49,12 @@ class AtRest(Preparation):
 
     def solved(self, totals: Collection[Total]) -> dict[Total, Array]:
         """Those that the jet finds: with their arrays in it."""
-        if self.balance is None:
-            return {}
-        found: dict[Total, Array] = {self.system.accelerations: self.balance.rates}
-        if self.closure is not None:
-            found[self.closure.bonds.multipliers] = self.closure.multipliers
+        found: dict[Total, Array] = {}
+        if isinstance(self.resting, Closure):
+            found[self.resting.bonds.multipliers] = self.resting.multipliers
+        if self.resting is not None:
+            balance = self.resting.balance if isinstance(self.resting, Closure) else self.resting
+            found[self.system.accelerations] = balance.rates
         return {one: array for one, array in found.items() if one in totals}
 
     def room_at_rest(self, vectors: Vectors, base: Pointer) -> Resting:

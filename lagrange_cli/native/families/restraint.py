@@ -157,31 +157,27 @@ class AtAState(Restraint):
 
 
 class AlongMotion(Restraint):
-    """Those of the equations of motion, of order k: ``pull`` is A^T lambda without what is newest in it."""
+    """Those of the equations of motion, of order k: A^T lambda without what is newest in it is added to the
+    ``forces``."""
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         self.forces = lasting.arranged(system.forces, kept=False)
-        self.pull = Array(Source.TOTAL, self.size)
-        pushed = (self.of_all(self.forces) + self.of_all(self.pull)) * self.of_all(lasting.inverses)
+        pushed = self.of_all(self.forces) * self.of_all(lasting.inverses)
         self.free = self.total(self.size, [Term(self.everyone, pushed, np.arange(self.size))])
         """Accelerations without constraints."""
         self.right = self.of_bounds(
             {b: -self.along(b, self.free) for b, _ in enumerate(self.bounds)}, less=self.rest
         )
-        self.rates = self.on_coordinates(self.of_all(self.free), self.multipliers)
+        self.rates = self.on_coordinates(None, self.multipliers)
+        """The same with constraints: what these add to ``free``."""
         self.locals = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows]
 
     @property
-    def in_order(self) -> Sequence[Array]:
-        """What the series of the constraints give in every order."""
-        return self.rest, self.pull
-
-    @property
     def arrays(self) -> Sequence[Array]:
-        """All that are computed."""
+        """All that are computed, besides the rates."""
         slopes = [one for some in self.slopes for one in some]
-        return [*self.in_order, *slopes, self.square, self.free, self.right, self.multipliers, self.rates]
+        return [self.rest, *slopes, self.square, self.free, self.right, self.multipliers]
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""
@@ -209,6 +205,6 @@ class AlongMotion(Restraint):
             slopes.append((Term(domain, slope, every), self.slopes[number][a]))
             if slope.symbols & moving:
                 bent = True
-                terms.append((Term(domain, slope * multiplier, rows), self.pull))
+                terms.append((Term(domain, slope * multiplier, rows), self.forces))
         change = [self.slots.symbol(domain, self.rates, one.table) for one in places.values()]
         return Local(domain, [*terms, *slopes], len(slopes), [*places], [multiplier] if bent else [], change)

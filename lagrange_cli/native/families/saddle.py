@@ -15,7 +15,6 @@ from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 
 if TYPE_CHECKING:
@@ -26,7 +25,10 @@ class Tabled:
     """What the code of ``@jet`` factors once a step and solves with at every order, in numbers of any kind.
 
     From ``base[first]`` on are arrays: the unknowns (in factoring, the smallest pivots allowed), 1/D, D,
-    L, D L, and L once more as the two passes of a solution read it, row by row and column by column.
+    L, D L, and L once more as the two passes of a solution read it, row by row and column by column. The last
+    unknowns depend on one another in a chain of rounds. They take the inverse of their part of L: products
+    that do not wait for each other (F. L. Alvarado, A. Pothen and R. Schreiber, Highly Parallel Sparse
+    Triangular Solution, 1993).
     """
 
     def __init__(self, vectors: Vectors, tabled: SaddleTables, base: Pointer | str, first: int) -> None:
@@ -48,11 +50,11 @@ class Tabled:
         made = self.vectors.number(value)
         self.vectors.store_row(made, self.place(name, at), 0)
 
-    def gather(self, name: str, places: Operand) -> Operands:
+    def gather(self, name: str, places: Pointer) -> Operands:
         """Its numbers at these places."""
         return self.gather_from(self.place(name), places)
 
-    def gather_from(self, base: Pointer, places: Operand) -> Operands:
+    def gather_from(self, base: Pointer, places: Pointer) -> Operands:
         """Eight numbers at these places from ``base`` on."""
         return self.vectors.operand(self.vectors.gather(base, places))
 
@@ -85,37 +87,59 @@ class Tabled:
                 with self.f.loop(0, -(-len(places) // LANES), tested=False) as b:
                     row = self.gather_from(base, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
-        self._floors(0, self.tabled.begin)
-        parts = self.tabled.parts
-        self._rounds(parts[0], regular, constrained=False)
-        if len(parts) > 1:
-            for name, rows in self.tabled.passed_on.items():
-                self._take(name, rows)
-            self._floors(self.tabled.begin, len(self.tabled.listed))
-            self._rounds(parts[1], regular, constrained=True)
+        self._floors()
+        self._rounds(self.tabled.factoring, regular)
         for name, rows in (("rows", self.tabled.forward), ("columns", self.tabled.backward)):
             if rows.length:
                 with self.f.loop(0, rows.length, tested=False) as t:
                     these = places_at(self.f, t * LANES + rows.first)
                     self.store(self.gather("lower", these), name, t * LANES)
 
-    def _floors(self, first: int, last: int) -> None:
+        if self.tabled.tail:
+            self._invert()
+
+    def _invert(self) -> None:
+        """W, the inverse of what L has of the last unknowns, column by column, and D^-1 W, row by row."""
+        vectors, emitter, tail = self.vectors, self.emitter, self.tabled.tail
+        rows: list[Operands] = []
+        for b, i in enumerate(tail):
+            self.store(None, "tail_rows", b * LANES)
+            vectors.store(vectors.constant(1.0), self.place("tail_rows"), b * LANES + b)
+            row = self.load("tail_rows", b * LANES)
+            for p, other in zip(tail, rows):
+                if (i, p) in self.tabled.within:
+                    row = emitter.fms(self.everywhere("lower", self.tabled.within[i, p]), other, row)
+            self.store(row, "tail_rows", b * LANES)
+            rows.append(row)
+        for a, _ in enumerate(tail):
+            table = self.tables.of_places([LANES * b + a for b in range(LANES)])
+            column = self.gather("tail_rows", places_at(self.f, self.f.count(table)))
+            self.store(column, "tail_columns", a * LANES)
+        for b, i in enumerate(tail):
+            inverse = self.everywhere("inverse", self.tabled.pivot[i])
+            self.store(emitter.mul(inverse, rows[b]), "tail_rows", b * LANES)
+
+    def everywhere(self, name: str, at: int) -> Operands:
+        """A number of an array, eight times."""
+        return self.vectors.operand(self.vectors.splat(self.vectors.load(self.place(name), at), LANES))
+
+    def _floors(self) -> None:
         """Below which part of their entries pivots are nothing but rounding."""
         unit = self.emitter.number(FLOOR * self.emitter.unit)
-        with self.f.loop(first // LANES, last // LANES, tested=False) as b:
+        with self.f.loop(0, len(self.tabled.listed) // LANES, tested=False) as b:
             self.store(self.emitter.mul(unit, self.load("diagonal", b * LANES)), "unknowns", b * LANES)
 
-    def _rounds(self, part: EliminationRounds, regular: Variable[Bit], *, constrained: bool) -> None:
-        """The rounds of a part, one after the other: what earlier ones give to their entries, 1/D, and L."""
+    def _rounds(self, part: EliminationRounds, regular: Variable[Bit]) -> None:
+        """All rounds, one after the other: what earlier ones give to their entries, 1/D, and L."""
         f = self.f
-        with f.loop(0, part.rounds, tested=False) as r:
+        with f.loop(0, len(self.tabled.elimination.rounds), tested=False) as r:
 
             def span(table: int) -> tuple[Integer, Integer]:
                 """From where to where something is in this round."""
                 return place_at(f, r + table), place_at(f, r + (table + 1))
 
             self._take("diagonal", part.diagonal, span(part.of_diagonal))
-            self._pivot(span(part.positions), constrained, regular)
+            self._pivot(span(part.positions), regular)
             self._take("lower", part.lower, span(part.of_lower))
             self._scale(span(part.pairs))
 
@@ -130,13 +154,13 @@ class Tabled:
             span,
         )
 
-    def _pivot(self, blocks: tuple[Integer, Integer], constrained: bool, regular: Variable[Bit]) -> None:
+    def _pivot(self, blocks: tuple[Integer, Integer], regular: Variable[Bit]) -> None:
         """1/D of a round, and whether the pivots are sound."""
-        f, emitter, relation = self.f, self.emitter, "olt" if constrained else "ogt"
+        f, emitter = self.f, self.emitter
         with f.loop(*blocks, tested=False) as b:
             pivot, floor = (self.load(name, b * LANES) for name in ("diagonal", "unknowns"))
             self.store(emitter.div(emitter.one, pivot), "inverse", b * LANES)
-            regular.set(regular.get() & f.all(Bit(f, emitter.compare(relation, pivot, floor), LANES)))
+            regular.set(regular.get() & f.all(Bit(f, emitter.compare("ogt", pivot, floor), LANES)))
 
     def _scale(self, blocks: tuple[Integer, Integer]) -> None:
         """L from D L."""
@@ -150,8 +174,8 @@ class Tabled:
     def solve(self, base: Pointer, right: Sequence[int], zero: int) -> None:
         """The unknowns with K x = what is at the places ``right`` from ``base`` on, with a 0 at ``zero``."""
         emitter = self.emitter
-        table = self.tables.of_places([zero if i is None else right[i] for i in self.tabled.listed])
-        with self.f.loop(0, len(self.tabled.listed) // LANES, tested=False) as b:
+        table = self.tables.of_places([zero if i is None else right[i] for i in self.tabled.solved])
+        with self.f.loop(0, len(self.tabled.solved) // LANES, tested=False) as b:
             row = self.gather_from(base, places_at(self.f, b * LANES + table))
             self.store(row, "unknowns", b * LANES)
 
@@ -169,7 +193,18 @@ class Tabled:
             unknowns,
             put,
         )
+        if self.tabled.tail:
+            self._multiply("tail_columns")
+            self._multiply("tail_rows")
         self.subtract(self.tabled.backward, scaled, lambda t: self.load("columns", t * LANES), unknowns, put)
+
+    def _multiply(self, name: str) -> None:
+        """The last unknowns times the vectors of an array."""
+        totals: list[Operands] = [None, None]
+        for a, _ in enumerate(self.tabled.tail):
+            factor = self.everywhere("unknowns", self.tabled.tail_at + a)
+            totals[a % 2] = self.emitter.fma(factor, self.load(name, a * LANES), totals[a % 2])
+        self.store(self.emitter.add(*totals), "unknowns", self.tabled.tail_at)
 
     def table(self, rows: Iterable[int]) -> int:
         """Where the unknowns of these rows are, in a table of places from ``base`` on."""

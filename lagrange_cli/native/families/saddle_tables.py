@@ -52,10 +52,9 @@ class Terms:
 
 @dataclass(frozen=True)
 class EliminationRounds:
-    """So many ``rounds`` of an elimination: sums for entries of D and of L, and tables of where those of a
-    round begin among these, among blocks of positions, and among blocks of pairs."""
+    """The rounds of an elimination: sums for entries of D and of L, and tables of where those of a round
+    begin among these, among blocks of positions, and among blocks of pairs."""
 
-    rounds: int
     diagonal: RowSums
     lower: RowSums
     of_diagonal: int
@@ -80,25 +79,37 @@ class SaddleTables:
             pairs = [(i, p) for p in one for i in elimination.columns[p]]
             self.pairs += [*pairs, *[None] * (-len(pairs) % LANES)]
             pair_ends.append(len(self.pairs))
-        self.position = {i: place for place, i in enumerate(self.listed) if i is not None}
-        self.begin = ends[elimination.first]
-        """The first row of the constraints."""
-        self.many = len(self.position)
-        self._places = np.array([self.position[i] for i in range(self.many)], dtype=np.int64)
+        self.pivot = positions(self.listed)
+        """Where 1/D is for each unknown."""
+        self.many = len(self.pivot)
+        self._places = np.array([self.pivot[i] for i in range(self.many)], dtype=np.int64)
+        self.tail, before = tail_of(elimination)
+        """The last unknowns, as many as one block has: they are solved for together."""
+        self.tail_at = ends[before]
+        """Where these are in a solution: side by side."""
+        self.solved = [*self.listed[: self.tail_at], *self.tail, *[None] * (-len(self.tail) % LANES)]
+        """The unknowns by their positions in a solution."""
+        self.position = positions(self.solved)
         kept = [(place, pair) for place, pair in enumerate(self.pairs) if pair is not None]
         self._numbers = np.array([place for place, _ in kept], dtype=np.int64)
         rows = np.array([pair for _, pair in kept], dtype=np.int64).reshape(-1, 2)
         self._later, self._earlier = rows[:, 0], rows[:, 1]
-        size, zero = len(self.listed) // LANES, len(self.listed)
-        known, reverse = self._places[self._earlier], self._places[self._later]
+        places = np.array([self.position[i] for i in range(self.many)], dtype=np.int64)
+        known, reverse = places[self._earlier], places[self._later]
+        early = np.flatnonzero(known < self.tail_at)
+        size, zero = len(self.solved) // LANES, len(self.listed)
         terms = Terms(reverse, self._numbers, known)
-        self.forward = self._rows(terms.of(np.argsort(known, kind="stable")), np.arange(size), zero)
-        terms = Terms(known, self._numbers, reverse)
-        self.backward = self._rows(terms.of(self._by_row()), np.arange(size)[::-1], zero, every=True)
-        self.parts, self.passed_on = self._factoring(np.array(ends), np.array(pair_ends))
-        """How a matrix is factored, the constraints behind the coordinates; and what those are given."""
+        self.forward = self._rows(
+            terms.of(early[np.argsort(known[early], kind="stable")]), np.arange(size), zero
+        )
+        terms, by_row = Terms(known, self._numbers, reverse), self._by_row()
+        blocks = np.arange(self.tail_at // LANES)[::-1]
+        self.backward = self._rows(terms.of(by_row[known[by_row] < self.tail_at]), blocks, zero, every=True)
+        self.within = {pair: place for place, pair in kept if pair[1] in self.tail}
+        """Where L has the entries of the last unknowns."""
+        self.factoring = self._factoring(np.array(ends), np.array(pair_ends))
         self.pivots = self.tables.of_array(
-            np.array([0 if pair is None else self.position[pair[1]] for pair in self.pairs], dtype=np.int64)
+            np.array([0 if pair is None else self.pivot[pair[1]] for pair in self.pairs], dtype=np.int64)
         )
         """Where 1/D is for each pair."""
         sizes = {
@@ -109,6 +120,8 @@ class SaddleTables:
             "upper": len(self.pairs) + LANES,
             "rows": LANES * self.forward.length,
             "columns": LANES * self.backward.length,
+            "tail_rows": LANES * LANES,
+            "tail_columns": LANES * LANES,
         }
         self.places = dict(zip(sizes, accumulate(sizes.values(), initial=0)))
         self.size = sum(sizes.values())
@@ -118,12 +131,9 @@ class SaddleTables:
         """The entries of L by the unknown that is eliminated earlier, then by the other one's number."""
         return np.lexsort((self._later, self._places[self._earlier]))
 
-    def _factoring(
-        self, ends: Places, pair_ends: Places
-    ) -> tuple[Sequence[EliminationRounds], Mapping[str, RowSums]]:
-        """The tables of factoring: what entries of D and of L are given by pivots of either part."""
-        first, zero = self.elimination.first, len(self.pairs)
-        late = self._places[self._earlier] >= self.begin
+    def _factoring(self, ends: Places, pair_ends: Places) -> EliminationRounds:
+        """The tables of factoring: what entries of D and of L are given by earlier pivots."""
+        zero = len(self.pairs)
         diagonal = Terms(self._places[self._later], self._numbers, self._numbers)
         starts = np.flatnonzero(np.diff(self._earlier, prepend=-1))
         counts = np.diff(np.append(starts, len(self._earlier)))
@@ -134,31 +144,14 @@ class SaddleTables:
         order = np.argsort(keys)
         wanted = self._later[one] * self.many + self._later[other]
         targets = self._numbers[order[np.searchsorted(keys[order], wanted)]] if len(one) else one
-        lower, late_lower = Terms(targets, self._numbers[one], self._numbers[other]), late[one]
-        made = []
-        for constrained, rounds in ((False, (0, first)), (True, (first, len(ends) - 1))):
-            if rounds[0] == rounds[1]:
-                continue
-            limits = [some[rounds[0] : rounds[1] + 1] // LANES for some in (ends, pair_ends)]
-            found = []
-            for terms, lately, limit in ((diagonal, late, limits[0]), (lower, late_lower, limits[1])):
-                inside = (terms.targets // LANES >= limit[0]) & (terms.targets // LANES < limit[-1])
-                mine = terms.of(np.flatnonzero((lately == constrained) & inside))
-                met = np.unique(mine.targets // LANES)
-                found.append((self._rows(mine, met, zero), self.tables.of_array(np.searchsorted(met, limit))))
-            (pivots, of_diagonal), (under, of_lower) = found
-            tables = [self.tables.of_array(limit) for limit in limits]
-            made.append(
-                EliminationRounds(rounds[1] - rounds[0], pivots, under, of_diagonal, of_lower, *tables)
-            )
-        passed = {}
-        for name, terms, lately, begin in (
-            ("diagonal", diagonal, late, ends[first]),
-            ("lower", lower, late_lower, pair_ends[first]),
-        ):
-            mine = terms.of(np.flatnonzero(~lately & (terms.targets >= begin)))
-            passed[name] = self._rows(mine, np.unique(mine.targets // LANES), zero)
-        return made, passed
+        lower = Terms(targets, self._numbers[one], self._numbers[other])
+        sums, limits = [], [some // LANES for some in (ends, pair_ends)]
+        for terms, limit in zip((diagonal, lower), limits):
+            met = np.unique(terms.targets // LANES)
+            sums.append((self._rows(terms, met, zero), self.tables.of_array(np.searchsorted(met, limit))))
+        (pivots, of_diagonal), (under, of_lower) = sums
+        begins = [self.tables.of_array(limit) for limit in limits]
+        return EliminationRounds(pivots, under, of_diagonal, of_lower, *begins)
 
     def _rows(self, terms: Terms, blocks: Places, zero: int, *, every: bool = False) -> RowSums:
         """Tables of the terms of these ``blocks`` of eight targets, in this order; blocks without terms are
@@ -191,6 +184,23 @@ class SaddleTables:
         diagonal = [zero + 1 if i is None else known.get((i, i), zero) for i in self.listed]
         lower = [zero if pair is None else known.get((max(pair), min(pair)), zero) for pair in self.pairs]
         return {"diagonal": np.array(diagonal, np.int64), "lower": np.array(lower, np.int64)}
+
+
+def positions(listed: Sequence[int | None]) -> dict[int, int]:
+    """The places of unknowns in a list."""
+    return {i: place for place, i in enumerate(listed) if i is not None}
+
+
+def tail_of(elimination: SparseElimination) -> tuple[Sequence[int], int]:
+    """The unknowns of the last rounds, if these are several and their unknowns one block together, and how
+    many rounds there are before."""
+    tail: list[int] = []
+    before = len(elimination.rounds)
+    while before and len(elimination.rounds[before - 1]) + len(tail) <= LANES:
+        before -= 1
+        tail = [*elimination.rounds[before], *tail]
+    several = len(elimination.rounds) - before > 1
+    return (tail, before) if several else ((), len(elimination.rounds))
 
 
 def couples(starts: Places, counts: Places) -> tuple[Places, Places]:

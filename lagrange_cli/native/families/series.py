@@ -6,7 +6,7 @@ at a time. Coefficient k of a force adds up as the force itself does.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,8 @@ from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
+TOGETHER = 2
+"""Dot products that are summed up in one loop: several wait less for each other than one."""
 SLOPE, INVERSE = -1, -2
 """What stands for coefficients of a power: dp/dx and 1/x where a step begins."""
 
@@ -49,12 +51,27 @@ class LoopSeries:
         nodes = [term.node for term, _ in self.loop.terms]
         return lower_functions(self.slots.graph, self.moving, symbols, self.time, nodes)
 
+    @property
+    def terms(self) -> int:
+        """How many terms, the first ones, have series; the others are needed of order 0 alone."""
+        return len(self.loop.terms)
+
+    @cached_property
+    def lasting(self) -> Sequence[int]:
+        """The series of these terms."""
+        wanted = {*self.program.residual[: self.terms]}
+        for index in reversed(range(len(self.program.series))):
+            if index in wanted:
+                wanted |= {operand for operand, _ in needs(self.program.series[index])}
+        return sorted(wanted)
+
     @cached_property
     def stored(self) -> Mapping[int, int]:
         """The series whose coefficients are needed again, with their places among the vectors of an order."""
         series = self.program.series
-        found = {index for index in self.program.residual if series[index].level > 0}
-        for index, one in enumerate(series):
+        found = {index for index in self.program.residual[: self.terms] if series[index].level > 0}
+        for index in self.lasting:
+            one = series[index]
             if one.op is Op.POWER:
                 found.add(index)
             for operand, ahead in needs(one):
@@ -67,10 +84,13 @@ class LoopSeries:
     @cached_property
     def besides(self) -> Mapping[tuple[int, int], int]:
         """What is needed again besides, with its place behind all orders: coefficient 0 of what functions are
-        of, dp/dx and 1/x of powers."""
+        of and of what order 0 alone takes, dp/dx and 1/x of powers."""
         series = self.program.series
-        sources = dict.fromkeys(source for one in series for source in one.sources)
-        found = [(index, 0) for index in sources if index not in self.stored]
+        again = dict.fromkeys(source for one in series for source in one.sources)
+        brief = [index for index in range(len(series)) if index not in self.lasting]
+        again |= dict.fromkeys(operand for index in brief for operand, _ in needs(series[index]))
+        again |= dict.fromkeys(index for index in self.program.residual if series[index].level > 0)
+        found = [(index, 0) for index in again if index not in self.stored]
         powers = [index for index, one in enumerate(series) if one.op is Op.POWER]
         found += [(index, which) for index in powers for which in (SLOPE, INVERSE)]
         return {key: place for place, key in enumerate(found)}
@@ -86,6 +106,21 @@ class LoopSeries:
         if isinstance(m, int) and (index, m) in self.besides:
             return self.besides[index, m] + (self.order + 1) * self.step
         return m * self.step + self.stored[index]
+
+    @cached_property
+    def together(self) -> Mapping[int, Sequence[int]]:
+        """The series whose dot products are summed up in one loop."""
+        program, found = self.program.series, dict[tuple[int, bool], list[int]]()
+        for index in self.lasting:
+            one = program[index]
+            if one.op is Op.MULTIPLY and all(program[part].level != FREE for part in one.arguments):
+                a, b = one.arguments
+                found.setdefault((one.level, a == b), []).append(index)
+        return {
+            index: group[i - i % TOGETHER : i - i % TOGETHER + TOGETHER]
+            for group in found.values()
+            for i, index in enumerate(group)
+        }
 
     @cached_property
     def begun(self) -> Mapping[int, int]:

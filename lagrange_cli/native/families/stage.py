@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.everywhere import Everywhere
 from lagrange_cli.native.families.series import INVERSE, SLOPE, LoopSeries, begin_sums
-from lagrange_cli.native.families.vector_dots import Coefficients
+from lagrange_cli.native.families.vector_dots import Coefficients, Pair
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
@@ -19,7 +19,7 @@ from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
-from lagrange_cli.series.program import FREE, Op, Series, reciprocal
+from lagrange_cli.series.program import FREE, Op, reciprocal
 
 
 class SeriesWriter(Writer):
@@ -105,8 +105,9 @@ class MemberStage(Stage[Any]):
         self.series, self.k, self.block, self.known, self.phase = series, k, block, known, phase
         self.vectors = evaluation.vectors
         self.emitter = emitter
-        self._dots: dict[int, list[Operands]] = {}
+        self._dots: dict[int, Sequence[Operands]] = {}
         """The dot products of each series, and the weighted ones."""
+        self._whole: dict[int, Coefficients] = {}
         self.newest: dict[int, Operands] = {}
         self._loaded: dict[tuple[int, object], Operands] = {}
         self._behind: dict[tuple[int, int], Operands] = {}
@@ -139,7 +140,7 @@ class MemberStage(Stage[Any]):
             return None, []
         if self.phase is None or index not in self.series.begun:
             if index not in self._dots:
-                self._dots[index] = self._summed(self.expansion.program.series[index], a, b, self.k + ahead)
+                self._sum(index, self.k + ahead)
             return self._dots[index][weighted], []
         first, last = self.series.rest(index, self.phase)
         at = self.series.sums + self.series.begun[index] + LANES * self.phase
@@ -148,11 +149,27 @@ class MemberStage(Stage[Any]):
         terms += [(self.at(a, ahead - m), self.vector(b, m)) for m in range(1, last + 1)]
         return total, terms
 
-    def _summed(self, one: Series, a: int, b: int, n: int | Integer) -> list[Operands]:
-        """The dot product of a series, and for a power the weighted one, too."""
-        first, second = (Coefficients(self.pointer(index), self.series.step) for index in (a, b))
+    def _sum(self, index: int, n: int | Integer) -> None:
+        """The dot product of a series and of those that are summed up with it, and for a power the weighted
+        one, too."""
+        together = self.series.together.get(index, [index])
+        one = self.expansion.program.series[index]
+        pairs = [self._pair(other) for other in together]
         weighted = one.op is Op.POWER and not reciprocal(one.data)
-        return self.vectors.dots(first, second, n, same=a == b, weighted=weighted)
+        same = pairs[0][0] is pairs[0][1]
+        self._dots.update(zip(together, self.vectors.dots(pairs, n, same=same, weighted=weighted)))
+
+    def _pair(self, index: int) -> Pair:
+        """What the dot products of a series are of: a power takes itself and its base."""
+        one = self.expansion.program.series[index]
+        first, second = (index, *one.arguments) if one.op is Op.POWER else one.arguments
+        return self._coefficients(first), self._coefficients(second)
+
+    def _coefficients(self, index: int) -> Coefficients:
+        """Those of a series, the same object every time."""
+        if index not in self._whole:
+            self._whole[index] = Coefficients(self.pointer(index), self.series.step)
+        return self._whole[index]
 
     def is_index(self, ahead: int, index: int) -> bool:
         return isinstance(self.k, int) and self.k + ahead == index
@@ -208,6 +225,8 @@ class MemberStage(Stage[Any]):
         for index, one in enumerate(program.series):
             if one.level == FREE or (isinstance(self.k, int) and self.k + one.level < 0):
                 continue
+            if index not in self.series.lasting and not (isinstance(self.k, int) and self.k <= 0):
+                continue
             begins = self.is_index(one.level, 0)
             if one.op is Op.COORDINATE:
                 assert one.node is not None
@@ -225,8 +244,10 @@ class MemberStage(Stage[Any]):
                 self.put(index, inverse, INVERSE)
 
     def terms(self) -> list[Operands]:
-        """Coefficients k of the terms."""
-        return [self.of_order(index) for index in self.series.program.residual]
+        """Coefficients k of the terms that have them."""
+        first = isinstance(self.k, int) and self.k == 0
+        residual = self.series.program.residual
+        return [self.of_order(index) for index in (residual if first else residual[: self.series.terms])]
 
     def of_order(self, index: int) -> Operands:
         """Coefficient k of a term."""

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.node import reachable
-from lagrange_cli.native.families.additions import Additions, Key, keys
+from lagrange_cli.native.families.additions import Additions, Key, LookedUp, keys
 from lagrange_cli.native.families.chunks import add_chunks, chunks_of
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.sharing import ARGUMENTS, Parts, Shared, given
 from lagrange_cli.native.families.spans import behind, larger, smaller
+from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
@@ -115,7 +116,11 @@ class TileAdditions(Additions):
         self.left, self.right, self.length = left, right, length
 
     def add(
-        self, values: Sequence[Real], inside: Bit, j: Integer, looked_up: Callable[[int, Integer], str]
+        self,
+        values: Sequence[Operands],
+        inside: Bit,
+        j: Integer,
+        looked_up: LookedUp,
     ) -> None:
         before = {key: one.get() for key, one in self.sums.items()}
         super().add(values, inside, j, looked_up)

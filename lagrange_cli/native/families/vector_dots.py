@@ -22,7 +22,7 @@ AHEAD = 4
 """Orders of which dot products are begun together."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Coefficients:
     """Those of a series, each ``step`` vectors behind the one before."""
 
@@ -30,6 +30,7 @@ class Coefficients:
     step: int = 1
 
 
+Pair: TypeAlias = "tuple[Coefficients, Coefficients]"
 Near: TypeAlias = "Callable[[int], Real]"
 """The coefficient so many orders behind a place."""
 
@@ -52,40 +53,30 @@ def coefficient(f: Function, series: Coefficients, m: Integer | int) -> Real:
 
 
 def dots(
-    f: Function, a: Coefficients, b: Coefficients, n: Integer | int, *, same: bool, weighted: bool
-) -> list[str]:
-    """The dot product of two series, of one with itself where they are the ``same``; and the ``weighted``
-    one, where that is asked for."""
-    if same:
-        return [square_dot(f, a, n).name]
-    if weighted:
-        return [one.name for one in power_dots(f, a, b, n)]
-    return [dot(f, a, b, n).name]
+    f: Function, pairs: Sequence[Pair], n: Integer | int, *, same: bool, weighted: bool
+) -> list[list[str]]:
+    """The dot products of pairs of series, of one with itself where they are the ``same``, in one loop; and
+    the ``weighted`` ones, where these are asked for."""
+    found = square_dots(f, pairs, n) if same else chained(f, pairs, n, n, weighted=weighted)
+    return [[one.name for one in each] for each in found]
 
 
-def dot(f: Function, a: Coefficients, b: Coefficients, n: Integer | int) -> Real:
-    """sum_{m=1}^{n-1} a[m] b[n-m]."""
-    return chained(f, a, b, n, n)[0]
-
-
-def square_dot(f: Function, a: Coefficients, n: Integer | int) -> Real:
-    """That of a series with itself, from half of the terms."""
+def square_dots(f: Function, pairs: Sequence[Pair], n: Integer | int) -> list[list[Real]]:
+    """Those of series with themselves, from half of the terms."""
     middle = (n + 1) // 2 if isinstance(n, int) else (n + 1).operation("lshr", 1)
-    half = chained(f, a, a, n, middle)[0]
+    halves = [half for (half,) in chained(f, pairs, n, middle)]
+
+    def squared(a: Coefficients, total: Real) -> Real:
+        one = coefficient(f, a, middle)
+        return f.fused(one, one, total)
+
     if isinstance(n, int):
-        one = coefficient(f, a, middle)
-        return half + half if n % 2 else f.fused(one, one, half + half)
-    total = f.variable(half + half)
+        return [[half + half if n % 2 else squared(a, half + half)] for (a, _), half in zip(pairs, halves)]
+    totals = [f.variable(half + half) for half in halves]
     with f.when(~n.odd()):
-        one = coefficient(f, a, middle)
-        total.set(f.fused(one, one, total.get()))
-    return total.get()
-
-
-def power_dots(f: Function, a: Coefficients, b: Coefficients, n: Integer | int) -> list[Real]:
-    """sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m]."""
-
-    return chained(f, a, b, n, n, weighted=True)
+        for (a, _), total in zip(pairs, totals):
+            total.set(squared(a, total.get()))
+    return [[total.get()] for total in totals]
 
 
 def begin_dots(
@@ -132,34 +123,32 @@ def begin_dots(
 
 
 def chained(
-    f: Function,
-    a: Coefficients,
-    b: Coefficients,
-    n: Integer | int,
-    last: Integer | int,
-    *,
-    weighted: bool = False,
-) -> list[Real]:
-    """sum a[m] b[n - m], m = 1, 2, .. below ``last``, and that of m a[m] b[n - m], if also ``weighted``; each
-    in several chains."""
-    zero, count = f.zero(LANES), 1 + weighted
-    chains: list[list[Variable[Real]]] = [[f.variable(zero) for _ in range(count)] for _ in range(CHAINS)]
+    f: Function, pairs: Sequence[Pair], n: Integer | int, last: Integer | int, *, weighted: bool = False
+) -> list[list[Real]]:
+    """sum a[m] b[n - m], m = 1, 2, .. below ``last``, of each pair, and that of m a[m] b[n - m], if also
+    ``weighted``; each in several chains."""
+    zero, count, several = f.zero(LANES), 1 + weighted, max(CHAINS // len(pairs), 1)
+    chains: list[list[list[Variable[Real]]]] = [
+        [[f.variable(zero) for _ in range(count)] for _ in range(several)] for _ in pairs
+    ]
 
     def add(m: Integer | int, rest: Integer | int, steps: int, chain: Callable[[int], int]) -> None:
         """So many terms from a[m] b[rest] on."""
-        ones, others = near(f, a, m), near(f, b, rest)
+        ones = {a: near(f, a, m) for a, _ in pairs}
+        others = {b: near(f, b, rest) for _, b in pairs}
         for i in range(steps):
-            one, other, (total, *more) = ones(i), others(-i), chains[chain(i)]
-            total.set(f.fused(one, other, total.get()))
-            for further in more:
-                number = f.constant(float(m + i)) if isinstance(m, int) else (m + i if i else m).to_real()
-                further.set(f.fused(f.splat(number, LANES) * one, other, further.get()))
+            for (a, b), mine in zip(pairs, chains):
+                one, other, (total, *more) = ones[a](i), others[b](-i), mine[chain(i) % several]
+                total.set(f.fused(one, other, total.get()))
+                for further in more:
+                    number = f.constant(float(m + i)) if isinstance(m, int) else (m + i if i else m).to_real()
+                    further.set(f.fused(f.splat(number, LANES) * one, other, further.get()))
 
     if isinstance(n, int) or isinstance(last, int):
         assert isinstance(n, int) and isinstance(last, int)
         together = max(0, last - 1) // CHAINS * CHAINS
         add(1, n - 1, last - 1, lambda i: i % CHAINS if i < together else 0)
-        return added(chains)
+        return [added(each) for each in chains]
     at = f.variable(f.count(1))
     with f.forever() as rounds:
         with f.when(at.get() + CHAINS > last):
@@ -171,7 +160,7 @@ def chained(
             rounds.leave()
         add(at.get(), n - at.get(), 1, lambda i: 0)
         at.set(at.get() + 1)
-    return added(chains)
+    return [added(each) for each in chains]
 
 
 def added(chains: Sequence[Sequence[Variable[Real]]]) -> list[Real]:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias
 
 from lagrange_cli.native.families.gathering import gathered
 from lagrange_cli.native.families.spans import divided
-from lagrange_cli.native.families.vector_dots import Coefficients, dots
+from lagrange_cli.native.families.vector_dots import Pair, dots
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ZERO, Operand, table
@@ -63,7 +63,7 @@ class Vectors(Protocol):
     def store_row(self, value: Numbers, base: Pointer | str, index: Integer | int) -> None:
         """The same, stored."""
 
-    def gather(self, base: Pointer | str, places: Operand) -> Numbers:
+    def gather(self, base: Pointer | str, places: Pointer) -> Numbers:
         """Eight numbers at eight places."""
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
@@ -142,9 +142,10 @@ class Vectors(Protocol):
         """k + ahead, in these units, by which a coefficient is multiplied in a derivative."""
 
     def dots(
-        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
-    ) -> list[Operands]:
-        """sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m] if it is ``weighted``; ``same``: a is b."""
+        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+    ) -> Sequence[Sequence[Operands]]:
+        """sum_{m=1}^{n-1} a[m] b[n-m] of each pair of series, and that of m a[m] b[n-m] if it is
+        ``weighted``; ``same``: a is b."""
 
 
 class DoubleVectors:
@@ -178,9 +179,9 @@ class DoubleVectors:
         f.store(total, "%state", row + first)
         f.store(error, "%state", row + (first + width))
 
-    def gather(self, base: Pointer | str, places: Operand) -> Real:
+    def gather(self, base: Pointer | str, places: Pointer) -> Real:
         name = base if isinstance(base, str) else base.name
-        return Real(self.f, gathered(self.kind, name, places), LANES)
+        return Real(self.f, gathered(self.f, name, places), LANES)
 
     def parts_at(self, base: Pointer, part: int) -> Pointer:
         return base
@@ -246,9 +247,9 @@ class DoubleVectors:
         return self.kind.everywhere("@numbers", k.name, ahead)
 
     def dots(
-        self, a: Coefficients, b: Coefficients, n: int | Integer, *, same: bool, weighted: bool
-    ) -> list[Operand]:
-        return dots(self.f, a, b, n, same=same, weighted=weighted)
+        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+    ) -> Sequence[Sequence[Operand]]:
+        return dots(self.f, pairs, n, same=same, weighted=weighted)
 
 
 def beside_doubles(factor: int) -> type[DoubleVectors]:

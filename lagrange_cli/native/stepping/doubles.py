@@ -43,21 +43,20 @@ class DoubleSteps(Steps):
 
     def __init__(self, lengths: Lengths, given: Given) -> None:
         super().__init__(given, lengths, DOUBLE, DoubleSums(), AT_REST if given.proving[0] else 0.0)
-        self._work = given.work
 
     def own(self) -> list[Function]:
         return [self.sizes.shortened_step()]
 
     def compute(self, f: Function, time: HighLow, unit: Real, state: Pointer, series: Pointer) -> Bit:
-        f.call(None, "clear", series, f.count(self._work))
+        f.call(None, "clear", series, f.count(self.given.work))
         return f.call(Bit, "jet", f.pointer("%constants"), time[0] + time[1], state, series)
 
     def forget(self, f: Function) -> None:
-        f.call(None, "clear", f.pointer("%work"), f.count(self._work))
+        f.call(None, "clear", f.pointer("%work"), f.count(self.given.work))
 
     def straighten(self, f: Function) -> None:
         first = STRAIGHT * self.lengths.term
-        f.call(None, "clear", f.place("%work", first), f.count(self._work - first))
+        f.call(None, "clear", f.place("%work", first), f.count(self.given.work - first))
 
     def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
         self.measure(f, now)

@@ -26,7 +26,6 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.rate_places import HEADER, span_of, wide_of
 from lagrange_cli.native.stepping.rate_steps import RateSteps
 
@@ -82,8 +81,8 @@ class ImplicitSteps(RateSteps):
     implicit = True
     growth: tuple[float, complex]
 
-    def __init__(self, rates: Lengths, given: Given) -> None:
-        super().__init__(rates, given)
+    def __init__(self, given: Given) -> None:
+        super().__init__(given)
         assert given.coupling is not None
         self.coupling: Coupling = given.coupling
         self.band = given.coupling.band
@@ -192,8 +191,7 @@ class ImplicitSteps(RateSteps):
         with f.loop(0, width, lanes, tested=False) as i:
             f.store_row(self.row(f, "point", i), "%work", i + at.state)
             f.store_row(f.zero(lanes), "%work", i + (at.state + width))
-        self._evaluate(f, t, state, work)
-        rates = self._rates_at(f, work)
+        rates, _ = self._evaluate(f, t, state, work)
         with self._each(f, self._count) as i:
             self.put_row(f, f.load_row(rates, i, lanes), "base", i)
         for area, shift in (("by_q", 0), ("by_v", self.lengths.degrees)):
@@ -205,8 +203,7 @@ class ImplicitSteps(RateSteps):
                     moved = x + f.function("sqrt", least * DIFFERENCE)
                     f.store(moved, "%work", row + at.state)
                     f.store(moved - x, "%work", p + self.areas["differences"])
-                self._evaluate(f, t, state, work)
-                rates = self._rates_at(f, work)
+                rates, _ = self._evaluate(f, t, state, work)
                 with f.loop(colour, self.size, colours, tested=False) as p:
                     row = self.coordinate(f, p) + shift
                     f.store(f.load("%work", row + self.areas["point"]), "%work", row + at.state)

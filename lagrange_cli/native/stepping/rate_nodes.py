@@ -19,32 +19,20 @@ from lagrange_cli.native.stepping.sums import DoubleSums
 
 
 class RatesAtNodes(DoubleSteps):
-    """Steps that take rates at ``places`` of ``%work``. The rates are those of ``@jet``, whose series have
-    the places ``rates`` in its own part of ``%work``."""
+    """Steps that take rates at ``places`` of ``%work``. The rates are those of a function that leaves series
+    side by side, order after order, in its own part of ``%work``."""
 
-    def __init__(self, given: Given, rates: Lengths, lengths: Lengths, places: Places) -> None:
+    def __init__(self, given: Given, lengths: Lengths, places: Places) -> None:
         Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
         self.quadratures = None  # integrals are followed as velocities are
-        self.lengths = lengths
-        self._work, self._rates, self._places = given.work, rates, places
+        self._places = places
         self._count = given.state.rows - given.state.degrees
 
-    def _evaluate(self, f: Function, t: Real, state: Pointer, work: Pointer) -> Bit:
-        jet = f.place(work, self._places.jet, "double")
-        return f.call(Bit, self.given.rates, f.pointer("%constants"), t, state, jet)
-
-    def _rates_at(self, f: Function, work: Pointer) -> Pointer:
-        """Where they are side by side, after ``_evaluate``."""
-        lengths, at = self._rates, self._places
-        degrees = self.lengths.degrees
-        if lengths.row == 1:
-            return f.place(work, at.jet + lengths.term + degrees, "double")
-        with f.loop(0, self._count, tested=False) as i:
-            row = i + degrees
-            lane = row & (lengths.lanes - 1)
-            place = (row - lane) * lengths.row + lane + (lengths.first + lengths.term + at.jet)
-            f.store(f.load(work, place), work, i + at.rates)
-        return f.place(work, at.rates, "double")
+    def _evaluate(self, f: Function, t: Real, state: Pointer, work: Pointer) -> tuple[Pointer, Bit]:
+        """The rates of a state, and whether they are regular."""
+        at = self._places.jet
+        good = f.call(Bit, self.given.rates, f.pointer("%constants"), t, state, f.place(work, at, "double"))
+        return f.place(work, at + self.state.width + self.state.degrees, "double"), good
 
     @contextmanager
     def _each(self, f: Function, count: int) -> Iterator[Integer]:
@@ -58,8 +46,7 @@ class RatesAtNodes(DoubleSteps):
         with f.loop(0, width, lanes, tested=False) as i:
             f.store_row(f.load_row("%work", i + at.low, lanes), "%work", i + (at.state + width))
         work = f.pointer("%work")
-        good = self._evaluate(f, t, f.place(work, at.state, "double"), work)
-        return self._rates_at(f, work), good
+        return self._evaluate(f, t, f.place(work, at.state, "double"), work)
 
     def put_state(self, f: Function, row: Integer, change: Real, rest: Real) -> None:
         """Write some rows of the state at a node."""

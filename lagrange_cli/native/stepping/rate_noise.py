@@ -19,6 +19,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.rate_places import LONGEST, ROUNDED, wide_of
+from lagrange_cli.native.stepping.related import write_fastest
 from lagrange_cli.native.stepping.rounding_errors import share
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 SIZE = 2.0**-50
 """By what part coordinates and velocities are changed at most; coordinates near 0 by that part of how far
 they go in the longest step: what is computed from them may be rounded by far more than they are."""
+FAMILY = 16.0
+"""Coordinates of a family are changed by at least so many times that part of how far the fastest of them
+goes: depths of contacts between them are rounded as its place is."""
 LATER = 0.5
 """And the time, by this part of that: by whole units of its rounding."""
 WAYS = 3
@@ -42,8 +46,8 @@ SMOOTH = 0.8
 @dataclass(frozen=True)
 class RateNoise:
     """Measures rounding errors in ``steps``. The rates where the step begins are in ``%work`` from ``begin``
-    on, there is room for two numbers of each row from ``spare`` on, and for the modes of guards; the state at
-    a node, which is left as it was, is at ``node``."""
+    on, there is room for three numbers of each row from ``spare`` on, and for the modes of guards; the state
+    at a node, which is left as it was, is at ``node``."""
 
     steps: Trials
     begin: int
@@ -62,6 +66,7 @@ class RateNoise:
         f = Function(f"define internal void @rounding({places}) #0")
         steps, lengths, now = self.steps, self.steps.lengths, self.steps.now(f)
         width, lanes, degrees = steps.state.width, lengths.lanes, lengths.degrees
+        ways = self.spare + 2 * wide_of(steps.state)
         half, kept = (f.place("%work", self.spare + part * wide_of(steps.state), "double") for part in (0, 1))
         node = f.place("%work", self.node, "double")
 
@@ -69,13 +74,18 @@ class RateNoise:
             with f.loop(0, width, lanes, tested=False) as i:
                 f.store_row(f.load_row(origin, i, lanes), to, i)
 
-        longest = lengths.wide(f, f.load("%state", steps.state.carried_at + LONGEST))
+        longest = f.load("%state", steps.state.carried_at + LONGEST)
+        with lengths.each(f) as row:
+            row.put(f.zero(lanes), "%work", ways)
+        write_fastest(f, lengths, steps.given.related, ways, longest * FAMILY)
+        longest = lengths.wide(f, longest)
         copy(node, kept)
         with f.loop(0, WAYS, tested=False) as way:
             for size in (0.5 * SIZE, SIZE):
                 with f.loop(0, width, lanes, tested=False) as i:
                     row = Row(lengths, f, i)
                     moved = f.magnitude(row.at("%state", degrees)) * longest
+                    moved = f.larger(moved, row.at("%work", ways + degrees))
                     own = row.at("%state")
                     most = f.select(row.among(0, degrees), f.larger(f.magnitude(own), moved), own)
                     change = f.select(

@@ -46,14 +46,9 @@ class Places:
         return self.own + self.doubles
 
     @property
-    def rates(self) -> int:
-        """Those at a node, where they have to be copied."""
-        return self.begin + span_of(self.layout)
-
-    @property
     def state(self) -> int:
         """The state at a node, and its low parts."""
-        return self.rates + span_of(self.layout)
+        return self.begin + span_of(self.layout)
 
     @property
     def low(self) -> int:
@@ -77,13 +72,13 @@ class Places:
 
     @property
     def spare(self) -> int:
-        """Room for two numbers of each row."""
+        """Room for three numbers of each row."""
         return self.values + LANES * -(-self.watched // LANES)
 
     @property
     def modes(self) -> int:
         """Room for the modes of guards."""
-        return self.spare + 2 * wide_of(self.layout)
+        return self.spare + 3 * wide_of(self.layout)
 
     @property
     def jet(self) -> int:

@@ -18,7 +18,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, accepted
 from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
+from lagrange_cli.native.stepping.lengths import side_by_side
 from lagrange_cli.native.stepping.rate_nodes import RatesAtNodes
 from lagrange_cli.native.stepping.rate_noise import RateNoise
 from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEADER, LENGTH, NEXT, Places
@@ -61,10 +61,10 @@ class RateSteps(RatesAtNodes):
     shorter: float
     """And one that is taken again, shorter."""
 
-    def __init__(self, rates: Lengths, given: Given) -> None:
+    def __init__(self, given: Given) -> None:
         layout, order, places = given.state, self.order, self.places_of(given)
         lengths = side_by_side(layout.degrees, layout.rows, order, places.floor if given.floors else 0)
-        super().__init__(given, rates, lengths, places)
+        super().__init__(given, lengths, places)
         self.noise = None
         self.rounding = RateNoise(self, places.begin, places.spare, places.modes, places.state)
         self.stalling = Stalling(layout.carried_at, given.tolerance)
@@ -147,8 +147,7 @@ class RateSteps(RatesAtNodes):
         """The rates; the polynomials follow with the length of the step."""
         state, work, at = f.pointer("%state"), f.pointer("%work"), self._places
         self.floors(f)
-        regular = self._evaluate(f, now.t + now.low, state, work)
-        rates = self._rates_at(f, work)
+        rates, regular = self._evaluate(f, now.t + now.low, state, work)
         with self._each(f, self._count) as i:
             value = f.load_row(rates, i, self.lengths.lanes)
             f.store_row(value, work, i + at.begin)

@@ -13,6 +13,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.native.stepping.lengths import Lengths
 
 if TYPE_CHECKING:
@@ -25,12 +26,12 @@ FEWEST = 4
 """Families of fewer members have no tail."""
 
 
-def related(model: Model[Node]) -> list[tuple[int, int]]:
-    """The first coordinate of each family, and the number of its members."""
+def related(model: Model[Node], fewest: int = FEWEST) -> list[tuple[int, int]]:
+    """The first coordinate of each family of some members, and their number."""
     found, first = list[tuple[int, int]](), 0
     for _, members in groupby(str(q.data).partition("[")[0] for q in model.q):
         count = sum(1 for _ in members)
-        if count >= FEWEST:
+        if count >= fewest:
             found.append((first, count))
         first += count
     return found
@@ -38,6 +39,14 @@ def related(model: Model[Node]) -> list[tuple[int, int]]:
 
 def write_floors(f: Function, lengths: Lengths, related: Sequence[tuple[int, int]]) -> None:
     """Write down the least that velocities are measured by, where ``Lengths.floor`` is."""
+    write_fastest(f, lengths, related, lengths.floor, f.constant(FAINT))
+
+
+def write_fastest(
+    f: Function, lengths: Lengths, related: Sequence[tuple[int, int]], place: int, part: Real
+) -> None:
+    """Write this ``part`` of the fastest velocity of its family to the row of each velocity, from a ``place``
+    in ``%work`` on."""
     for first, count in related:
         fastest, last = f.variable(f.zero(lengths.lanes)), first + count
         first += lengths.degrees
@@ -46,7 +55,7 @@ def write_floors(f: Function, lengths: Lengths, related: Sequence[tuple[int, int
         with lengths.each(f, start, last) as row:
             speed = row.only(row.among(first, count), f.magnitude(row.at("%state")))
             fastest.set(f.larger(fastest.get(), speed))
-        least = lengths.wide(f, lengths.gather(f, "fmax", fastest.get()) * FAINT)
+        least = lengths.wide(f, lengths.gather(f, "fmax", fastest.get()) * part)
         with lengths.each(f, start, last) as row:
-            before = row.at("%work", lengths.floor)
-            row.put(f.select(row.among(first, count), least, before), "%work", lengths.floor)
+            before = row.at("%work", place)
+            row.put(f.select(row.among(first, count), least, before), "%work", place)

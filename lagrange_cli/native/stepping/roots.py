@@ -227,7 +227,7 @@ class Roots:
             changes, least = f.parts((Integer, Real), "bernstein", p, b, a.get(), w.get())
             end = a.get() + w.get()
 
-            def pass_by(end: Real = end) -> None:
+            def pass_by() -> None:
                 with f.when(end >= 1.0):
                     f.give(f.constant(NONE))
                 a.set(end)

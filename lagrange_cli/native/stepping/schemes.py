@@ -10,7 +10,6 @@ from lagrange_cli.records import replace
 if TYPE_CHECKING:
     from lagrange_cli.native.stepping.coupling import Coupling
     from lagrange_cli.native.stepping.given import Given
-    from lagrange_cli.native.stepping.lengths import Lengths
     from lagrange_cli.native.stepping.rate_steps import RateSteps
 
 
@@ -29,14 +28,13 @@ def scheme_of(name: str) -> type[RateSteps]:
     return GaussRadauSteps
 
 
-def on_rates(
-    scheme: type[RateSteps], rates: Lengths, given: Given, coupling: Callable[[], Coupling], least: int = 0
-) -> tuple[int, str]:
-    """The doubles of ``%work``, at ``least`` so many, and IR of ``@advance`` and its helpers, on a function
-    ``given.rates`` that has ``given.work`` for itself and leaves the rates at the places of ``rates``."""
+def on_rates(name: str, given: Given, coupling: Callable[[], Coupling], least: int) -> tuple[int, str]:
+    """The doubles of ``%work``, at ``least`` so many, and IR of ``@advance`` and its helpers by the method of
+    this name, on a function ``given.rates`` that has ``given.work`` for itself."""
     from lagrange_cli.native.stepping.advance import advance
 
+    scheme = scheme_of(name)
     if scheme.implicit:
         given = replace(given, coupling=coupling())
     work = max(least, scheme.places_of(given).jet + given.work)
-    return work, advance(scheme(rates, replace(given, work=work)))
+    return work, advance(scheme(replace(given, work=work)))

@@ -15,6 +15,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand, table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import polynomial, weighed
@@ -66,6 +67,7 @@ class Trials(Protocol):
 
     state: StateLayout
     lengths: Lengths
+    given: Given
     guards: GuardCode | None
     order: int
 

@@ -205,31 +205,34 @@ class Happenings {
 
   // Let the motion rest if all further impacts together take no time that counts.
   settle(impact) {
-    const { e } = impact, [, left, bend] = this.seriesOf(e), { times } = this.rows;
+    const { e } = impact, [above, left, bend] = this.seriesOf(e), { times } = this.rows;
     const low = this.settling.clock(Clock.LOW), [last, lastLow] = this.memory.subarray(times + 2 * e);
     const since = this.settling.now - last + (low - lastLow);
     const flight = bend !== 0 ? -left / bend : Infinity;
     if (Math.abs(left) <= impact.noise) {
-      this.stopAt(impact, left);
+      this.stopAt(impact, above, left);
       this.hold(e, impact.side);
     } else if (flight > 0 && flight < since && this.side(e) === impact.side) {
       const remaining = flight / (1 - flight / since);
       if (remaining <= SOON * Math.min(impact.length, this.settling.now - this.start)) {
-        this.stopAt(impact, left);
+        this.stopAt(impact, above, left);
         this.hold(e, impact.side);
       }
     }
   }
 
-  // Take the speed that is `left` away, in the direction of the impact.
-  stopAt(impact, left) {
-    if (left === 0 || left === impact.speed) return;
+  // Take the speed that is `left` away, in the direction of the impact, and put the motion where the argument is
+  // 0, `above` which it is by rounding.
+  stopAt(impact, above, left) {
+    if (left === impact.speed) return;
     const { layout, memory } = this, { outer, degrees } = this.engine.data;
     for (let k = degrees; k < 2 * degrees; k++) {
       const row = outer[k], change = memory[row] - impact.earlier[k];
       if (change === 0) continue;
-      memory[row] -= change * (left / (left - impact.speed));
-      memory[layout.width + row] = memory[layout.third + row] = 0;
+      for (const [one, lost] of [[outer[k - degrees], above], [row, left]]) {
+        memory[one] -= change / (left - impact.speed) * lost;
+        memory[layout.width + one] = memory[layout.third + one] = 0;
+      }
     }
     this.beginAnew();
   }

@@ -103,7 +103,7 @@ def take_section(
         if count > most:
             raise UsageError(
                 f"{count} crossings of a motion exceed the limit of {most}, as they are kept in memory: "
-                "ask for fewer --crossings, of more motions"
+                "ask for fewer --crossings"
             )
         return follow_and_write(ensemble, prepared, start, request, monitor, threads, stream)
 

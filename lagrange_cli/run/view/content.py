@@ -26,7 +26,7 @@ NUMBERS = 2_000_000
 """Numbers in all samples of a page's motion."""
 READING = 8_000_000
 """Steps of work for the printed equations: some 8 s."""
-UNREADABLE = "The equations are too large to be shown here."
+UNREADABLE = "The equations are too large for a page: lagrange equations prints their short parts."
 DRAWN = 4_000
 """Nodes of all that is drawn one by one: a thousand rods, whose code takes some 10 s."""
 MANY_DRAWN = 20_000

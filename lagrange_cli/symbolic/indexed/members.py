@@ -8,6 +8,7 @@ from typing import Any
 import sympy
 from sympy.core.basic import Atom
 
+from lagrange_cli.expression.symbolic_switches import OfExpressions
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, reduced
 from lagrange_cli.symbolic.order import Role
@@ -35,12 +36,12 @@ class Loops(Atom):  # type: ignore[misc]
         return str(self.text)
 
 
-class Summed(sympy.Function):  # type: ignore[misc]
+class Summed(OfExpressions):
     """``sum(body for ...)``: its arguments are the body, and ``Loops``."""
 
     is_commutative = True
 
-    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
+    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
     def eval(cls, body: sympy.Expr, loops: Loops) -> Any:
         """Factors that no index of a loop changes come out of the sum, and sums in sums are one."""
         if body.is_zero or not loops.loops:

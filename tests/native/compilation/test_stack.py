@@ -94,8 +94,8 @@ def test_programs_of_too_many_instructions_are_refused(monkeypatch):
 @pytest.mark.exhaustive(keep=0)
 def test_series_of_too_many_convolutions_are_refused_before_any_code_is_written(tmp_path, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "convolutions=527")  # 12*11/2 pairs take 8 each
-    turned = BODIES.replace("N: 24", "N: 12").replace("-sum(", "1e-9*atan2(x[0], 5) - sum(")
-    (tmp_path / "bodies.yaml").write_text(turned)  # angles go through the members of families
+    turned = BODIES.replace("N: 24", "N: 12").replace("-sum(", "1e-9*atan2(x[0] + 9, -5) - sum(")
+    (tmp_path / "bodies.yaml").write_text(turned)  # cuts of energies go through the members of families
     run = lagrange_process("solve", "bodies.yaml", "--no-cache", cwd=tmp_path)
     assert run.returncode == 3
     assert "convolutions per order; at most 527" in run.stderr
