@@ -423,8 +423,8 @@ CASES = {
     "a ball that rolls": (BALL, {"S_z", "p_X", "p_Y"}),
     "a ball on a sphere": (ROLLING_ON_A_SPHERE, {"S_n", "C_1"}),
     "another one on a sphere": (ROLLING_ON_A_SPHERE.replace("I, I, I", "I, I, J"), {"C_1"}),
-    "a ball in a cylinder": (ROLLING_IN_A_CYLINDER, {"p_s", "p_al"}),
-    "a ball in a cylinder, by the ratio of radii": (ROLLING_WITH_A_RATIO, {"p_s", "p_al"}),
+    "a ball in a cylinder": (ROLLING_IN_A_CYLINDER, {"p_s", "p_al", "C_1"}),
+    "a ball in a cylinder, by the ratio of radii": (ROLLING_WITH_A_RATIO, {"p_s", "p_al", "C_1"}),
     "a body with decimal products of inertia": (DECIMAL, {"L_x", "L_z"}),
     "a satellite with a rotor and an arm": (
         WITH_A_ROTOR,
