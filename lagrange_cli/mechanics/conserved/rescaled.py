@@ -34,8 +34,6 @@ from lagrange_cli.records import dataclass, replace
 
 MOST_RESCALED = 6
 """The largest number of coordinates."""
-LONGEST_INTEGRAL = 600
-"""Characters of its formula."""
 
 Factors = Mapping[Node, float]
 """A function of t: powers of such functions."""
@@ -77,13 +75,8 @@ def report(found: Found, states: States, each: Conserved, node: Node, text: str)
     part = each.quantity[:2] in ("A_", "F_") and each.quantity not in found.names
     if (not part and not found.is_independent(node)) or not states.conserves(node):
         return
-    name = each.quantity if part else f"I_{sum(one.startswith('I_') for one in found.names) + 1}"
-    shown = text_of(node)
     because = f"{text}; there it is {each.quantity}: {each.because}"
-    found.store(
-        Conserved(found.free_name(name), shown if len(shown) <= LONGEST_INTEGRAL else "a long sum", because),
-        node,
-    )
+    found.store_integral(text_of(node), because, node, each.quantity if part else "")
 
 
 def lengths_of(model: Model[Node]) -> Iterator[list[int]]:

@@ -40,8 +40,6 @@ MOST_TURNED = 3
 """The largest number of coordinates for which they are tried in other axes."""
 MOST_OSCILLATORS = 4
 """The largest number of coordinates of a linear system whose further energies are looked for."""
-LONGEST_INTEGRAL = 600
-"""Characters of its formula."""
 ROUNDED = 2.0**-44
 """A value of a sum that is so much smaller than its terms is 0."""
 WORTH = 2_500_000
@@ -209,13 +207,11 @@ def in_other_axes(found: Found) -> None:
 
 def hidden_symmetry(found: Found, one: Integral) -> None:
     """Add a conserved polynomial."""
-    number = sum(name.startswith("I_") for name in found.names) + 1
-    text = one.text if len(one.text) <= LONGEST_INTEGRAL else "a long sum"
     because = f"a hidden symmetry, of degree {one.degree} in the velocities: "
     because = because if one.degree > 1 else "linear in the velocities: "
     where = "where the constraints hold, " if found.model.constraints else ""
     because += f"{where}it is constant by the equations of motion{one.note}"
-    found.store(Conserved(found.free_name(f"I_{number}"), text, because), one.node)
+    found.store_integral(one.text, because, one.node)
 
 
 def without_gauge(found: Found) -> None:
