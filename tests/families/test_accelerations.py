@@ -11,7 +11,7 @@ import lagrange_cli as lagrange
 from lagrange_cli.families import system as systems
 from lagrange_cli.families.accelerations import Accelerations
 from lagrange_cli.families.system import any_family_system
-from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.integrate.unchanging import may_be_conserved
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.surface import with_surface

@@ -10,7 +10,8 @@ import pytest
 from lagrange_cli.errors import SpecError
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import OF_BODIES, OUTPUTS, family_run, write_families
+from lagrange_cli.integrate.families import OF_BODIES, OUTPUTS, family_run
+from lagrange_cli.integrate.family_program import write_families
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.run.check import classify
 from lagrange_cli.run.derive import derive_system

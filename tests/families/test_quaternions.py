@@ -8,7 +8,8 @@ import pytest
 from lagrange_cli.families import consistency
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import OUTPUTS, compiled_accelerations, write_families
+from lagrange_cli.integrate.families import OUTPUTS
+from lagrange_cli.integrate.family_program import compiled_accelerations, write_families
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.run.derive import derive_system

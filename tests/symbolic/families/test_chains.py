@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.families import system as systems
-from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.limits import Work
 from lagrange_cli.run.family_equations import (
     DerivedFamilies,
