@@ -42,11 +42,7 @@ lagrangian: >-
 """
 
 
-@pytest.fixture(autouse=True)
-def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Families stay families however few their members are."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 def ready(text: str, method: str = "taylor") -> Prepared:

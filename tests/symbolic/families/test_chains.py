@@ -80,11 +80,7 @@ FORCES = (
 )
 
 
-@pytest.fixture(autouse=True)
-def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small systems are families, too."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 def spec_of(text: str, count: int | None = None) -> Spec:
