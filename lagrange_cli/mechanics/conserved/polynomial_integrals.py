@@ -176,7 +176,7 @@ class PolynomialIntegrals:
                 found += [terms(given, material, degree, highest) for highest in range(most + 1)]
         mirrors = self._mirrors(given, material)
         parts = [part for one in found for part in separated(one, mirrors)]
-        return sorted((one for one in parts if len(one) <= MOST_TERMS), key=len)
+        return sorted((one for one in parts if len(one) <= MOST_TERMS), key=size)
 
     def _mirrors(self, given: Variables, material: Material) -> list[int]:
         """Coordinates whose sign may be changed without a change of L and the forces, together with those of
@@ -226,3 +226,8 @@ def separated(ansatz: Sequence[Term], mirrors: Sequence[int]) -> list[list[Term]
     for term in ansatz:
         found.setdefault(tuple((term.speeds[k] + term.places[k]) % 2 for k in mirrors), []).append(term)
     return [*found.values()]
+
+
+def size(ansatz: Sequence[Term]) -> tuple[int, int]:
+    """The degree in the velocities, and the number of terms."""
+    return max(sum(term.speeds) for term in ansatz), len(ansatz)
