@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.conserved.reasons import (
     without_denominators,
 )  # fmt: skip
 from lagrange_cli.mechanics.relations import rational
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import variables
 
 MOST_QUADRATIC, MOST_LINEAR, MOST_COMBINED = 3, 6, 40
@@ -36,6 +37,7 @@ def combinations(found: Found) -> None:
     if turning and len(cyclic) > 1:  # a body is turned together with its place, as in a fluid
         places = [Change({k: model.q[j]}) for j in cyclic for k in cyclic if j != k]
         combined(found, [*places, *turns_of_spheres(found, turning)])
+    with_factors(found)
 
 
 def combined(found: Found, changes: Sequence[Change]) -> list[Change]:
@@ -155,6 +157,24 @@ def along_constraints(found: Found) -> Iterable[Change]:
             below = dict.fromkeys(base for factors in parts for base, e in factors if e < 0)
             clearing = graph.product([(base, 1) for base in below])
             yield Change({s: clearing, **{k: clearing * slope for k, slope in slopes.items()}})
+
+
+def with_factors(found: Found) -> None:
+    """Report changes that constraints allow, times a function f of place. Where the rate of a current is the
+    current times - sum_i c_i u_i_dot/u_i, its product with f = u_1^c_1 u_2^c_2 ... is conserved. The u_i are
+    factors of the masses with which velocities are in it."""
+    graph, noether, places = found.graph, found.noether, sum(q.symbols for q in found.model.q)
+    for change in along_constraints(found):
+        (current,) = substituted(graph, [noether.current(change)], noether.eliminated)
+        masses = [graph.diff(current, v) for v in found.model.v]
+        bases = dict.fromkeys(u for one in masses for u, _ in factors_of(one) if u.symbols & places)
+        scaled_by = [noether.together([(u, change)]) for u in bases]
+        rates, *others = noether.conditions([change, *scaled_by])
+        columns = [[a / u - b for a, b in zip(own, rates)] for u, own in zip(bases, others)]
+        powers = found.relations.combination(columns, [-one for one in rates]) if columns else None
+        if powers and any(powers):
+            factor = graph.product((u, int(c) if c == int(c) else c) for u, c in zip(bases, powers))
+            combined(found, [noether.together([(factor, change)])])
 
 
 def turns_of_spheres(found: Found, turning: Sequence[int]) -> Iterable[Change]:

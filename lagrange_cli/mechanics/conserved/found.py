@@ -108,7 +108,8 @@ class Found:
         model, graph = self.model, self.graph
         symbols = [*model.q, *model.v]
         given = [*self.kept, *(one.node for one in self.symmetries), *self._plain]
-        columns = [[graph.diff(one, s) for s in symbols] for one in (*given, node)]
+        allowed = substituted(graph, [*given, node], self.noether.eliminated)
+        columns = [[graph.diff(one, s) for s in symbols] for one in allowed]
         return not self.relations.may_combine(columns[:-1], columns[-1])
 
     @cached_property

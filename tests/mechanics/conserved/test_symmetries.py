@@ -431,6 +431,10 @@ CASES = {
         ROLLING_IN_A_CYLINDER.replace("m*g*ball.z", "-m*g*ball.x"),
         {"I_1"},
     ),
+    "Rosenberg's particle, in a field": (
+        SPACE.format("m*q*y") + "nonholonomic: {plane: z_dot - y*x_dot}\n",
+        {"C_1", "C_2"},
+    ),
     "Routh's ball": (ON_ITS_TIP, {"C_1"}),
     "Routh's ball, with names": (ROUTH, {"C_1", "I_1"}),
     "Kirchhoff's body in a fluid": (IN_A_FLUID, {"C_1", "C_2", "C_3"}),
