@@ -23,6 +23,7 @@ from lagrange_cli.native.stepping.roots import NONE, Roots
 from lagrange_cli.records import dataclass
 
 SMALLEST = 2.0**-1022
+NO_GUARD = -1
 AWAY, CHANGED, NOTED = range(3)
 """The results of ``@flip``: the caller of ``@advance`` decides; other equations hold; the same ones do."""
 NEAR, MARGIN = 2.0**-60, 2.0**-40
@@ -91,6 +92,14 @@ class GuardCode:
     def _breaks(self) -> tuple[Role, ...]:
         """The role of breaks, if there are any."""
         return (Role.BREAK,) * any(one.role is Role.BREAK for one in self.rows.guards)
+
+    def before_break(self, f: Function, which: Integer) -> Bit | None:
+        """Whether a step ends where something may jump by the guard ``which``, or ``NO_GUARD``; None if no
+        guard is of that kind."""
+        if not self._breaks:
+            return None
+        some = ~which.equals(NO_GUARD)
+        return f.load_integer("@guard_roles", f.select(some, which, f.count(0))).equals(Role.BREAK) & some
 
     def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
