@@ -16,6 +16,7 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.balance import balance
+from lagrange_cli.symbolic.families.bodies import rotational
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.derivatives import Part, spans_within
 from lagrange_cli.symbolic.families.frames import Split
@@ -137,7 +138,7 @@ class _Deriver(Given):
         for family in self.builder.coordinates:
             inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
             for line, own in self.lines.of(family, inertial):
-                momenta.append(line.of(own[MASS]))
+                momenta.append(line.of(self.total(own)))
                 if diagonal:
                     masses.append(line.of(self.mass_of(line, own[MASS])))
             force = {FORCE: [*self.applied(family.name)]}
@@ -281,7 +282,8 @@ class _Deriver(Given):
         self, family: Family, potential: sympy.Expr, force: Mapping[str, Sequence[Part]]
     ) -> Iterator[tuple[Line, Equation]]:
         """The equations of a family where M is another: sum of m a . dr/dq = -dU/dq + Q + lambda df/dq
-        (d'Alembert); ``force`` has Q and what constraints add."""
+        (d'Alembert), with the rotation of bodies as d/dt dT/dq_dot - dT/dq; ``force`` has Q and what
+        constraints add."""
         rate = self.builder.rate
         inertia = [
             Part(mass * rate(rate(x)) * one.factor, (*loops, *one.loops), one.indices)
@@ -289,6 +291,12 @@ class _Deriver(Given):
             for x in place
             for one in self.parts(x, family.name)
         ]
+        turning = sympy.Add(*(Summed(one, Loops(loops)) for loops, one in rotational(self.builder).items()))
+        inertia += [
+            Part(rate(one.factor), one.loops, one.indices)
+            for one in self.parts(turning, velocity_name(family.name))
+        ]
+        inertia += [Part(-one.factor, one.loops, one.indices) for one in self.parts(turning, family.name)]
         several = {INERTIA: inertia, SLOPE: [*self.parts(potential, family.name)], **force}
         for line, own in self.lines.of(family, several):
             equation = textbook_form(own[INERTIA] + own[SLOPE] - own[FORCE] - own[PULL], self.order)
