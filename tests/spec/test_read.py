@@ -74,14 +74,7 @@ def test_potential_terms_are_kept_apart() -> None:
 
 
 @pytest.mark.parametrize(
-    ("written", "expected"),
-    [
-        ("no", 2.0),
-        ("y", 2.0),
-        ("on", 2.0),
-        ("NO", 2.0),
-        ("null_", 2.0),
-    ],
+    ("written", "expected"), [("no", 2.0), ("y", 2.0), ("on", 2.0), ("NO", 2.0), ("null_", 2.0)]
 )
 def test_yaml_words_are_names(written: str, expected: float) -> None:
     spec = read_spec(f"parameters: {{{written}: 2}}\ncoordinates: [x]\nlagrangian: {written}*x", "a")

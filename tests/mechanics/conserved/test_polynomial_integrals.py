@@ -124,10 +124,7 @@ CASES = {
         KERR,
         "(S*th_dot)**2 + cos(th)**2*(PH**2/sin(th)**2 - a**2*(2*H + PS**2))",
     ),
-    "Liouville 1849": (
-        LIOUVILLE,
-        "(F*u_dot)**2 + 2*a*exp(u) - (F*(u_dot**2 + w_dot**2) + 2*U)*cosh(u)",
-    ),
+    "Liouville 1849": (LIOUVILLE, "(F*u_dot)**2 + 2*a*exp(u) - (F*(u_dot**2 + w_dot**2) + 2*U)*cosh(u)"),
 }
 
 

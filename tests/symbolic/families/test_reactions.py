@@ -51,6 +51,9 @@ generalized_forces: {{"y[i in range(N)]": l*i}}
 dissipation: sum(c*(x_dot[i] - b[i - 1].vx)**2/2 for i in range(1, N))
 """,
     "pendulums": (SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8"),
+    "between two pins": f"""{(SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8")}
+constraints: {{right: bob[N - 1].x - l, level: bob[N - 1].y}}
+""",
     "on a cart": f"{HUNG}potential: sum(m[i]*g*b[i].y + k*dot(b[i] - cart, b[i] - cart) for i in range(N))",
 }
 
