@@ -74,7 +74,8 @@ class Switching:
         """What moves, but t."""
         self.moving = self.places | system.time.symbols
         events = [] if system.events is None else [system.events.arguments]
-        used = *system.energies, *system.acting, system.slopes, system.applied, *events, *listed
+        used = *system.energies, *system.acting, system.slopes, system.gradient, system.applied, *events
+        used += *listed, *([] if system.vector is None else [system.vector])
         self.totals = [*dict.fromkeys(used)]
         self._others = [system.kinetic, *(one.node for one in system.masses.terms)]
         """What may have no switches."""
@@ -123,7 +124,7 @@ class Switching:
         if any(map(self.switched, self._others)):
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
-        acting = self.system.forces, self.system.applied, self.system.slopes
+        acting = self.system.forces, self.system.applied, self.system.slopes, self.system.gradient
         others = [term.node for one in self.totals if one not in acting for term in self.merged(one)]
         inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
         rubbing = {friction.argument for friction in self.friction}
@@ -265,6 +266,7 @@ class Switching:
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
+            gradient=self.of(system.gradient), vector=system.vector and self.of(system.vector),
             applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
         )  # fmt: skip
 

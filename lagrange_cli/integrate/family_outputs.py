@@ -19,7 +19,7 @@ from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.model.model import Constraint, Model, Particle
 from lagrange_cli.outputs.planner import Planner
 from lagrange_cli.outputs.recording import Dataset
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.spec import grouped
 
@@ -264,9 +264,9 @@ class Quantities:
 
     @property
     def energy_function(self) -> Element:
-        """h = sum p_k q_dot_k - L, which is T + U where positions do not depend on t."""
+        """h = sum p_k q_dot_k - L, which is T + U where positions do not depend on t, nor U on velocities."""
         system = self.system
-        if not system.moved_in_time:
+        if not system.moved_in_time and system.vector is None:
             return self.whole(system.kinetic, system.potential)
         everyone, places = system.everyone, np.arange(system.q.count)
         p, v = (system.slots.symbol(everyone, one, places) for one in (system.momenta, system.v))
@@ -315,6 +315,9 @@ class Quantities:
     def torques(self) -> tuple[Element, ...]:
         """dL/dq_k + Q_k."""
         system, found = self.system, self.system.forces
+        if system.vector is not None:
+            inside = (replace(one, node=-one.node) for one in system.gradient.terms)
+            found = total_of(found.count, [*inside, *system.applied.terms], system.slots.graph)
         if system.joints is not None:
             lagrangian = system.kinetic - system.potential
             (rates,), _ = slopes(lagrangian, system.root, system.totals, system.slots, system.q)
