@@ -10,16 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from lagrange_cli.drawing.distances import (
-    MOST,
-    End,
-    Owners,
-    apart,
-    near,
-    owners_of,
-    pairs,
-    place_of,
-)
+from lagrange_cli.drawing.distances import MOST, End, Owners, apart, near, owners_of, pairs, place_of
 from lagrange_cli.drawing.probe import equal, steady
 from lagrange_cli.drawing.scene import Place, Scene
 from lagrange_cli.expression.node import Kind, Node, factors_of

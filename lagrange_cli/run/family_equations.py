@@ -10,15 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from lagrange_cli.errors import TooLargeSystem, UsageError
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import located
-from lagrange_cli.run.equations import (
-    EMPTY,
-    FORMS,
-    Derived,
-    as_data,
-    as_written,
-    derive,
-    least_steps,
-)
+from lagrange_cli.run.equations import EMPTY, FORMS, Derived, as_data, as_written, derive, least_steps
 from lagrange_cli.run.equations import as_page as members_as_page
 from lagrange_cli.run.monitor import Stage, untimed
 

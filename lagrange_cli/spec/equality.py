@@ -5,13 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Set
 
 from lagrange_cli.expression.near import shown
-from lagrange_cli.expression.syntax import (
-    Comparison,
-    Tree,
-    equalities,
-    is_whole,
-    sums,
-)
+from lagrange_cli.expression.syntax import Comparison, Tree, equalities, is_whole, sums
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.spec.content import firsts_of, written
 from lagrange_cli.spec.source import Place

@@ -181,10 +181,7 @@ class Names(Meanings):
 
                 differential = end_of_differential(name, expression.text, self.table)
                 error.span = Span(error.span.start, max(error.span.stop, differential))
-                if (
-                    error.span,
-                    error.message,
-                ) not in said:
+                if (error.span, error.message) not in said:
                     self.problems.add_expression(expression, error, where)
                 said.add((error.span, error.message))
                 sound = False

@@ -106,10 +106,7 @@ BACKWARD = {
     "damped": CASES["damped"],
     "driven": CASES["driven"],
     "damped rods": CASES["damped rods"],
-    "events": (
-        CHAIN,
-        'events: {{"hit[i in range(N)]": {{when: "x[i] + x_dot[i]*t/9", direction: rising}}}}',
-    ),
+    "events": (CHAIN, 'events: {{"hit[i in range(N)]": {{when: "x[i] + x_dot[i]*t/9", direction: rising}}}}'),
 }
 
 

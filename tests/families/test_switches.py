@@ -72,14 +72,8 @@ CASES = {
         BEADS,
         "sum(where(x[i] > 0 and x[i] < 0.7, 0, x[i]**2*(x[i] - 0.7)**2) for i in range(N))",
     ),
-    "one inside another": (
-        BEADS,
-        "sum(where(x[i] > 0, max(0, x[i] - 0.3)**2, x[i]**2) for i in range(N))",
-    ),
-    "walls for both sides": (
-        BEADS,
-        "sum(k*max(0, abs(x[i]) - 0.35)**2 for i in range(N))",
-    ),
+    "one inside another": (BEADS, "sum(where(x[i] > 0, max(0, x[i] - 0.3)**2, x[i]**2) for i in range(N))"),
+    "walls for both sides": (BEADS, "sum(k*max(0, abs(x[i]) - 0.35)**2 for i in range(N))"),
     "arguments with several": (
         BEADS,
         "sum(max(0, abs(x[i])**3 + min(0, x[(i + 1) % N])**2 - 0.2)**2 for i in range(N))"

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.families.conservation import constants_of
@@ -15,10 +13,10 @@ from lagrange_cli.families.long_values import LongNumbers
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
-from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
+from tests.support.families import followed
 from tests.support.motion import run
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "observables"])
@@ -103,13 +101,6 @@ def drawn(chance: random.Random) -> str:
     return SYSTEM.format(kinetic=kinetic, forces=forces, **given)
 
 
-def followed(text: str, method: str) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
-    """A short motion of a system, and what it was followed by."""
-    spec = read_spec(text, "system.yaml")
-    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, OUTPUTS))
-    return ready, run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
-
-
 @pytest.mark.exhaustive(keep=0.25, most=12)
 @pytest.mark.parametrize("case", range(60))
 def test_families_move_as_their_members_do(
@@ -119,12 +110,12 @@ def test_families_move_as_their_members_do(
     text, method = drawn(chance), chance.choice(["taylor", "ias15"])
     monkeypatch.setattr(systems, "FEWEST", 0)
     assert systems.family_system(read_spec(text, "system.yaml")) is not None, text
-    together, found = followed(text, method)
+    together, found = followed(text, OUTPUTS, method=method)
     monkeypatch.setattr(systems, "FEWEST", 10**9)
-    apart, expected = followed(text, method)
+    apart, expected = followed(text, OUTPUTS, method=method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
-    for path, values in expected.items():
+    for path, values in expected.data.items():
         size = np.max(np.abs(values), initial=1.0)
         assert np.max(np.abs(found[path] - values)) <= 2.0**-43 * size, (path, text)
 

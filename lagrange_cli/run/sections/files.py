@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.records import replace
 from lagrange_cli.run.attributes import series_of
-from lagrange_cli.run.ensembles.ensemble import Ensemble, dimensions, series
+from lagrange_cli.run.ensembles.contents import dimensions, series
+from lagrange_cli.run.ensembles.ensemble import Ensemble
 from lagrange_cli.run.ensembles.kept import MembersKept
 
 if TYPE_CHECKING:

@@ -10,10 +10,7 @@ import sympy
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.expression.vocabulary import (
-    acceleration_name,
-    velocity_name,
-)
+from lagrange_cli.expression.vocabulary import acceleration_name, velocity_name
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.families import system as systems
-from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.limits import Work
 from lagrange_cli.run.family_equations import (
     DerivedFamilies,
@@ -83,11 +83,7 @@ FORCES = (
 )
 
 
-@pytest.fixture(autouse=True)
-def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small systems are families, too."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 def spec_of(text: str, count: int | None = None) -> Spec:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from lagrange_cli.errors import TooLargeSystem
-from lagrange_cli.families import system as systems
 from lagrange_cli.limits import Work
 from lagrange_cli.run.family_equations import (
     DerivedFamilies,
@@ -41,10 +40,7 @@ nonholonomic: {"edge[i in range(N)]": "b[i].vy*cos(phi[i]) - b[i].vx*sin(phi[i])
 """
 
 
-@pytest.fixture(autouse=True)
-def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small systems are families, too."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 def derived_from(text: str) -> DerivedFamilies:
