@@ -110,10 +110,10 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
 
 
 def without_constraints(spec: Spec) -> FamilySystem | None:
-    """The system that a file with constraints describes without them, if it is of this kind and its
-    coordinates are places of particles."""
-    found = any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=()))
-    return None if found is None or found.joints is not None else found
+    """The system that a file describes without its constraints, if it is of this kind."""
+    if not spec.constrained:
+        return any_family_system(spec)
+    return any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=()))
 
 
 def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem:

@@ -44,6 +44,8 @@ MOST = 10_000
 """The largest number of arguments that are examined."""
 ALPHA = 0.125, 8.0
 """Powers of the time that is left that an argument may follow."""
+BENT = -0.125
+"""Below this x x''/x'^2 = 1 - 1/alpha, the velocity is infinite where x is 0."""
 
 
 @dataclass(frozen=True)
@@ -208,14 +210,21 @@ def text(expression: Expression, tree: Tree) -> str:
 
 
 def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str]]:
-    """The time until coordinates or velocities are infinite, and a message for each."""
+    """The time until coordinates are infinite, or 0 with an infinite velocity, and a message for each."""
     from lagrange_cli.symbolic.direct import power
 
     for one in spec.coordinates:
-        for name in (one.name, velocity_name(one.name)):
-            value = values[name]
-            size, rate = map(float, value.value[:2])
-            if size > 0.0 < rate or rate < 0.0 > size:
-                left = time_left(power(value, -1.0), 0.0)
-                if left is not None and size * float(value.value[2]) * 2.0 > rate * rate:  # as 1/(T - t)^p
-                    yield left, f"{name} grows without bound"
+        value = values[one.name]
+        size, rate, half = map(float, value.value)
+        if not (size and rate):
+            continue
+        bend = 2.0 * half * size / rate / rate
+        outward = size * rate > 0.0
+        if outward and bend > 1.0:  # as 1/(T - t)^p
+            left, name = time_left(power(value, -1.0), 0.0), one.name
+        elif not outward and bend < BENT:  # as (T - t)^alpha with alpha < 1
+            left, name = time_left(value, 0.0), velocity_name(one.name)
+        else:
+            continue
+        if left is not None:
+            yield left, f"{name} grows without bound"

@@ -52,12 +52,12 @@ ENDS = {
         20**1.5 * FREE_FALL / math.sqrt(2),
     ),
     "escape": (line(2, "x_dot**2/2 + 2*x**3", 1), "x grows without bound", 1.0),
+    "no mass": (line(-1, "x**4*x_dot**2/2", 1), "x_dot grows without bound", 1 / 3),
     "beside what stays 0": (
         line(1, "x_dot**2/2 + 1e-12/(1 - x) - 10*max(0, x - 3)**1.5"),
         "the denominator 1 - x reaches 0 in 1e-12/(1 - x) (line 2)",
         1.0,
     ),
-    "a root": (line(0, "x_dot**2/2 - sqrt(x)"), "x reaches 0 in sqrt(x) (line 2)", 0.0),
 }
 
 

@@ -30,6 +30,7 @@ from lagrange_cli.mechanics.conserved.ansatz import (
     variables_in_space,
 )
 from lagrange_cli.mechanics.conserved.columns import Columns, conserved_sums, independent, name_of
+from lagrange_cli.mechanics.conserved.curved import products_of_symmetries
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.pairs import sums_of_pairs
 from lagrange_cli.mechanics.conserved.reasons import term as term_text
@@ -40,8 +41,8 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
 MOST_PLACES = 5
-MOST_TERMS = 150
-"""The largest numbers of variables and of terms in a sum."""
+MOST_TERMS, MOST_FUNCTIONS = 150, 250
+"""The largest numbers of variables, and of terms in a sum; before those go that are sums of others."""
 DEGREES = {1: 1, 2: 2, 3: 1, 4: 0}
 """Degrees in the velocities that are tried, and for each the highest degree of its leading coefficients in
 the coordinates."""
@@ -139,8 +140,12 @@ class PolynomialIntegrals:
         space may have more to offer than its symmetries show."""
         model = self.model
         given = own_variables(model) if self._steady else variables_in_space(model)
-        if integrable and not (given and given.flat):
-            return
+        if not (given and given.flat):
+            for given_here, ansatz in products_of_symmetries(self.states):
+                if len(ansatz) <= MOST_FUNCTIONS:
+                    yield given_here, independent(self.states, given_here, ansatz)
+            if integrable:
+                return
         material = None if given is None else material_of(model, self.noether, given)
         if given is not None and material is not None and len(given.places) <= MOST_PLACES:
             for ansatz in self._polynomials(given, material):

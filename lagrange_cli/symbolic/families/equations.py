@@ -16,6 +16,7 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.balance import balance
+from lagrange_cli.symbolic.families.bodies import rotational
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.derivatives import Part, spans_within
 from lagrange_cli.symbolic.families.frames import Split
@@ -81,6 +82,11 @@ class FamilyEquations:
     reactions: ReactionForm | None = None
     """The forces of constraint on particles, where they have been asked for."""
 
+    @property
+    def bound(self) -> Sequence[Family]:
+        """The families of constraints."""
+        return [*{one.family.name: one.family for one in self.constraints}.values()]
+
 
 def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEquations | None:
     """The equations, with the constraints of ``spec`` if it is given; None where the conditions of a family
@@ -91,8 +97,8 @@ def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEq
     with suppress(Unsuited, Split, ExpressionError, ArithmeticError):
         if system.joints is None:
             return equations_of(system, spec, naming=False)
-        by_name = equations_of(system, naming=True)
-        closed = attempt(AS_SUMS, partial(equations_of, system, naming=False))
+        by_name = equations_of(system, spec, naming=True)
+        closed = attempt(AS_SUMS, partial(equations_of, system, spec, naming=False))
         return by_name if closed is None else min(closed, by_name, key=length)
     return None
 
@@ -108,6 +114,7 @@ def length(equations: FamilyEquations) -> int:
     found = [one for one in (equations.T, equations.U, equations.h) if one is not None]
     found += [one.expression for one in equations.momenta]
     found += [one.expression for one in equations.places]
+    found += [one.expression for one in equations.constraints]
     found += [line.expression for line, _ in equations.equations]
     return sum(size_of(one) for one in found)
 
@@ -131,21 +138,23 @@ class _Deriver(Given):
         for family in self.builder.coordinates:
             inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
             for line, own in self.lines.of(family, inertial):
-                momenta.append(line.of(own[MASS]))
+                momenta.append(line.of(self.total(own)))
                 if diagonal:
                     masses.append(line.of(self.mass_of(line, own[MASS])))
             force = {FORCE: [*self.applied(family.name)]}
             if force[FORCE]:
                 lines = self.lines.of(family, force)
                 forces += [line.of(own[FORCE]) for line, own in lines if own[FORCE] != 0]
+            held = {
+                PULL: [
+                    *self.parts(by_places, family.name),
+                    *self.parts(by_speeds, velocity_name(family.name)),
+                ]
+            }
             if not diagonal:
-                equations += self.balanced(family, potential, force)
+                equations += self.balanced(family, potential, {**force, **held})
                 continue
-            several = {**inertial, **force, SLOPE: [*self.parts(lagrangian, family.name)]}
-            several[PULL] = [
-                *self.parts(by_places, family.name),
-                *self.parts(by_speeds, velocity_name(family.name)),
-            ]
+            several = {**inertial, **force, **held, SLOPE: [*self.parts(lagrangian, family.name)]}
             for line, own in self.lines.of(family, several):
                 equation, acceleration = self.solved(line, own)
                 equations.append((line.of(equation.left), equation))
@@ -154,9 +163,9 @@ class _Deriver(Given):
             if constraints:
                 of_file = {**force, SLOPE: several[SLOPE]}
                 rates += [line.of(self.total(own)) for line, own in self.lines.of(family, of_file)]
-                held = {PULL: several[PULL]}
                 pulls += [line.of(self.total(own)) for line, own in self.lines.of(family, held)]
-        left = [line for line, _ in equations]
+        bound = [one.of(self.of_members(one.expression, one.loops)) for one, _ in constraints]
+        written = [one.expression for one in (*momenta, *forces, *bound, *(line for line, _ in equations))]
         drawn = -self.with_multipliers((one, self.drift(one.expression, own)) for one, own in constraints)
         conserved, changing = balance(self, lagrangian, momenta, forces, drawn)
         h = self.neat(self.energy(lagrangian) if kinetic is None else self.kinetic(moving=True) + potential)
@@ -180,7 +189,7 @@ class _Deriver(Given):
             conserved=tuple(conserved),
             changing=tuple(changing),
             paths=tuple(self.builder.paths),
-            constraints=tuple(one.of(self.of_members(one.expression, one.loops)) for one, _ in constraints),
+            constraints=tuple(bound),
             nonholonomic=frozenset(one.family.name for one, holonomic in constraints if not holonomic),
             pulls=tuple(pulls),
             driving=tuple(driving),
@@ -188,7 +197,7 @@ class _Deriver(Given):
                 one.of(self.of_members(self.second_rate(one.expression, own), one.loops))
                 for one, own in constraints
             ),
-            places=tuple(self.places(lagrangian, h, *(one.expression for one in (*momenta, *forces, *left)))),
+            places=tuple(self.places(lagrangian, h, *written)),
         )
         return self.finished(found)
 
@@ -272,7 +281,9 @@ class _Deriver(Given):
     def balanced(
         self, family: Family, potential: sympy.Expr, force: Mapping[str, Sequence[Part]]
     ) -> Iterator[tuple[Line, Equation]]:
-        """The equations of a family where M is another: sum of m a . dr/dq = -dU/dq + Q (d'Alembert)."""
+        """The equations of a family where M is another: sum of m a . dr/dq = -dU/dq + Q + lambda df/dq
+        (d'Alembert), with the rotation of bodies as d/dt dT/dq_dot - dT/dq; ``force`` has Q and what
+        constraints add."""
         rate = self.builder.rate
         inertia = [
             Part(mass * rate(rate(x)) * one.factor, (*loops, *one.loops), one.indices)
@@ -280,9 +291,15 @@ class _Deriver(Given):
             for x in place
             for one in self.parts(x, family.name)
         ]
+        turning = sympy.Add(*(Summed(one, Loops(loops)) for loops, one in rotational(self.builder).items()))
+        inertia += [
+            Part(rate(one.factor), one.loops, one.indices)
+            for one in self.parts(turning, velocity_name(family.name))
+        ]
+        inertia += [Part(-one.factor, one.loops, one.indices) for one in self.parts(turning, family.name)]
         several = {INERTIA: inertia, SLOPE: [*self.parts(potential, family.name)], **force}
         for line, own in self.lines.of(family, several):
-            equation = textbook_form(own[INERTIA] + own[SLOPE] - own[FORCE], self.order)
+            equation = textbook_form(own[INERTIA] + own[SLOPE] - own[FORCE] - own[PULL], self.order)
             sign = -1 if is_negative(self.order.sorted_terms(equation.left)[0]) else 1
             equation = Equation(sign * equation.left, sign * equation.right, sign * equation.factor)
             yield line.of(equation.left), equation

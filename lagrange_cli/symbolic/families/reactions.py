@@ -14,11 +14,22 @@ import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.vocabulary import COMPONENTS, velocity_name
+from lagrange_cli.expression.vocabulary import (
+    AXES_COMPONENTS,
+    AXES_RATES,
+    BODY_COMPONENTS,
+    BODY_SPIN,
+    COMPONENTS,
+    SPACE_SPIN,
+    velocity_name,
+)
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import Group, particle_families
+from lagrange_cli.model.orientation import Turning
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped
+from lagrange_cli.symbolic.families.bodies import orienting
+from lagrange_cli.symbolic.families.builder import Oriented
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.derivatives import Part, parts
 from lagrange_cli.symbolic.families.frames import Frame
@@ -45,7 +56,8 @@ class ReactionForm:
 
 
 class InSpace(WrittenPlaces):
-    """A builder for which every component of a particle's place is a quantity of its own."""
+    """A builder for which every component of a particle's place is a quantity of its own, and so are the
+    orientations of bodies."""
 
     def __init__(self, spec: Spec, components: Mapping[str, int]) -> None:
         super().__init__(spec, naming=False)
@@ -58,12 +70,23 @@ class InSpace(WrittenPlaces):
         found = tuple(placed(name, k, 0, wholes) for k in range(self.components[name]))
         return found if len(found) > 1 else found[0]
 
+    def oriented(self, name: str, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame) -> Oriented:
+        def symbols(names: Sequence[str]) -> tuple[sympy.Expr, ...]:
+            return tuple(member(f"{name}.{one}", wholes) for one in names)
+
+        axes, rates = (
+            tuple(symbols(names[k::3]) for k in range(3)) for names in (AXES_COMPONENTS, AXES_RATES)
+        )
+        return Oriented("", Turning(axes, rates, symbols(SPACE_SPIN), symbols(BODY_SPIN)), (), {})
+
     def rate(self, expression: sympy.Expr) -> sympy.Expr:
         """The velocity of a component, by its name."""
         base, wholes = KNOWN.get(expression.name, ("", ())) if expression.is_Symbol else ("", ())
         name, _, axis = base.partition(".")
         if name in self.components and axis in RATES[0]:
             return placed(name, RATES[0].index(axis), 1, wholes)
+        if axis in AXES_COMPONENTS:
+            return member(f"{name}.v{axis}", wholes)
         return super().rate(expression)
 
 
@@ -221,6 +244,8 @@ class _Reactions(Given):
         name, _, axis = base.partition(".")
         if name not in self.kinds_of or not axis:
             return symbol
+        if axis in BODY_COMPONENTS:
+            return self.turned(name, axis, wholes)
         if len(self.kinds_of[name]) > 1:
             raise Unsuited
         ((_, place, _, indices),) = self.kinds_of[name]
@@ -229,6 +254,19 @@ class _Reactions(Given):
         for _ in range(rate):
             made = self.builder.rate(made)
         return renamed(made, {one.text: whole for one, whole in zip(indices, wholes)}, self.lines.sizes)
+
+    def turned(self, name: str, component: str, wholes: Sequence[Whole]) -> sympy.Expr:
+        """A component of how a body turns."""
+        kinds = [*self.builder.of_family(self.builder.bodies[name])]
+        found = [
+            one.turning.component(component)
+            for kind in kinds
+            for _, one in self.builder.kinds(kind.loops, kind.frame, orienting(self.builder, name, kind))
+        ]
+        if len(found) > 1:
+            raise Unsuited
+        indices = dict(zip((one.text for one in kinds[0].indices), wholes))
+        return renamed(found[0], indices, self.lines.sizes)
 
 
 def nothing(base: str, wholes: Sequence[Whole]) -> None:

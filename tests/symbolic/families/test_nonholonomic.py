@@ -123,7 +123,7 @@ def test_a_thousand_sleighs_take_a_line_each() -> None:
     )
 
 
-def test_where_there_are_no_indices_the_reason_is_said() -> None:
+def test_a_train_is_printed_with_indices() -> None:
     spec = read_spec(
         TRAIN.format(
             count=200, potential="0", forces="", holonomic="",
@@ -131,5 +131,9 @@ def test_where_there_are_no_indices_the_reason_is_said() -> None:
         ),
         "system.yaml",
     )  # fmt: skip
-    with pytest.raises(TooLargeSystem, match="printing constraints with indices needs a constant diagonal"):
-        derive_printed(spec, "lagrange")
+    derived = derive_printed(spec, "lagrange")
+    assert isinstance(derived, DerivedFamilies)
+    text = families_as_written(derived, "text", "lagrange", {})
+    assert "[edge[i], nonholonomic, for i in range(N)]" in text and text.count("\n") < 130
+    with pytest.raises(TooLargeSystem, match="--form matrix writes out every member of chains and trees"):
+        derive_printed(spec, "matrix")
