@@ -37,7 +37,8 @@ def combinations(found: Found) -> None:
     if turning and len(cyclic) > 1:  # a body is turned together with its place, as in a fluid
         places = [Change({k: model.q[j]}) for j in cyclic for k in cyclic if j != k]
         combined(found, [*places, *turns_of_spheres(found, turning)])
-    with_factors(found)
+    if len(model.q) <= MOST_LINEAR and not any(one.body for one in model.particles):  # short formulas
+        with_factors(found)
 
 
 def combined(found: Found, changes: Sequence[Change]) -> list[Change]:
