@@ -60,6 +60,8 @@ class _Reactions(Given):
             raise UsageError("no --form reactions: the file gives L, in which there are no particles")
         self.families = grouped(self.spec.embedding, particle_families(self.spec))
         self.kinds_of = {family.name: [*self.placed_kinds(family)] for family in self.families}
+        if self.system.vector is not None:
+            raise Unsuited  # the rate of dU/dv is a force, too
         counts = {name: len(listed[0][1]) for name, listed in self.kinds_of.items()}
         if any(len(one[1]) != counts[name] for name, listed in self.kinds_of.items() for one in listed):
             raise Unsuited
