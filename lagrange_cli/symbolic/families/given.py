@@ -190,8 +190,8 @@ class Given:
 
 
 def multiplier_name(constraint: str) -> str:
-    """``lambda_rod`` for ``rod``."""
-    return f"lambda_{constraint}"
+    """``lambda_rod`` for ``rod``, ``lambda_body_norm`` for ``body.norm``."""
+    return f"lambda_{constraint.replace('.', '_')}"
 
 
 def roles(spec: Spec) -> dict[str, tuple[Role, int]]:

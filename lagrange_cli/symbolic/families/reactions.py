@@ -21,14 +21,14 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.families.bodies import orienting
 from lagrange_cli.symbolic.families.chains import Path
-from lagrange_cli.symbolic.families.derivatives import Part, parts, spans_within, within
+from lagrange_cli.symbolic.families.derivatives import Part, narrowed, parts, spans_within, within
 from lagrange_cli.symbolic.families.given import Given
 from lagrange_cli.symbolic.families.kinds import LETTERS
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.places import RATES, NamedPlace
 from lagrange_cli.symbolic.families.space import InSpace
 from lagrange_cli.symbolic.families.sums import finished
-from lagrange_cli.symbolic.indexed.conditions import Condition, Loop, changed, decided, relation
+from lagrange_cli.symbolic.indexed.conditions import Condition, Loop, changed, decided, names_of, relation
 from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole
 
@@ -202,15 +202,16 @@ class _Reactions(Given):
 
     def among(self, loops: tuple[Loop, ...], conditions: Sequence[Condition]) -> tuple[Loop, ...] | None:
         """Loops with conditions besides; None where these never hold."""
-        spans = spans_within(loops, self.lines.sizes)
-        known = [decided(one, spans) for one in conditions]
-        if False in known:
-            return None
-        more = tuple(one for one, holds in zip(conditions, known) if holds is None)
-        if not more:
-            return loops
-        *others, last = loops
-        return *others, Loop(last.index, last.start, last.stop, last.step, (*last.conditions, *more))
+        made = [*loops]
+        for one in conditions:
+            spans = spans_within(made, self.lines.sizes)
+            known = decided(one, spans)
+            if known is False:
+                return None
+            if known is None:
+                inner = max(k for k, loop in enumerate(made) if loop.index in names_of(one))
+                made[inner] = narrowed(made[inner], one, spans)
+        return tuple(made)
 
     def inserted(self, expression: sympy.Expr) -> sympy.Expr:
         """An expression with what components are in place of their names."""

@@ -12,6 +12,8 @@ from lagrange_cli.run.family_equations import DerivedFamilies, derive_printed, w
 from lagrange_cli.run.verification import verify_families
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_bodies import KINDS, TOPS, drawn
+from tests.families.test_quaternions import bodies
+from tests.symbolic.families.test_forms import assert_module
 
 
 def printed(text: str, form: str = "lagrange") -> DerivedFamilies:
@@ -19,6 +21,14 @@ def printed(text: str, form: str = "lagrange") -> DerivedFamilies:
     found = derive_printed(read_spec(text, "system.yaml"), form, indexed=True)
     assert isinstance(found, DerivedFamilies), text
     return found
+
+
+def test_the_norms_of_quaternions_have_multipliers_in_every_format() -> None:
+    derived = printed(bodies(3))
+    names = {"text": "lambda_body_norm[i]", "latex": r"\lambda_{\mathrm{body},\mathrm{norm},i}"}
+    for format_, name in names.items():
+        assert name in written(derived, format_, "lagrange", {}), format_
+    assert_module(derived)
 
 
 @pytest.mark.exhaustive(keep=0.5, most=20)

@@ -77,6 +77,23 @@ positions:
 potential: sum(m[i]*g*b[i].y for i in range(N)) + sum(k*norm(b[i] - b[i - 1])**2/2 for i in range(1, N))
 dissipation: sum(c*(b[i].vx - b[0].vx)**2/2 for i in range(N))
 """,
+    "beside a hub": f"""{HEAD}
+coordinates: {{X: {{initial: 1}}, "q[i in range(N)]": {{initial: 0.5}}, "y[i in range(N)]": {{initial: i}}}}
+bodies:
+  hub:
+    {{mass: l, solid: {{sphere: l}}, position: [X, 0, 0], orientation: {{euler: [X, 0, 0], sequence: zxz}}}}
+  b[0]:
+    mass: l
+    solid: {{disc: l}}
+    position: [0, "y[0]", 0]
+    orientation: {{euler: ["q[0]", 0, 0], sequence: zxz}}
+  b[i in range(1, N)]:
+    mass: m[i]
+    inertia: [l, l, l]
+    position: [i, "y[i]", 0]
+    orientation: {{euler: [0, "q[i]", 0], sequence: zxz}}
+potential: sum(k*norm(b[i].at(l, 0, a) - hub.at(0, l, 0))**2/2 for i in range(N))
+""",
     "on a cart": f"{HUNG}potential: sum(m[i]*g*b[i].y + k*dot(b[i] - cart, b[i] - cart) for i in range(N))",
 }
 
@@ -136,6 +153,11 @@ def test_a_family_takes_a_line_however_many_it_has() -> None:
     texts = [written(indexed(CASES["driven"], size), "text", "reactions", {}) for size in (5, 500)]
     assert texts[0].count("\n") == texts[1].count("\n") < 25
     assert "R_b_y[i] = l*m[i]*y_ddot[i]" in texts[1]
+
+
+def test_no_sum_is_over_members_that_are_written_otherwise() -> None:
+    text = written(indexed(CASES["beside a hub"], 50), "text", "reactions", {})
+    assert "R_hub_x = " in text and " if i" not in text
 
 
 def test_what_nothing_constrains_feels_no_force_of_constraint() -> None:
