@@ -29,11 +29,7 @@ class Requirement:
     @property
     def met(self) -> bool:
         """Whether the requirement is met; nan meets none."""
-        holds = {
-            "<": self.value < self.bound,
-            "<=": self.value <= self.bound,
-            ">=": self.value >= self.bound,
-        }
+        holds = {"<": self.value < self.bound, "<=": self.value <= self.bound, ">=": self.value >= self.bound}
         return holds[self.relation]
 
 

@@ -138,11 +138,7 @@ def derived(motion: ConstrainedMotion) -> Derived:
     right = (method.forcing_full + forces).subs(back)
     matrix, time = method.mass_matrix_full.subs(back), dynamicsymbols._t
     function = sympy.lambdify([time, state], [matrix, right], "numpy", cse=True)
-    return Derived(
-        function,
-        np.array([*motion.values.q, *motion.values.v]),
-        size,
-    )
+    return Derived(function, np.array([*motion.values.q, *motion.values.v]), size)
 
 
 def with_scipy(motion: ConstrainedMotion, method: str, tolerance: float) -> Array:

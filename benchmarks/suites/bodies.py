@@ -233,11 +233,7 @@ def table(found: dict[str, Figures]) -> str:
 
 
 SUITE = Suite(
-    "bodies",
-    measure,
-    packages=("llvmlite", "numpy", "rebound", "heyoka"),
-    runs=5,
-    quick="ten bodies only",
+    "bodies", measure, packages=("llvmlite", "numpy", "rebound", "heyoka"), runs=5, quick="ten bodies only"
 )
 
 if __name__ == "__main__":

@@ -100,11 +100,7 @@ def draw(growths: Mapping[str, Growth]) -> None:
 
 
 SUITE = Suite(
-    "brouwer",
-    measure,
-    packages=("llvmlite", "numpy", "heyoka"),
-    runs=1,
-    quick="ten thousand periods only",
+    "brouwer", measure, packages=("llvmlite", "numpy", "heyoka"), runs=1, quick="ten thousand periods only"
 )
 
 if __name__ == "__main__":

@@ -15,12 +15,7 @@ import numpy as np
 from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_turns, medians_in_turns, timed, timed_by_both
-from benchmarks.motions.constrained_motion import (
-    SQUEEZER,
-    ConstrainedMotion,
-    angles,
-    chain,
-)
+from benchmarks.motions.constrained_motion import SQUEEZER, ConstrainedMotion, angles, chain
 from benchmarks.peers import Array
 from benchmarks.peers.constrained import Followed, Ours, derived, with_ida, with_scipy
 

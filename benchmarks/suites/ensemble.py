@@ -119,11 +119,7 @@ def measure(options: Namespace) -> Report:
 
 
 SUITE = Suite(
-    "ensemble",
-    measure,
-    packages=("llvmlite", "numpy", "heyoka"),
-    runs=5,
-    quick=f"{FEWER} members only",
+    "ensemble", measure, packages=("llvmlite", "numpy", "heyoka"), runs=5, quick=f"{FEWER} members only"
 )
 
 if __name__ == "__main__":

@@ -10,14 +10,7 @@ from functools import partial
 
 from benchmarks.harness.report import Report, Requirement
 from benchmarks.harness.suite import Suite
-from benchmarks.motions.motion import (
-    DOUBLE_PENDULUM,
-    FIGURE_EIGHT,
-    HOOP,
-    KEPLER_POLAR,
-    SOLAR_SYSTEM,
-    Motion,
-)
+from benchmarks.motions.motion import DOUBLE_PENDULUM, FIGURE_EIGHT, HOOP, KEPLER_POLAR, SOLAR_SYSTEM, Motion
 from benchmarks.peers import Maker, engine
 from benchmarks.peers.comparison import Measurement, compare, comparison_table
 

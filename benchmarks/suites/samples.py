@@ -60,13 +60,7 @@ def written(place: Shell, arguments: tuple[str, ...]) -> Ended:
     return ended
 
 
-SUITE = Suite(
-    "samples",
-    measure,
-    packages=("numpy", "h5py"),
-    runs=3,
-    quick="10^7 samples only",
-)
+SUITE = Suite("samples", measure, packages=("numpy", "h5py"), runs=3, quick="10^7 samples only")
 
 if __name__ == "__main__":
     sys.exit(SUITE.main())

@@ -126,10 +126,7 @@ def measure(options: Namespace) -> Report:
             SPEEDUP,
         ),
         Requirement(
-            "the same with 2 threads of both",
-            cost(others[-1], "wall") / cost(TWO, "wall"),
-            ">=",
-            SPEEDUP,
+            "the same with 2 threads of both", cost(others[-1], "wall") / cost(TWO, "wall"), ">=", SPEEDUP
         ),
         Requirement(
             "energy error, relative to heyoka",
@@ -143,11 +140,7 @@ def measure(options: Namespace) -> Report:
 
 
 SUITE = Suite(
-    "section",
-    measure,
-    packages=("llvmlite", "numpy", "heyoka"),
-    runs=3,
-    quick=f"{FEWER} members only",
+    "section", measure, packages=("llvmlite", "numpy", "heyoka"), runs=3, quick=f"{FEWER} members only"
 )
 
 if __name__ == "__main__":

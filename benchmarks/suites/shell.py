@@ -99,10 +99,7 @@ def measure(options: Namespace) -> Report:
 
 
 SUITE = Suite(
-    "shell",
-    measure,
-    packages=("numpy", "h5py", "scipy", "sympy", "heyoka", "mechanicsdsl-core"),
-    runs=9,
+    "shell", measure, packages=("numpy", "h5py", "scipy", "sympy", "heyoka", "mechanicsdsl-core"), runs=9
 )
 
 if __name__ == "__main__":

@@ -20,13 +20,7 @@ from benchmarks.harness.growth import binned, growth_exponent
 from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import timed
-from benchmarks.motions.constrained_motion import (
-    FOUR_BAR,
-    FREE_TOP,
-    PENDULUM,
-    SQUEEZER,
-    ConstrainedMotion,
-)
+from benchmarks.motions.constrained_motion import FOUR_BAR, FREE_TOP, PENDULUM, SQUEEZER, ConstrainedMotion
 from benchmarks.peers import Array
 from benchmarks.peers.constrained import Ours, Samples
 

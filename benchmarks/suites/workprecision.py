@@ -202,10 +202,7 @@ def pictures(shown: Shown, whole: Results, known: Results, floor: float) -> tupl
 
 
 SUITE = Suite(
-    "workprecision",
-    report,
-    packages=("llvmlite", "numpy", "scipy", "sympy", "heyoka", "rebound"),
-    runs=7,
+    "workprecision", report, packages=("llvmlite", "numpy", "scipy", "sympy", "heyoka", "rebound"), runs=7
 )
 
 if __name__ == "__main__":

@@ -13,17 +13,7 @@ import h5py
 
 from benchmarks.truth.case import MP, Case, Number
 from benchmarks.truth.known import Known
-from benchmarks.truth.running import (
-    DOUBLE_DOUBLE,
-    MEMBERS,
-    SECONDS,
-    SOLVE,
-    SWEEP,
-    Ran,
-    command,
-    over,
-    run,
-)
+from benchmarks.truth.running import DOUBLE_DOUBLE, MEMBERS, SECONDS, SOLVE, SWEEP, Ran, command, over, run
 
 TOLERANCE = {SOLVE: "1e-12", SWEEP: "1e-12", DOUBLE_DOUBLE: "1e-28"}
 """Relative to the size of the motion and what its numbers, changed by as much, make of it."""

@@ -85,14 +85,7 @@ class Kept:
         return spec, Problems(problems.source)
 
     def begin_at(
-        self,
-        spec: Spec,
-        values: Values,
-        t: float,
-        given: Collection[str],
-        *,
-        forced: bool,
-        exact: bool,
+        self, spec: Spec, values: Values, t: float, given: Collection[str], *, forced: bool, exact: bool
     ) -> tuple[Spec, Values, Begin]:
         """As ``consistent_values``, for the spec that was read."""
         if not spec.all_constraints:

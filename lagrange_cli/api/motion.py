@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.api.group import Group, folder, is_group
+from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
 from lagrange_cli.outputs.catalog import OUTPUTS
 
@@ -61,6 +61,7 @@ class Motion(Pictured):
 
     def __init__(self, followed: Followed, units: Mapping[str, str], notes: tuple[str, ...]) -> None:
         self._followed, self.units, self.notes = followed, units, notes
+        self._arrays: Mapping[str, Array] = followed.samples
 
     @property
     def name(self) -> str:
@@ -109,21 +110,6 @@ class Motion(Pictured):
         return self._dataset("t")
 
     @property
-    def q(self) -> Group:
-        """The coordinates by name."""
-        return self._group("q")
-
-    @property
-    def v(self) -> Group:
-        """Their velocities by name."""
-        return self._group("v")
-
-    @property
-    def p(self) -> Group:
-        """The momenta by the names of the coordinates."""
-        return self._group("p")
-
-    @property
     def h(self) -> Array:
         """The energy function (n,)."""
         return self._dataset("h")
@@ -151,30 +137,20 @@ class Motion(Pictured):
         return sorted({*super().__dir__(), *computed})
 
     def __repr__(self) -> str:
-        return f"<motion of {self.name}: {len(self._samples('t'))} samples, {self.message}>"
-
-    def _samples(self, path: str) -> Any:
-        return self._followed.samples.get(path, ())
+        return f"<motion of {self.name}: {len(self._arrays.get('t', ()))} samples, {self.message}>"
 
     def _dataset(self, name: str) -> Array:
         path = "t" if name == "t" else OUTPUTS[name].datasets.strip("/")
-        if path not in self._followed.samples:
+        if path not in self._arrays:
             raise self._missing(name)
-        return self._followed.samples[path]
-
-    def _group(self, name: str) -> Group:
-        group = Group(folder(name), self._followed.samples)
-        if not len(group):
-            raise self._missing(name)
-        return group
+        return self._arrays[path]
 
     def _missing(self, name: str) -> AttributeError:
-        """Why an output is not there."""
         asked = self._followed.motion.settings.outputs
         if name in self._followed.outcome.left_out:
             return AttributeError(f"{name!r} was not computed: it is left out of 'all', as the notes say")
         if name in asked or name == "t":
-            what = "there are no samples" if not self._followed.samples else "this system has none"
+            what = "there are no samples" if not self._arrays else "this system has none"
             return AttributeError(f"{name!r} was not computed: {what}")
         listed = ", ".join(repr(one) for one in OUTPUTS if one in asked or one == name)
         return AttributeError(f"{name!r} was not computed: solve with outputs=[{listed}]")
@@ -219,7 +195,7 @@ class Motion(Pictured):
 
         layout = self._followed.layout
         told = {name: x for name, x in self.attributes.items() if not isinstance(x, Mapping)}
-        return tree_of(layout, {**self._followed.samples, **self._followed.crossings}, told)
+        return tree_of(layout, {**self._arrays, **self._followed.crossings}, told)
 
     def _output(self, held: ExitStack) -> Path:
         """See ``plot.Drawable``."""

@@ -1,11 +1,13 @@
-"""``Pictured``: the pictures that every result has."""
+"""``Pictured``: the datasets by name, and the pictures, that every result has."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.api.group import Group, folder
 
 if TYPE_CHECKING:
     from lagrange_cli.api.animate import Film
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
 class Pictured:
     """A result of ``solve``, ``sweep``, ``section`` or ``load``, which is a ``plot.Drawable``."""
 
+    _arrays: Mapping[str, Any]
+    """Its datasets by their paths."""
+
     @property
     def name(self) -> str:
         """Its file name."""
@@ -23,6 +28,31 @@ class Pictured:
     def _output(self, held: ExitStack) -> Path:
         """The output file, which is there until ``held`` is closed."""
         raise NotImplementedError
+
+    def _missing(self, name: str) -> AttributeError:
+        """Why an output is not there."""
+        return AttributeError(f"{name!r} was not computed: name it in outputs")
+
+    def _group(self, name: str) -> Group:
+        group = Group(folder(name), self._arrays)
+        if not len(group):
+            raise self._missing(name)
+        return group
+
+    @property
+    def q(self) -> Group:
+        """The coordinates by name."""
+        return self._group("q")
+
+    @property
+    def v(self) -> Group:
+        """Their velocities by name."""
+        return self._group("v")
+
+    @property
+    def p(self) -> Group:
+        """The momenta by the names of the coordinates."""
+        return self._group("p")
 
     def plot(
         self,

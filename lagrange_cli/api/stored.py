@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.api.arrays import Arrays
 from lagrange_cli.api.folder import Folder
-from lagrange_cli.api.group import Group, folder, is_group
+from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
 from lagrange_cli.errors import FileError, MissingPackage, UsageError
 from lagrange_cli.outputs.catalog import OUTPUTS
@@ -51,7 +51,7 @@ class Stored(Pictured):
 
     def __init__(self, path: Path, notes: tuple[str, ...] = (), folder: Folder | None = None) -> None:
         self._path, self._folder, self.notes = path, folder, notes
-        self._arrays = Arrays(path, folder)
+        self._arrays: Arrays = Arrays(path, folder)
 
     @property
     def path(self) -> Path:
@@ -98,21 +98,6 @@ class Stored(Pictured):
             raise AttributeError("there are no samples: name outputs, as in outputs=['q']")
         return self["t"]
 
-    @property
-    def q(self) -> Group:
-        """The coordinates by name."""
-        return self._group("q")
-
-    @property
-    def v(self) -> Group:
-        """Their velocities by name."""
-        return self._group("v")
-
-    @property
-    def p(self) -> Group:
-        """The momenta by the names of the coordinates."""
-        return self._group("p")
-
     def __getattr__(self, name: str) -> Any:
         if name not in OUTPUTS:
             raise AttributeError(f"there is no {name!r}")
@@ -124,14 +109,8 @@ class Stored(Pictured):
             return self._group(name)
         path = OUTPUTS[name].datasets.strip("/")
         if path not in self._arrays:
-            raise missing(name)
+            raise self._missing(name)
         return self._arrays[path]
-
-    def _group(self, name: str) -> Group:
-        group = Group(folder(name), self._arrays)
-        if not len(group):
-            raise missing(name)
-        return group
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the file that the command writes: the same bytes.
@@ -200,11 +179,6 @@ class Stored(Pictured):
         with xarray.open_datatree(self._path, engine="h5netcdf") as tree:
             loaded: xarray.DataTree = tree.load()
         return loaded
-
-
-def missing(name: str) -> AttributeError:
-    """Why an output is not there."""
-    return AttributeError(f"{name!r} was not computed: name it in outputs")
 
 
 def stored(write: Callable[[Target], Any]) -> tuple[Folder, Any]:

@@ -21,10 +21,7 @@ Numbers = TypeVar("Numbers")
 
 
 def read_system(
-    system: str,
-    given: Given,
-    resolve: Callable[[Spec, dict[str, str], Problems], Numbers],
-    stage: Stage,
+    system: str, given: Given, resolve: Callable[[Spec, dict[str, str], Problems], Numbers], stage: Stage
 ) -> tuple[Spec, Numbers]:
     """The system of a file and the numbers that ``resolve`` finds, with the options that are ``given``.
 

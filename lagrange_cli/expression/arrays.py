@@ -11,12 +11,7 @@ import numpy.typing as npt
 from lagrange_cli.expression.node import Kind, Node, reachable
 
 Array = npt.NDArray[np.float64]
-FUNCTIONS = {
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": np.arctan2,
-}
+FUNCTIONS = {"asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2}
 """Functions with another name in numpy."""
 
 

@@ -11,14 +11,7 @@ from typing import Any
 
 from lagrange_cli.expression.algebra import Algebra, Value
 from lagrange_cli.expression.indices import Indices, holds
-from lagrange_cli.expression.syntax import (
-    Comparison,
-    ExpressionError,
-    Logic,
-    Name,
-    Tree,
-    is_whole,
-)
+from lagrange_cli.expression.syntax import Comparison, ExpressionError, Logic, Name, Tree, is_whole
 from lagrange_cli.records import dataclass
 
 

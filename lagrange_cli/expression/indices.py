@@ -121,9 +121,7 @@ def _combined(tree: Binary, left: int, right: int, indices: Indices) -> int:
         return operation(left, right)
     except ZeroDivisionError as error:
         raise ExpressionError(
-            tree.span,
-            f"division by zero{known_indices(tree, indices)}",
-            "the divisor must not be 0",
+            tree.span, f"division by zero{known_indices(tree, indices)}", "the divisor must not be 0"
         ) from error
 
 

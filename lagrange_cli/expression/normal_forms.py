@@ -194,10 +194,7 @@ class NormalForms(SwitchForms):
         return roots if rest is self.one else [*roots, (rest, exponent)]
 
     def _whole_again(
-        self,
-        collected: dict[Node, int | float],
-        broken: set[Node],
-        pending: list[tuple[Node, int | float]],
+        self, collected: dict[Node, int | float], broken: set[Node], pending: list[tuple[Node, int | float]]
     ) -> bool:
         """Put a base whose fractional exponents add up to an integer from ``collected`` to ``pending``: a sum
         or a product is taken apart then, as if it had been written so."""

@@ -9,14 +9,7 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Differ, Places, split
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import (
-    Chain,
-    Domain,
-    Source,
-    Term,
-    Total,
-    equal,
-)
+from lagrange_cli.families.arrays import Chain, Domain, Source, Term, Total, equal
 from lagrange_cli.families.assembly import Assembly
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, group_of, particle_families

@@ -9,13 +9,7 @@ import numpy as np
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import (
-    NONE,
-    Chain,
-    Domain,
-    Slot,
-    placed,
-)
+from lagrange_cli.families.arrays import NONE, Chain, Domain, Slot, placed
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joints import Joints, Part, Weight
 

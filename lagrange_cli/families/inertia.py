@@ -9,14 +9,7 @@ import numpy as np
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import (
-    Array,
-    Domain,
-    Slots,
-    Term,
-    Total,
-    total_of,
-)
+from lagrange_cli.families.arrays import Array, Domain, Slots, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.joints import Articulation, Joints, Weight
 

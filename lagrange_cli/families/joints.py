@@ -11,11 +11,7 @@ import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import (
-    Chain,
-    Domain,
-    Total,
-)
+from lagrange_cli.families.arrays import Chain, Domain, Total
 from lagrange_cli.records import dataclass
 
 

@@ -52,12 +52,7 @@ class Contacts:
     frozen: Callable[[Term], Term]
 
 
-def held(
-    contacts: Contacts,
-    rubbing: Sequence[Friction],
-    whole: tuple[Total, Total],
-    moving: int,
-) -> Held:
+def held(contacts: Contacts, rubbing: Sequence[Friction], whole: tuple[Total, Total], moving: int) -> Held:
     """The forces with what is ``rubbing`` in them; the ``whole`` of these and of what is applied, with
     modes.
 

@@ -12,17 +12,7 @@ import numpy as np
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import (
-    Array,
-    Chain,
-    Domain,
-    Slots,
-    Source,
-    Term,
-    Total,
-    number_of,
-    total_of,
-)
+from lagrange_cli.families.arrays import Array, Chain, Domain, Slots, Source, Term, Total, number_of, total_of
 
 
 def slopes(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from lagrange_cli.errors import TooLarge, UsageError
@@ -118,20 +119,14 @@ def passed_over(residual: Residual, plan: Plan, method: MethodRow) -> tuple[str,
 def program_of(residual: Residual, plan: Plan, compilation: Compilation, observing: Residual) -> Program:
     """The program for the method, as text; what is observed follows the equations ``observing``."""
     needs, tolerance = METHODS[compilation.method].needs, compilation.tolerance
+    written = partial(
+        write_program, residual, integrands=plan.integrands, observed=plan.observed, observing=observing
+    )
     if compilation.precision == DOUBLE_DOUBLE:
         from lagrange_cli.native.numbers.double_double import DoubleDouble
 
         order = double_double_order(tolerance)
-        return write_program(
-            residual,
-            order,
-            plan.integrands,
-            plan.observed,
-            tolerance=tolerance,
-            kind=DoubleDouble,
-            proven=compilation.proven,
-            observing=observing,
-        )
+        return written(order, tolerance=tolerance, kind=DoubleDouble, proven=compilation.proven)
     inner, integrands = residual, plan.integrands
     if compilation.section == SECTION:
         inner, integrands = with_surface_followed(residual, plan.integrands, compilation)
@@ -144,37 +139,20 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation, observi
             return with_lanes(program, inner, tolerance, compilation.section)
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
-        return write_program(
-            residual,
-            order,
-            plan.integrands,
-            plan.observed,
-            tolerance=tolerance,
-            store_momenta=True,
-            proven=compilation.proven,
-            unproven=compilation.unproven,
-            factor=compilation.factor,
-            observing=observing,
-        )
+        return written(
+            order, tolerance=tolerance, store_momenta=True, proven=compilation.proven,
+            unproven=compilation.unproven, factor=compilation.factor,
+        )  # fmt: skip
     if needs is Needs.STEPS:
         from lagrange_cli.native.stepping.schemes import scheme_of
 
-        return write_program(
-            residual,
-            scheme_of(compilation.method).order,
-            plan.integrands,
-            plan.observed,
-            tolerance=tolerance,
-            observing=observing,
-            scheme=compilation.method,
-        )
+        scheme = compilation.method
+        return written(scheme_of(scheme).order, tolerance=tolerance, scheme=scheme)
     if needs is Needs.JACOBIAN:
         linear = linearize(residual)
         nodes = jacobian_nodes(residual, linear, plan)
-        return write_program(
-            residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations, observing=observing
-        )
-    return write_program(residual, RATES, plan.integrands, plan.observed, observing=observing)
+        return written(RATES, linearized=nodes, accelerations=linear.accelerations)
+    return written(RATES)
 
 
 def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:

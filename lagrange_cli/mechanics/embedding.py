@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, terms_of
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.matrices import determinant, united
 from lagrange_cli.mechanics.relations import Relations
@@ -113,15 +113,23 @@ class Embedding:
     def _one_by_one(
         self, coordinates: Sequence[int], components: Sequence[Component], asked: Sequence[Node]
     ) -> dict[int, Node] | None:
-        """First those of components that are linear in one coordinate, such as the place of the first body of
-        a chain, then the others by least squares."""
-        graph, found = self._graph, dict[int, Node]()
-        for place, one in zip(components, asked):
-            slopes = {k: slope for k, slope in self.slopes[place].items() if k in coordinates}
-            if len(slopes) == 1:
-                ((k, slope),) = slopes.items()
-                if k not in found and not slope.symbols & self._moving:
-                    found[k] = one / slope
+        """First those of components in which one coordinate is left, such as the place of the first body of a
+        chain, or the height of a point of a body's axis; then the others by least squares."""
+        graph, moving, found = self._graph, self._moving, dict[int, Node]()
+        pairs = [*zip(components, asked)]
+        for _ in coordinates:
+            alone: dict[int, list[tuple[Node, list[tuple[Node, float]]]]] = {}
+            for place, one in pairs:
+                own = {k: slope for k, slope in self.slopes[place].items() if k in coordinates}
+                left = [k for k in own if k not in found]
+                if len(left) == 1:
+                    terms = [*terms_of(one), *((own[j] * found[j], -1.0) for j in own if j in found)]
+                    alone.setdefault(left[0], []).append((own[left[0]], terms))
+            for k, rows in alone.items():
+                steady = [row for row in rows if not row[0].symbols & moving]
+                rows = steady[:1] or rows
+                above = graph.sum([(slope * one, c) for slope, terms in rows for one, c in terms])
+                found[k] = above / graph.sum([(slope * slope, 1.0) for slope, _ in rows])
         left = [k for k in coordinates if k not in found]
         if len(left) > MOST_AT_ONCE:
             return None

@@ -179,23 +179,23 @@ def primitive(graph: Graph, nodes: Sequence[Node]) -> list[Node]:
         else:
             break
     found = [written(graph, one) for one in left]
-    return found if len(reachable(found)) < len(reachable(nodes)) else [*nodes]
+    return found if len(reachable(found)) <= len(reachable(nodes)) else [*nodes]
 
 
 def without_powers(sums: Sequence[Sum]) -> list[Sum]:
-    """Divided by the powers and the whole numbers that all terms have in common."""
+    """Divided by the powers and the numbers that all terms have in common."""
     every = [dict(one) for terms in sums for one in terms]
     bases = dict.fromkeys(base for powers in every for base in powers)
     least = {base: min(powers.get(base, 0) for powers in every) for base in bases}
     inverse: Sum = {monomial((base, -n) for base, n in least.items() if n): 1.0}
-    numbers = [Fraction(c).limit_denominator(1000) for terms in sums for c in terms.values()]
-    exact = all(
-        abs(n - c) < NEGLIGIBLE * abs(c) for n, c in zip(numbers, (c for t in sums for c in t.values()))
-    )
+    given = [c for terms in sums for c in terms.values()]
+    unit = abs(given[0])
+    numbers = [Fraction(c / unit).limit_denominator(1000) for c in given]
+    exact = all(abs(n - c / unit) < NEGLIGIBLE * abs(n) for n, c in zip(numbers, given))
     scale = 1.0
     if exact:
         whole = math.lcm(*(n.denominator for n in numbers))
-        scale = whole / math.gcd(*(int(n * whole) for n in numbers))
+        scale = whole / math.gcd(*(int(n * whole) for n in numbers)) / unit
     return [
         {one: round(scale * c, 9) if exact else c for one, c in times(terms, inverse).items()}
         for terms in sums

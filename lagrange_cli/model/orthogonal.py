@@ -54,9 +54,7 @@ def transposed(rows: Sequence[Mapping[int, float]]) -> dict[int, tuple[list[int]
     return made
 
 
-def joined(
-    pieces: Sequence[tuple[list[int], NDArray[np.float64]]],
-) -> tuple[list[int], NDArray[np.float64]]:
+def joined(pieces: Sequence[tuple[list[int], NDArray[np.float64]]]) -> tuple[list[int], NDArray[np.float64]]:
     """Matrices below each other, and the columns that any of them has."""
     columns = sorted({column for places, _ in pieces for column in places})
     place = {column: k for k, column in enumerate(columns)}

@@ -21,12 +21,7 @@ Values = dict[Node, "V | None"]
 
 
 def hold(
-    f: Function,
-    unknowns: Unknowns,
-    kind: Written[V],
-    known: Values[V],
-    constants: Constants,
-    modes: str,
+    f: Function, unknowns: Unknowns, kind: Written[V], known: Values[V], constants: Constants, modes: str
 ) -> None:
     """Add accelerations, multipliers and modes to what is ``known`` of a state; ``modes`` is memory for them.
 

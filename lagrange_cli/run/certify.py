@@ -34,10 +34,7 @@ class Demand:
 
     def attributes(self) -> dict[str, float]:
         """The attributes of the file that record the requirements."""
-        return {
-            "digits": self.digits,
-            **({} if self.target is None else {"target_error": self.target}),
-        }
+        return {"digits": self.digits, **({} if self.target is None else {"target_error": self.target})}
 
 
 def companion_settings(settings: Settings) -> tuple[Settings, tuple[int, ...]]:

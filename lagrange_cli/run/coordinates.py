@@ -244,12 +244,7 @@ def covariance(old: Spec, new: Spec, equations: Equations, overrides: Mapping[st
 
 
 def differences(
-    old: Spec,
-    new: Spec,
-    equations: Equations,
-    state: State,
-    a: Sequence[float],
-    multipliers: Sequence[float],
+    old: Spec, new: Spec, equations: Equations, state: State, a: Sequence[float], multipliers: Sequence[float]
 ) -> list[float]:
     """|E'_j - sum_k dq_k/dQ_j E_k|, relative to their terms, for each new coordinate."""
     import mpmath

@@ -132,10 +132,7 @@ def algebra_of(spec: Spec, *, exact: bool, portable: bool) -> type[GraphAlgebra]
 
 
 def _derived(
-    spec: Spec,
-    algebra: GraphAlgebra,
-    resting: bool,
-    foresee: Callable[[Model[Node]], object] | None = None,
+    spec: Spec, algebra: GraphAlgebra, resting: bool, foresee: Callable[[Model[Node]], object] | None = None
 ) -> Residual:
     """The equations with the numbers of an ``algebra``."""
     from lagrange_cli.mechanics.derive import derive

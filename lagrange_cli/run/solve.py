@@ -103,12 +103,7 @@ def integrate_and_write(
 
 
 def record(
-    ready: Ready,
-    layout: Layout,
-    start: Start,
-    request: Request,
-    monitor: Monitor,
-    demand: Demand | None,
+    ready: Ready, layout: Layout, start: Start, request: Request, monitor: Monitor, demand: Demand | None
 ) -> tuple[Outcome, Target]:
     """Integrate into an HDF5 file, with checkpoints."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
@@ -142,10 +137,7 @@ def record(
             steps = 0 if begin is None else begin.snapshot.steps
             schedule = Schedule(request.checkpoint, request.checkpoint_count, steps)
             checkpointing = None if demand is not None else Checkpointing(begin, schedule, write_checkpoint)
-            with (
-                stage("integrate"),
-                certificate_of(ready, demand) as certificate,
-            ):
+            with stage("integrate"), certificate_of(ready, demand) as certificate:
                 outcome = integrate(
                     prepared,
                     values,

@@ -43,10 +43,7 @@ def tabulate(
                 table.append(chunk)
 
         with table:
-            with (
-                stage("integrate"),
-                certificate_of(ready, demand) as certificate,
-            ):
+            with stage("integrate"), certificate_of(ready, demand) as certificate:
                 outcome = integrate(
                     ready.prepared,
                     values,

@@ -10,11 +10,7 @@ from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.syntax import ExpressionError, Tree, names
-from lagrange_cli.expression.vocabulary import (
-    COMPONENTS,
-    family_name,
-    member_name,
-)
+from lagrange_cli.expression.vocabulary import COMPONENTS, family_name, member_name
 from lagrange_cli.spec.content import groups_by_name, groups_of, names_of, statements
 from lagrange_cli.spec.family import MemberNames
 from lagrange_cli.spec.meanings import Unsound

@@ -46,11 +46,7 @@ def check_formulation(draft: Draft, problems: Problems) -> None:
 
 
 def _partners(
-    entries: Mapping[str, Entry],
-    partners: Mapping[str, Entry],
-    what: str,
-    example: str,
-    problems: Problems,
+    entries: Mapping[str, Entry], partners: Mapping[str, Entry], what: str, example: str, problems: Problems
 ) -> None:
     """Note each entry without a partner of its name."""
     families = groups_by_name(partners)

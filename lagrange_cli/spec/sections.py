@@ -243,11 +243,7 @@ SECTIONS = Table(
                 CONFIGURATION, "write functions of the new coordinates, of those that stay, t and parameters"
             ),
         ),
-        Row(
-            "time",
-            read_time,
-            "the unit of t: `{unit: d}`, or `d` for short ([units](#units))",
-        ),
+        Row("time", read_time, "the unit of t: `{unit: d}`, or `d` for short ([units](#units))"),
         Row(
             "solve",
             read_solve,

@@ -16,12 +16,7 @@ if TYPE_CHECKING:
 
 
 def find_target(
-    name: str,
-    *,
-    force: bool,
-    resume: bool = False,
-    origin: Origin | None = None,
-    ending: str = ".h5",
+    name: str, *, force: bool, resume: bool = False, origin: Origin | None = None, ending: str = ".h5"
 ) -> Target:
     """The target called ``name``, checked before any work is done for it.
 

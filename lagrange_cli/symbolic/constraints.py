@@ -166,8 +166,6 @@ def explicit(
         return None, DEPENDENT if constraints else SINGULAR
 
 
-def attempt(
-    function: Callable[[], tuple[sympy.Expr, ...] | None],
-) -> tuple[sympy.Expr, ...] | None:
+def attempt(function: Callable[[], tuple[sympy.Expr, ...] | None]) -> tuple[sympy.Expr, ...] | None:
     """The result of ``function``, or None where it takes too much work."""
     return function() if COUNTER.work is None else COUNTER.work.attempt(PATIENCE, function)

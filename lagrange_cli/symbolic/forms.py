@@ -26,33 +26,22 @@ def hamilton_sections(equations: Equations, momenta: Writer) -> list[Section]:
     """H and the canonical equations."""
     form = hamilton_form(equations)
     writer = Writer(momenta.notation, form.order)
-    canonical = [
-        writer.statement(velocity_name(str(symbol)), value)
-        for symbol, value in zip(form.p, form.rates, strict=True)
-    ]
+    rates = [velocity_name(str(symbol)) for symbol in form.p]
+    canonical = named_section("", rates, form.rates, writer).statements
     if not form.solved:
         title = "Momenta, which determine the velocities"
         return [
             named_section(title, form.p, equations.momenta, momenta),
             Section("Hamiltonian, with these velocities", (writer.statement("H", form.H),)),
             *constraint_sections(equations, writer, form.constraints),
-            Section("Canonical equations, with these velocities", tuple(canonical)),
+            Section("Canonical equations, with these velocities", canonical),
         ]
-    canonical[:0] = [
-        writer.statement(str(symbol), value)
-        for symbol, value in zip(equations.v, form.velocities, strict=True)
-    ]
+    velocities = named_section("", equations.v, form.velocities, writer).statements
     return [
         Section("Hamiltonian", (writer.statement("H", form.H),)),
         *constraint_sections(equations, writer, form.constraints),
-        Section("Canonical equations", tuple(canonical)),
-        Section(
-            "Momenta",
-            tuple(
-                momenta.statement(str(symbol), value)
-                for symbol, value in zip(form.p, equations.momenta, strict=True)
-            ),
-        ),
+        Section("Canonical equations", (*velocities, *canonical)),
+        named_section("Momenta", form.p, equations.momenta, momenta),
     ]
 
 

@@ -137,31 +137,29 @@ class Identifiers(Text):
         return self.names[name]
 
 
-class Sympy(Identifiers):
-    """The notation of sympy."""
+class OfSympy(Text):
+    """What sympy reads back."""
 
     def joined(self, conditions: Sequence[str], word: str) -> str:
         return f"{word.capitalize()}({', '.join(conditions)})" if word else conditions[0]
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        return super().call(SYMPY.get(function, function), arguments)
+
+
+class Sympy(Identifiers, OfSympy):
+    """The notation of sympy."""
 
     def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
         listed = "".join(f"({value}, {condition}), " for value, condition in pieces)
         return f"Piecewise({listed}({otherwise}, True))"
 
-    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
-        return super().call(SYMPY.get(function, function), arguments)
-
 
 SYMPY = {"abs": "Abs", "min": "Min", "max": "Max"}
 
 
-class IndexedSympy(Text):
-    """What sympy reads back, where names of families stand for ``IndexedBase``, and indices for integers."""
-
-    def joined(self, conditions: Sequence[str], word: str) -> str:
-        return f"{word.capitalize()}({', '.join(conditions)})" if word else conditions[0]
-
-    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
-        return super().call(SYMPY.get(function, function), arguments)
+class IndexedSympy(OfSympy):
+    """The same, where names of families stand for ``IndexedBase``, and indices for integers."""
 
     def symbol(self, name: str) -> str:
         base, bracket, index = joined_component(name).partition("[")
@@ -195,7 +193,14 @@ RESERVED = frozenset({"q", "v", "a", "parameters", "values", "paths", "range", "
 """Names that the functions of a Python module use themselves."""
 
 
-class IndexedPython(Text):
+class OfPython(Text):
+    """An expression of Python."""
+
+    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
+        return f"({''.join(f'{value} if {condition} else ' for value, condition in pieces)}{otherwise})"
+
+
+class IndexedPython(OfPython):
     """An expression of Python, where families are lists; those of several indices one list of all members."""
 
     def __init__(self, shapes: Mapping[str, Sequence[str]]) -> None:
@@ -213,15 +218,9 @@ class IndexedPython(Text):
             place = f"({place})*{size} + {index}"
         return f"{own}[{place}]"
 
-    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
-        return f"({''.join(f'{value} if {condition} else ' for value, condition in pieces)}{otherwise})"
 
-
-class Python(Identifiers):
-    """An expression of Python."""
-
-    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
-        return f"({''.join(f'{value} if {condition} else ' for value, condition in pieces)}{otherwise})"
+class Python(Identifiers, OfPython):
+    """The same, where every symbol is an identifier."""
 
 
 class Unicode(Text):

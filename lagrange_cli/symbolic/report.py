@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lagrange_cli.errors import UsageError
 from lagrange_cli.model.events import HOW
 from lagrange_cli.symbolic.constraints import TOO_LONG
@@ -13,8 +15,11 @@ from lagrange_cli.symbolic.statements import (
     Writer,
     constraint_sections,
     equation_statements,
+    lagrangian_section,
     named_section,
 )
+
+NOTHING = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
 
 
 def sections(equations: Equations, form: str, notation: Notation) -> list[Section]:
@@ -39,25 +44,13 @@ def sections(equations: Equations, form: str, notation: Notation) -> list[Sectio
 
 def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
     """Energies, L, momenta, Euler-Lagrange equations, accelerations, h, and conserved quantities."""
-    energies = [
-        writer.statement(name, value)
-        for name, value in (("T", equations.T), ("U", equations.U), ("L", equations.L))
-        if value is not None
-    ]
+    momenta = [f"p_{name}" for name in equations.coordinates]
+    of_motion = equation_statements(equations.coordinates, equations.equations, writer)
     found = [
-        Section("Lagrangian", tuple(energies)),
+        lagrangian_section(equations.T, equations.U, equations.L, writer),
         *constraint_sections(equations, writer),
-        Section(
-            "Momenta",
-            tuple(
-                writer.statement(f"p_{name}", momentum)
-                for name, momentum in zip(equations.coordinates, equations.momenta, strict=True)
-            ),
-        ),
-        Section(
-            "Equations of motion",
-            tuple(equation_statements(equations.coordinates, equations.equations, writer)),
-        ),
+        named_section("Momenta", momenta, equations.momenta, writer),
+        Section("Equations of motion", tuple(of_motion)),
     ]
     if equations.accelerations is None:
         hint = f"{equations.unsolved}; --form matrix shows `{linear_system(equations)}`"
@@ -67,12 +60,8 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
         found += explicit_sections(equations, writer)
     found.append(Section("Energy function", (writer.statement("h", equations.h),)))
     conserved = tuple(conserved_statement(each, writer) for each in equations.conserved)
-    nothing = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
-    found.append(Section("Conserved", conserved or (nothing,), True))
-    if equations.changing:
-        statements = tuple(changing_statement(each, writer) for each in equations.changing)
-        found.append(Section("Not conserved", statements, True))
-    return found
+    found.append(Section("Conserved", conserved or (NOTHING,), True))
+    return [*found, *changing_sections(equations.changing, writer)]
 
 
 def explicit_sections(equations: Equations, writer: Writer) -> list[Section]:
@@ -117,6 +106,10 @@ def event_statement(each: Event, writer: Writer) -> Statement:
     return Statement(writer.text(each.when), "0", remark)
 
 
-def changing_statement(each: Changing, writer: Writer) -> Statement:
-    """``dh/dt = ...`` and the reason."""
-    return Statement(writer.rate(each.quantity), writer.text(each.rate), writer.prose(each.because))
+def changing_sections(changing: Sequence[Changing], writer: Writer) -> list[Section]:
+    """``dh/dt = ...`` and the reason, of what is not conserved; no section where there is nothing."""
+    said = (
+        Statement(writer.rate(each.quantity), writer.text(each.rate), writer.prose(each.because))
+        for each in changing
+    )
+    return [Section("Not conserved", tuple(said), True)] if changing else []

@@ -79,11 +79,17 @@ class Writer:
 
 
 def named_section(
-    title: str, symbols: Sequence[sympy.Expr], values: Sequence[sympy.Expr], writer: Writer
+    title: str, symbols: Sequence[sympy.Expr | str], values: Sequence[sympy.Expr], writer: Writer
 ) -> Section:
     """A value for each symbol."""
     pairs = zip(symbols, values, strict=True)
     return Section(title, tuple(writer.statement(str(symbol), value) for symbol, value in pairs))
+
+
+def lagrangian_section(T: sympy.Expr | None, U: sympy.Expr | None, L: sympy.Expr, writer: Writer) -> Section:
+    """The energies that are known, and L."""
+    known = (("T", T), ("U", U), ("L", L))
+    return Section("Lagrangian", tuple(writer.statement(name, one) for name, one in known if one is not None))
 
 
 def constraint_sections(

@@ -133,11 +133,7 @@ def somewhere(
 
 
 def compare(
-    equations: Equations,
-    printed: Printed,
-    compiled: Compiled,
-    direct: Directly | None,
-    state: State,
+    equations: Equations, printed: Printed, compiled: Compiled, direct: Directly | None, state: State
 ) -> list[tuple[str, str, float]] | None:
     """The relative differences at a state, with the routes and the quantity that they are of; None if the
     printed equations have no finite values there."""

@@ -73,7 +73,7 @@ def test_medians_over_turns_and_ratios_to_ours():
     assert middle == Measurement(2.0, 20.0, 7, 5 / 8)
     table = comparison_table({"ours": middle, "theirs": Measurement(4.0, 60.0, 9, 1e-12)}, "ours")
     assert [cell.strip() for cell in table.splitlines()[-1].split("|")[1:-1]] == [
-        *("theirs", "4000", "2.0", "60000.0", "3.0", "9", "1.0e-12"),
+        *("theirs", "4000", "2.0", "60000.0", "3.0", "9", "1.0e-12")
     ]
 
 

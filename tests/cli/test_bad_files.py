@@ -96,10 +96,7 @@ def test_a_coordinate_that_no_kinetic_energy_depends_on(tmp_path, command):
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "lagrangian: (a_dot + b_dot)**2/2 - a*b",
-        "masses: {p: 1}\npositions: {p: [cos(a + b), sin(a + b)]}",
-    ],
+    ["lagrangian: (a_dot + b_dot)**2/2 - a*b", "masses: {p: 1}\npositions: {p: [cos(a + b), sin(a + b)]}"],
 )
 def test_more_coordinates_than_the_kinetic_energy_has_velocities(tmp_path, text):
     (tmp_path / "bad.yaml").write_text(f"coordinates: {{a: {{initial: 1}}, b: {{initial: 2}}}}\n{text}\n")

@@ -155,8 +155,7 @@ def test_units_that_contradict_are_told_where_numbers_are_computed(tmp_path, com
 
 
 @pytest.mark.parametrize(
-    ("sequence", "middle", "angle"),
-    [("zxz", "b", 0), ("xyz", "b", "pi/2"), ("zxz", "b", 0.1)],
+    ("sequence", "middle", "angle"), [("zxz", "b", 0), ("xyz", "b", "pi/2"), ("zxz", "b", 0.1)]
 )
 def test_angles_that_are_singular_at_the_start_are_a_warning(sequence, middle, angle, tmp_path):
     (tmp_path / "a.yaml").write_text(
@@ -187,13 +186,7 @@ def test_events_are_listed_and_what_they_may_change(tmp_path):
     assert "only between events, as 'floor' may change it\n" in run.stdout
     (answer,) = check("bouncing_ball", cwd=tmp_path)
     assert answer["events"] == [
-        {
-            "name": "floor",
-            "when": "y",
-            "direction": "falling",
-            "action": "set",
-            "set": {"y_dot": "-e*y_dot"},
-        },
+        {"name": "floor", "when": "y", "direction": "falling", "action": "set", "set": {"y_dot": "-e*y_dot"}},
         {"name": "top", "when": "y_dot", "direction": "falling", "action": "record", "set": {}},
     ]
     assert [each.get("broken_by") for each in answer["conserved"]] == [["floor"], ["floor"]]

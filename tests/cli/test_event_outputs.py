@@ -148,8 +148,7 @@ def test_a_motion_that_an_event_stops_is_done(folder, capsys):
 
 @pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize(
-    ("system", "stop", "patience"),
-    [("table", 3, 1), ("table", 20, 7), ("rest", 20, 5), ("released", 0.9, 1)],
+    ("system", "stop", "patience"), [("table", 3, 1), ("table", 20, 7), ("rest", 20, 5), ("released", 0.9, 1)]
 )
 def test_a_run_that_is_interrupted_all_the_time_comes_to_the_same_bytes(
     folder, monkeypatch, system, stop, patience

@@ -54,11 +54,7 @@ def on(system, *commands, cwd):
     return subprocess.run(
         [sys.executable, "-m", "tests.support.platforms", system, *words],
         cwd=cwd,
-        env={
-            **environment(),
-            "PYTHONPATH": str(ROOT),
-            "LAGRANGE_CACHE_DIR": str(cwd / "cache"),
-        },
+        env={**environment(), "PYTHONPATH": str(ROOT), "LAGRANGE_CACHE_DIR": str(cwd / "cache")},
         capture_output=True,
         text=True,
     )

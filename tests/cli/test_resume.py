@@ -57,12 +57,6 @@ def interrupted_after(monkeypatch):
     return after
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def solve(*arguments: str) -> int:
     return main(["solve", *arguments])
 
@@ -585,8 +579,7 @@ def test_where_checkpoints_cannot_be_written_the_run_goes_on(folder, monkeypatch
 
 @pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize(
-    ("number", "closed"),
-    [(signal.SIGINT, []), (signal.SIGTERM, ["out"]), (signal.SIGHUP, ["out", "err"])],
+    ("number", "closed"), [(signal.SIGINT, []), (signal.SIGTERM, ["out"]), (signal.SIGHUP, ["out", "err"])]
 )
 def test_what_asks_a_run_to_end_is_heeded_with_or_without_a_terminal(tmp_path, number, closed):
     command = f"exec {sys.executable} -m lagrange_cli solve {' '.join(LONG)} --stop 1e6"

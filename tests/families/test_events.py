@@ -168,11 +168,7 @@ events:
 
 
 @pytest.mark.parametrize(
-    "events",
-    [
-        '{angle: {when: "atan2(x[0], x[1]) - 1"}}',
-        '{narrow: {when: "exp(-1000*x[0]**2) - 0.5"}}',
-    ],
+    "events", ['{angle: {when: "atan2(x[0], x[1]) - 1"}}', '{narrow: {when: "exp(-1000*x[0]**2) - 0.5"}}']
 )
 def test_other_events_go_through_the_members(events: str, monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)

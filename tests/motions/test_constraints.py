@@ -103,10 +103,7 @@ potential: m*g*bob.y
 observables: {x: bob.x, y: bob.y}
 """
 TWICE = {
-    "a Lagrangian": (
-        IN_TWO + "lagrangian: m*(x_dot**2 + y_dot**2)/2 - m*g*y\n" + ROD,
-        IN_ONE,
-    ),
+    "a Lagrangian": (IN_TWO + "lagrangian: m*(x_dot**2 + y_dot**2)/2 - m*g*y\n" + ROD, IN_ONE),
     "a narrow force": (
         IN_TWO + PARTICLE.replace("m*g*y", "m*g*y + 3*exp(-400*(x - 0.1)**2)") + ROD,
         IN_ONE.replace("m*g*bob.y", "m*g*bob.y + 3*exp(-400*(bob.x - 0.1)**2)"),

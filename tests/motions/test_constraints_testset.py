@@ -206,11 +206,7 @@ def knife_edge(t: Array) -> dict[str, Array]:
     """A cycloid (Yu. I. Neimark and N. A. Fufaev, Dynamics of Nonholonomic Systems, 1972)."""
     w = 1.5
     size = 9.81 * np.sin(np.pi / 6) / (2 * w**2)
-    return {
-        "q/x": size * np.sin(w * t) ** 2,
-        "q/y": size * (w * t - np.sin(2 * w * t) / 2),
-        "q/theta": w * t,
-    }
+    return {"q/x": size * np.sin(w * t) ** 2, "q/y": size * (w * t - np.sin(2 * w * t) / 2), "q/theta": w * t}
 
 
 def chaplygin_sleigh(t: Array) -> dict[str, Array]:

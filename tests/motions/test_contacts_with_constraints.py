@@ -46,8 +46,7 @@ def test_multipliers_while_a_bead_rests_on_the_floor():
 
 
 @pytest.mark.parametrize(
-    ("text", "output"),
-    [(WALL.replace("when: x", "when: x - l/4"), "multipliers"), (BEAD, "reactions")],
+    ("text", "output"), [(WALL.replace("when: x", "when: x - l/4"), "multipliers"), (BEAD, "reactions")]
 )
 def test_forces_that_depend_on_a_contact_are_refused_with_its_event(text, output):
     """The wall pulls at the rod where this is not vertical; the floor carries the bead."""

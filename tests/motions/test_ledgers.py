@@ -158,10 +158,7 @@ def test_quadratures_do_not_change_the_motion() -> None:
     assert abs(plain["q/theta"] - ledger["q/theta"]).max() <= 1e-13
 
 
-HELD = [
-    "nonholonomic: {b: y_dot - 0.1, c: -z_dot}",
-    "constraints: {b: y - 0.1*t - 0.3, c: z - 0.5}",
-]
+HELD = ["nonholonomic: {b: y_dot - 0.1, c: -z_dot}", "constraints: {b: y - 0.1*t - 0.3, c: z - 0.5}"]
 
 
 @pytest.mark.parametrize("held", HELD)

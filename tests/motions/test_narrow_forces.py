@@ -62,11 +62,7 @@ def test_a_particle_that_runs_over_a_narrow_potential(potential, initial):
 @pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "potential",
-    [
-        "3/10/(1 + ((x**2 + y**2)/1e-12)**6)",
-        "3/10*1e-72/(x**2 + y**2)**6",
-        "3/10*exp(-(x**2 + y**2)/1e-12)",
-    ],
+    ["3/10/(1 + ((x**2 + y**2)/1e-12)**6)", "3/10*1e-72/(x**2 + y**2)**6", "3/10*exp(-(x**2 + y**2)/1e-12)"],
 )
 def test_where_a_particle_comes_from_does_not_change_how_it_is_scattered(potential):
     """By what is 1e-6 wide, at an impact parameter of 7e-7."""
@@ -159,8 +155,7 @@ def test_a_force_with_a_high_power_of_a_sine_begins_from_rest(power):
 @pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("width", [1e-2, 1e-5, 1e-9])
 @pytest.mark.parametrize(
-    "form",
-    ["0.3/cosh(x/{w})**2", "0.6*exp(x/{w})/(1 + exp(x/{w}))**2", "0.5/(exp(x/{w}) + exp(-x/{w}))"],
+    "form", ["0.3/cosh(x/{w})**2", "0.6*exp(x/{w})/(1 + exp(x/{w}))**2", "0.5/(exp(x/{w}) + exp(-x/{w}))"]
 )
 def test_exponentials_that_overflow_where_nothing_else_does(form, width):
     """cosh(x/w) is infinite at the start, and the force 0."""

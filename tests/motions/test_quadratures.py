@@ -63,10 +63,7 @@ def test_samples_do_not_change_the_parts_of_a_step():
 
 
 @pytest.mark.exhaustive(keep=0.5)
-@pytest.mark.parametrize(
-    "force",
-    ["", "- x**2/2", "- x**2/2 - x**4/40", "+ cos(x)"],
-)
+@pytest.mark.parametrize("force", ["", "- x**2/2", "- x**2/2 - x**4/40", "+ cos(x)"])
 def test_the_motion_is_the_same_without_quadratures(force):
     """To the last bit, however its steps are divided."""
     text = FREE.format(force + " - 1/(1 + 1e4*(t - 5)**2)")

@@ -66,6 +66,24 @@ def test_a_block_sticks_until_the_force_exceeds_the_friction(source):
     assert motion["q/x"][-1] == pytest.approx(c * 3**3 / 6, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    "coefficient",
+    ["where(abs(x_dot) < 0.1, S, K)", "where(x_dot**2 < 0.01, S, K)", "where(0.1 > x_dot, S, K)"],
+)
+def test_static_friction_may_be_larger_than_sliding_friction(coefficient, source):
+    """x'' = c t - S from t = S/c on, and c t - K from the velocity 0.1 on."""
+    sliding, c = source.uniform(0.2, 1), source.uniform(0.05, 0.2)
+    static = sliding + source.uniform(0.1, 0.5)
+    force = coefficient.replace("S", repr(static)).replace("K", repr(sliding))
+    motion = follow(line(0.0, 0.0, "0", f"{c!r}*t - {force}*sign(x_dot)"), static / c + 5, 11)
+    assert motion.outcome.ending is Ending.COMPLETE
+    slow = math.sqrt(0.2 / c)
+    fast = 5 - slow
+    v = 0.1 + (static - sliding + c * slow) * fast + c * fast**2 / 2
+    x = c * slow**3 / 6 + 0.1 * fast + (static - sliding + c * slow) * fast**2 / 2 + c * fast**3 / 6
+    assert (motion["q/x"][-1], motion["v/x"][-1]) == pytest.approx((x, v), rel=1e-12)
+
+
 def test_a_force_is_switched_on_and_off(source):
     on, off = source.uniform(1, 2), source.uniform(3, 4)
     motion = follow(line(0.0, 0.0, "0", f"where(t >= {on!r} and t < {off!r}, 1, 0)"), 6.0, 7)

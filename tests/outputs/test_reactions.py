@@ -10,11 +10,7 @@ from lagrange_cli.errors import NotDefined
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.mechanics.constrained.reactions import Reactions
 from lagrange_cli.outputs.plan import make_plan
-from tests.support.motion import (
-    follow,
-    model_of,
-    residual_of,
-)
+from tests.support.motion import follow, model_of, residual_of
 
 ANGLE = """
 parameters: {m: 0.7, l: 1.3, g: 9.81}

@@ -137,11 +137,7 @@ def test_nothing_of_the_shell_is_imported():
         print(json.dumps([name for name in sys.modules if name.startswith(("click", "lagrange_cli.cli"))]))
     """
     run = subprocess.run(
-        [sys.executable, "-c", script],
-        env=environment(),
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
+        [sys.executable, "-c", script], env=environment(), stdout=subprocess.PIPE, text=True, check=True
     )
     assert json.loads(run.stdout) == []
 

@@ -495,11 +495,7 @@ potential: x
         ("quaternion: [w, x, y, z]", "matrix: [[1, 2, 3], [1, 2, 3]]", "must have 3 rows, not 2"),
         ("[1, 2, 2.5]", "[[1, 0], [0, 1]]", "inertia of body 'top' must have 3 rows, not 2"),
         ("potential: x", "potential: bob.at(1, 0, 0).x", "the particle 'bob' is not a rigid body"),
-        (
-            "potential: x",
-            "potential: top.at(1, 0).x",
-            "arguments for 'top.at': 2 instead of 3",
-        ),
+        ("potential: x", "potential: top.at(1, 0).x", "arguments for 'top.at': 2 instead of 3"),
         ("potential: x", "potential: top.at(1, 0, 0).w", "a point of a body has no component 'w'"),
         ("potential: x", "potential: bob.w1", "the particle 'bob' is not a rigid body"),
         ("positions: {bob", "positions: {top: [x, 0, 0], bob", "the body 'top' has the name of a particle"),

@@ -252,11 +252,7 @@ LIST = "[1.0, 0.5, 2.0, 1.0]"
 # what to replace, by what, then (line, underlined piece, part of the message, part of the hint) each
 BAD = [
     # members
-    (
-        "u[i + 1]",
-        "u[i + 2]",
-        [(11, "u[i + 2]", "no member 'u[4]', for i = 2 in potential", "u[0] to u[3]")],
-    ),
+    ("u[i + 1]", "u[i + 2]", [(11, "u[i + 2]", "no member 'u[4]', for i = 2 in potential", "u[0] to u[3]")]),
     ("u[i + 1]", "u[i - 1]", [(11, "u[i - 1]", "no member 'u[-1]', for i = 0", "u[(i - 1) % N]")]),
     ("u[i + 1]", "u[N]", [(11, "u[N]", "no member 'u[4]', for N = 4", "the members are u[0] to u[3]")]),
     ("u[i + 1]", "u[i/2]", [(11, "i/2", "'/' is not allowed between whole numbers", "write //")]),
@@ -314,17 +310,9 @@ BAD = [
         [(6, "u[i in range(N)]", f"more than {MAX_MEMBERS} members", "")],
     ),
     # keys
-    (
-        COORDINATE,
-        COORDINATE.replace("N", "N - 4"),
-        [(6, "i in range(N - 4)", "empty range for N = 4", "")],
-    ),
+    (COORDINATE, COORDINATE.replace("N", "N - 4"), [(6, "i in range(N - 4)", "empty range for N = 4", "")]),
     (COORDINATE, COORDINATE.replace("N", "1, N"), [(6, "u[i in range(1, N)]", "has no member 'u[0]'", "")]),
-    (
-        COORDINATE,
-        COORDINATE.replace("N", "-1, N"),
-        [(6, "i in range(-1, N)", "negative index -1", "")],
-    ),
+    (COORDINATE, COORDINATE.replace("N", "-1, N"), [(6, "i in range(-1, N)", "negative index -1", "")]),
     (COORDINATE, COORDINATE.replace("i in", "t in"), [(6, "t", "the name 't' is reserved", "")]),
     (COORDINATE, COORDINATE.replace("range(N)", "N"), [(6, "N", "an index needs a range", "")]),
     (

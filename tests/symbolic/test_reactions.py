@@ -34,10 +34,7 @@ def written(spec, format_="text"):
         ("incline", ("abs(R_block) = abs(m*g*cos(alpha))", "R_block_y = m*g*cos(alpha)**2")),
         ("atwood", ("R_left_y = 2*m1*m2*g/(m1 + m2)", "R_right_y = 2*m1*m2*g/(m1 + m2)")),
         ("parabola_bead", ("R_bead_y = m*(2*k*x_dot**2 + g)/(1 + 4*k**2*x**2)",)),
-        (
-            "spherical_pendulum",
-            ("= abs(m*l*theta_dot**2 + m*l*sin(theta)**2*phi_dot**2 + m*g*cos(theta))",),
-        ),
+        ("spherical_pendulum", ("= abs(m*l*theta_dot**2 + m*l*sin(theta)**2*phi_dot**2 + m*g*cos(theta))",)),
         ("free_particles", (" = 0\n",)),
     ],
 )

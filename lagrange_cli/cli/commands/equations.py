@@ -55,12 +55,7 @@ DIFFERS = 4
 )
 @given_options
 def equations(
-    systems: tuple[str, ...],
-    format_: str | None,
-    form: str,
-    coordinates: str,
-    verifying: bool,
-    given: Given,
+    systems: tuple[str, ...], format_: str | None, form: str, coordinates: str, verifying: bool, given: Given
 ) -> int:
     """Print the Lagrangian, the equations of motion, momenta, energy function and conserved quantities.
 
@@ -135,9 +130,7 @@ def covariant(found: Covariance | None) -> dict[str, Any]:
     """The comparison with the file's coordinates for ``--json``."""
     if found is None:
         return {}
-    return {
-        "covariance": {"difference": found.difference, "states": found.states, "agrees": found.agrees},
-    }
+    return {"covariance": {"difference": found.difference, "states": found.states, "agrees": found.agrees}}
 
 
 def comment(format_: str) -> str:

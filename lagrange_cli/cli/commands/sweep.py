@@ -34,12 +34,7 @@ if TYPE_CHECKING:
     outputs=f"Write samples of each motion: {list_of_outputs()}. Without this option only final states "
     "are written.",
 )
-def sweep(
-    system: str,
-    asked: Invocation,
-    draws: Draws,
-    jobs: int | None,
-) -> int:
+def sweep(system: str, asked: Invocation, draws: Draws, jobs: int | None) -> int:
     """Integrate many motions of a system and write them to one HDF5 file.
 
     The motions, or members, differ in parameters or initial values: on a grid (--over), by random numbers

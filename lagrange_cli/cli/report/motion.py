@@ -37,12 +37,7 @@ MOST_DRIFTS = 8
 
 
 def say_solved(
-    solved: Solved,
-    outcome: Outcome,
-    seconds: Seconds,
-    began: float,
-    asked: Invocation,
-    demand: Demand | None,
+    solved: Solved, outcome: Outcome, seconds: Seconds, began: float, asked: Invocation, demand: Demand | None
 ) -> int:
     """Say how the motion ended; returns the exit status. Python had ``began`` so many seconds before."""
     start, name, status = solved.start, solved.motion.spec.name, outcome.ending.status

@@ -16,6 +16,8 @@ from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.native.stepping.noise import LASTS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
@@ -49,20 +51,22 @@ class AtZero(Crossing):
     def let_rest(self, guards: Sequence[int]) -> None:
         """Set the modes of guards to 0 whose arguments stay 0. If they do so up to rounding, forces act as
         soon as these are told from 0: until then rounding would decide on them. If they are exactly 0, this
-        is of use beside forces that have no series there: these act as soon as they are felt."""
-        modes, noise = self.modes.copy(), self._noise()
-        values = self._arguments()
-        still = [j for j in guards if modes[j] and abs(values[j]) <= noise[j]]
+        is of use beside forces that have no series there: these act as soon as they are felt. Those that
+        a force may hold have been tried before."""
+        modes, rows, exact = self.modes.copy(), self._rows.guards, list[int]()
+        still = [j for j in guards if modes[j] and not rows[j].multiplier]
         while still:
             self.modes[still] = 0.0  # a force from a depth that is rounding would seem to end the contact
             self._series()
-            rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[still, 1:]
-            stay = self._stay(rates)
+            found = self._coefficients_of(self._rows.first, self._rows.first + self.count)[still]
+            stay, values = self._stay(found[:, 1:]), np.abs(found[:, 0])
             self.modes[still] = modes[still]
-            if all(stay):
+            if np.any(values[stay]):
+                stay = stay & (values <= self._noise()[still])
+            if np.all(stay):
+                exact = [j for j, value in zip(still, values) if value == 0.0]
                 break
             still = [j for j, one in zip(still, stay) if one]
-        exact = [j for j in still if values[j] == 0.0]
         self.modes[exact] = -modes[exact]
         smooth = not exact or not self._infinite()
         self.modes[exact] = modes[exact]
@@ -73,7 +77,7 @@ class AtZero(Crossing):
         if self._infinite():
             self.modes[still] = modes[still]
         else:
-            self.marks[still] = -LARGER * noise[still]
+            self.marks[still] = -LARGER * self._noise()[still]
 
     def begin_at_rest(self, values: Array) -> None:
         """Let arguments rest that have other ``values`` than 0 by rounding alone where the motion begins, and
@@ -94,12 +98,12 @@ class AtZero(Crossing):
         own[zero[~still]] = modes[~still]
         self.marks[zero[still]] = -LARGER * noise[zero[still]]
 
-    def _stay(self, rates: Array) -> Array:
+    def _stay(self, rates: Array) -> NDArray[np.bool_]:
         """Which arguments do not change but for rounding: their coefficients (guards, orders) from the first
         rate on are small beside those of coordinates."""
         speed = np.max(np.abs(self.memory[self._layout.part(0)][self._layout.v]))
         usual = np.append(speed, self.scale()[1 : rates.shape[1]])
-        found: Array = np.all(np.abs(rates) <= ROUNDING * usual, axis=1)
+        found: NDArray[np.bool_] = np.all(np.abs(rates) <= ROUNDING * usual, axis=1)
         return found
 
     def has_left(self, j: int) -> bool:

@@ -16,6 +16,9 @@ from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
+LONGEST_INTEGRAL = 600
+"""Characters of a formula."""
+
 
 @dataclass(frozen=True)
 class Symmetry:
@@ -75,6 +78,12 @@ class Found:
             each = broken(self.graph, each, node, changes_of(self.model))
         self.lasting += [] if each.breaks else [node]
         self.symmetries.append(Symmetry(each, node))
+
+    def store_integral(self, text: str, because: str, node: Node, name: str = "") -> None:
+        """The same, without a name of its own unless one is given, and perhaps with a long formula."""
+        text = text if len(text) <= LONGEST_INTEGRAL else "a long sum"
+        number = sum(one.startswith("I_") for one in self.names) + 1
+        self.store(Conserved(self.free_name(name or f"I_{number}"), text, because), node)
 
     def _outlasts(self, node: Node, change: Change) -> bool:
         """Whether no event changes a current, although events change its parts: the total momentum in a

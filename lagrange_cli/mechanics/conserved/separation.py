@@ -109,6 +109,12 @@ def terms_of_sum(node: Node, sign: float) -> list[Term]:
     return found
 
 
+def multiplied_out(node: Node) -> Node:
+    """The same as a sum of products."""
+    constant = node.data[0] if node.kind is Kind.SUM else 0.0
+    return node.graph.sum([*terms_of_sum(node, 1.0), (node.graph.one, constant)])
+
+
 def _summands(node: Node) -> list[Term]:
     """The terms of a sum, or of a product with one as a factor; none of anything else."""
     if node.kind is Kind.SUM:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.noether import Change
+from lagrange_cli.mechanics.conserved.separation import multiplied_out
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.embedding import Component, Embedding
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
-from lagrange_cli.model.orientation import cross
 
 MOST_BODIES = 10
 """This is tried for at most so many bodies."""
@@ -69,7 +70,7 @@ def pivoting(model: Model[Node], turns: Mapping[int, Mapping[int, Node]]) -> Map
         [graph.sum([(row[k] * xi, 1.0) for k, xi in turns[i].items() if k in row]) for i in range(3)]
         for row in slopes
     )
-    normal = cross(c, d)
+    normal = cross([*map(multiplied_out, c)], [*map(multiplied_out, d)])
     square = graph.sum([(x * x, 1.0) for x in normal])
     if is_zero(square):
         return None

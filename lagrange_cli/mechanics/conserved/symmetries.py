@@ -40,8 +40,6 @@ MOST_TURNED = 3
 """The largest number of coordinates for which they are tried in other axes."""
 MOST_OSCILLATORS = 4
 """The largest number of coordinates of a linear system whose further energies are looked for."""
-LONGEST_INTEGRAL = 600
-"""Characters of its formula."""
 ROUNDED = 2.0**-44
 """A value of a sum that is so much smaller than its terms is 0."""
 WORTH = 2_500_000
@@ -81,6 +79,7 @@ def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, 
         tops,
         polynomials,
         linear,
+        rescaled,
         without_gauge,
     )
     for stage in stages:
@@ -112,6 +111,14 @@ def linear(found: Found) -> None:
         from lagrange_cli.mechanics.conserved.linear import of_derivatives  # of few coordinates
 
         of_derivatives(found)
+
+
+def rescaled(found: Found) -> None:
+    """What is conserved in units that change with t."""
+    if "h" not in found.names:
+        from lagrange_cli.mechanics.conserved import rescaled  # where t is in the equations, or drag
+
+        rescaled.rescaled(found, symmetries)
 
 
 def total_energy(model: Model[Node]) -> tuple[Symmetry, ...]:
@@ -200,13 +207,11 @@ def in_other_axes(found: Found) -> None:
 
 def hidden_symmetry(found: Found, one: Integral) -> None:
     """Add a conserved polynomial."""
-    number = sum(name.startswith("I_") for name in found.names) + 1
-    text = one.text if len(one.text) <= LONGEST_INTEGRAL else "a long sum"
     because = f"a hidden symmetry, of degree {one.degree} in the velocities: "
     because = because if one.degree > 1 else "linear in the velocities: "
     where = "where the constraints hold, " if found.model.constraints else ""
     because += f"{where}it is constant by the equations of motion{one.note}"
-    found.store(Conserved(found.free_name(f"I_{number}"), text, because), one.node)
+    found.store_integral(one.text, because, one.node)
 
 
 def without_gauge(found: Found) -> None:

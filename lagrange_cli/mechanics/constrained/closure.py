@@ -192,10 +192,7 @@ def annihilating(
     ]
     _, rest = reduced(graph, equations, state, moving)
     return [
-        (
-            {numbers[j]: graph.one, **{numbers[p]: -row[j] for p, row in rest.items() if j in row}},
-            False,
-        )
+        ({numbers[j]: graph.one, **{numbers[p]: -row[j] for p, row in rest.items() if j in row}}, False)
         for j in range(len(forms))
         if j not in rest
     ]

@@ -73,6 +73,15 @@ def assembled(
     events = modes.frozen([event.argument for event in residual.model.events])
     places = modes.frozen([one.y for one in broken])
     breaks = modes.frozen([node for one in broken for node in (one.x, one.jump, one.usual)])
+    inner = frozenset(
+        guard.original
+        for guard in modes.guards.values()
+        if guard.auxiliary is not None
+        and not guard.reverses
+        and modes.multipliers[guard.auxiliary].symbols & modes.coefficients
+    )
+    if inner:
+        return inner
     rows, quadratures = by_forces(modes, rows, quadratures)
     matrix = [mapped(row, modes.frozen) for row in residual.unpushed.mass_matrix]
     if residual.pushed:
@@ -115,10 +124,11 @@ def assembled(
         if guard.auxiliary is not None
         and (used & (m := modes.multipliers[guard.auxiliary]).symbols or mixes(modes, linear, m))
     ]
-    # friction holds more often than a force that depends on the place
-    of_place = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
     if entangled:
-        return frozenset(one.original for one in of_place or entangled)
+        # friction holds more often than a force that depends on the place, or than its own coefficient
+        of_place = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
+        coefficients = [one for one in entangled if not one.reverses]
+        return frozenset(one.original for one in of_place or coefficients or entangled)
     limits = [
         limit + sign * modes.multipliers[guard.auxiliary]
         for guard in modes.guards.values()

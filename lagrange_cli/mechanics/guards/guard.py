@@ -32,6 +32,8 @@ class Guard:
     cut: bool = False
     rooted: bool = False
     """Whether forces contain a root of the argument, and have no series where it is 0."""
+    reverses: bool = False
+    """Whether something has its sign, as friction has that of a velocity."""
     limit: Node | None = None
     broken: Cut | None = None
     """The quantity that jumps where the argument is 0, so that the motion ends there."""

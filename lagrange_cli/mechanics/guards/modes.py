@@ -26,6 +26,8 @@ class Modes:
         self.multipliers = [contact.multiplier for contact in residual.contacts]
         self.holding = reduce(or_, (one.symbols for one in self.multipliers), 0)
         """Bit set of the multipliers."""
+        self.coefficients = 0
+        """Those in the branches of friction: the equations must stay linear in all multipliers."""
         self.rests = tuple(
             Rest(contact.event, contact.rest, i) for i, contact in enumerate(residual.contacts)
         )
@@ -82,7 +84,10 @@ class Modes:
             mode = graph.symbol(f"mode {len(self.guards)}")
             self.guards[original] = Guard(argument, original, mode)
         guard = self.guards[original]
-        if node in self.inertial or self._held_inside(above - below):
+        inside = (above - below).symbols & self.holding
+        if inside and self._reverses(node) and original not in self.free:
+            self.coefficients |= inside
+        if node in self.inertial or inside:
             return graph.switch(guard.mode, above, below, -1)
         if not self._jumps(node):
             resting = self._resting(original, above, below)
@@ -98,6 +103,8 @@ class Modes:
             self.holding |= self.multipliers[-1].symbols
         if guard.auxiliary is None:
             return graph.switch(guard.mode, above, below, -1)
+        if self._reverses(node):
+            self.guards[original] = replace(guard, reverses=True)
         multiplier = self.multipliers[guard.auxiliary]
         first, second = self._resting(original, above, below) or (above, below)
         held = (first + second) / 2.0 + multiplier * (first - second) / 2.0
@@ -120,9 +127,12 @@ class Modes:
                 return True
         return False
 
-    def _held_inside(self, node: Node) -> bool:
-        """Whether a multiplier stands in it: the equations must stay linear in all of them."""
-        return bool(node.symbols & self.holding)
+    def _reverses(self, node: Node) -> bool:
+        """Whether a switch has opposite values on both sides of 0, as friction has, by a velocity."""
+        argument, above, below = node.arguments
+        if not any(argument.symbols & v.symbols for v in self.residual.model.v):
+            return False
+        return where_zero(self.graph, above + below, argument).is_zero
 
     def _jumps(self, node: Node) -> bool:
         """Whether a switch may have two values where its argument is 0."""

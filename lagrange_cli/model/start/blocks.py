@@ -31,10 +31,7 @@ def blocks(pattern: Pattern, unknown: Sequence[int]) -> tuple[list[Block], list[
             containing[k].append(i)
     row_of = matched(containing)
     unknown_of = {i: k for k, i in row_of.items()}
-    free = reached(
-        (k for k in unknown if k not in row_of),
-        lambda k: (unknown_of[i] for i in containing[k]),
-    )
+    free = reached((k for k in unknown if k not in row_of), lambda k: (unknown_of[i] for i in containing[k]))
     spare = [i for i in pattern if i not in unknown_of]
     many = reached((k for i in spare for k in pattern[i]), lambda k: pattern[row_of[k]])
     of_many: dict[int, list[int]] = {}

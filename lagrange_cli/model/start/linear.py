@@ -58,10 +58,7 @@ def steepness(rows: Sequence[Row], scale: Sequence[float]) -> list[float]:
 
 
 def independent(
-    rows: Sequence[Row],
-    scale: Sequence[float],
-    typical: Sequence[float] = (),
-    sine: float = DEPENDENT,
+    rows: Sequence[Row], scale: Sequence[float], typical: Sequence[float] = (), sine: float = DEPENDENT
 ) -> list[int]:
     """The rows, in their order, that do not depend on earlier ones, with slopes by x_k/``scale[k]``.
 

@@ -92,13 +92,7 @@ class Additions:
             if not self.single
         }
 
-    def add(
-        self,
-        values: Sequence[Operands],
-        inside: Bit,
-        j: Integer,
-        looked_up: LookedUp,
-    ) -> None:
+    def add(self, values: Sequence[Operands], inside: Bit, j: Integer, looked_up: LookedUp) -> None:
         """Terms of the eight members from ``j`` on, of which those count that are ``inside``."""
         vectors, zero = self.vectors, self.vectors.zero(LANES)
         found: dict[Key, Numbers] = {}

@@ -19,6 +19,7 @@ from lagrange_cli.native.families.closure import Closure
 from lagrange_cli.native.families.constrained import saddle_of
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.node_arrays import array
+from lagrange_cli.native.families.projection import add_to_state
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.llvm.flow import Variable
@@ -224,15 +225,8 @@ class ClosedProjection:
                 vectors.store(-vectors.load(off, i), right, i)
             solve(saddle, closure, right, where(closure.multipliers))
             respond(evaluation, closure.alone, closure.reply, sweeps, self.fixed, coordinates=True)
-            self._add(where(closure.reply.rates), row)
-        if at.count is not None:
-            f.store(f.load("%state", at.count) + 1.0, "%state", at.count)
-
-    def _add(self, changes: Pointer, first: int) -> None:
-        """The ``changes`` to the rows of the state from ``first`` on."""
-        vectors = self.evaluation.vectors
-        with vectors.f.loop(0, self.jet.closure.size, tested=False) as row:
-            vectors.add_to_state(row, first, self.layout.width, lambda: vectors.load(changes, row))
+            add_to_state(vectors, where(closure.reply.rates), row, self.layout)
+        at.counted(f)
 
 
 def times_of(vectors: Vectors, time: Real, low: Real) -> Sequence[Real]:

@@ -18,7 +18,7 @@ from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.restraint import Restraint
-from lagrange_cli.native.families.vectors import Operands
+from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.numbers.kind import NumberKind, V
@@ -245,12 +245,11 @@ class Projection:
                 solve(saddle, moves, where(right), multipliers)
                 evaluation.write([total])
             for total, row in ((moves.moved, at.q), (moves.speeds, at.v)):
-                self._add(where(total), row)
-            if at.count is not None:
-                f.store(f.load("%state", at.count) + 1.0, "%state", at.count)
+                add_to_state(evaluation.vectors, where(total), row, self.layout)
+            at.counted(f)
 
-    def _add(self, changes: Pointer, first: int) -> None:
-        """The ``changes`` to the rows of the state from ``first`` on."""
-        vectors = self.evaluation.vectors
-        with vectors.f.loop(0, self.moves.size, tested=False) as row:
-            vectors.add_to_state(row, first, self.layout.width, lambda: vectors.load(changes, row))
+
+def add_to_state(vectors: Vectors, changes: Pointer, first: int, layout: StateLayout) -> None:
+    """The ``changes`` of all coordinates to the rows of the state from ``first`` on."""
+    with vectors.f.loop(0, layout.degrees, tested=False) as row:
+        vectors.add_to_state(row, first, layout.width, lambda: vectors.load(changes, row))

@@ -115,13 +115,7 @@ class TileAdditions(Additions):
         """The columns, in members of the row, which has so many."""
         self.left, self.right, self.length = left, right, length
 
-    def add(
-        self,
-        values: Sequence[Operands],
-        inside: Bit,
-        j: Integer,
-        looked_up: LookedUp,
-    ) -> None:
+    def add(self, values: Sequence[Operands], inside: Bit, j: Integer, looked_up: LookedUp) -> None:
         before = {key: one.get() for key, one in self.sums.items()}
         super().add(values, inside, j, looked_up)
         complete = j + LANES <= self.right

@@ -146,9 +146,7 @@ class DiskArithmetic(NumberKind[Disk]):
         for one in (a.radius, b.radius):
             radius = radius if one is None else radius + one
         return Disk(
-            centre,
-            radius,
-            lambda: self.greater(self.least(a) - self.most(b), self.least(b) - self.most(a)),
+            centre, radius, lambda: self.greater(self.least(a) - self.most(b), self.least(b) - self.most(a))
         )
 
     def minus(self, a: Disk) -> Disk:
@@ -180,11 +178,7 @@ class DiskArithmetic(NumberKind[Disk]):
             least = self.lesser(self.least(b), self.all(HUGE))
             most = self.all(1.0) / least
             radius = self.lesser(self.radius(b) * size * most, size + most) + (size * ROUNDING + TINY)
-            inverse = Disk(
-                centre,
-                self.among(least > 0.0, radius),
-                lambda: self.all(1.0) / self.most(b),
-            )
+            inverse = Disk(centre, self.among(least > 0.0, radius), lambda: self.all(1.0) / self.most(b))
         return inverse if a.value == 1 else self.times(a, inverse)
 
     def positive(self, a: Real) -> Real:

@@ -19,15 +19,7 @@ from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.implicit import BEYOND, HEAD, THETA, ImplicitSteps, areas
 from lagrange_cli.native.stepping.polynomial import weighed
-from lagrange_cli.native.stepping.radau_constants import (
-    COMPLEX,
-    NODES,
-    PARTS,
-    REAL,
-    STAGES,
-    VALUES,
-    WEIGHTS,
-)
+from lagrange_cli.native.stepping.radau_constants import COMPLEX, NODES, PARTS, REAL, STAGES, VALUES, WEIGHTS
 from lagrange_cli.native.stepping.rate_places import span_of, wide_of
 
 ROUNDS = 7

@@ -66,6 +66,11 @@ class StatePlaces:
     time_low: int
     count: int | None = None
 
+    def counted(self, f: Function) -> None:
+        """Count a move."""
+        if self.count is not None:
+            f.store(f.load("%state", self.count) + 1.0, "%state", self.count)
+
 
 @dataclass(frozen=True)
 class Projection(Generic[V, C]):
@@ -152,8 +157,7 @@ class Projection(Generic[V, C]):
                     for i, value, kept in zip(rows, values, old):
                         chosen = careful.select(sure.name, value, kept) if self.lanes > 1 else value
                         careful.store(chosen, "%state", row + i, at.width)
-                if at.count is not None:
-                    f.store(f.load("%state", at.count) + 1.0, "%state", at.count)
+                at.counted(f)
 
     def _named(self, time: C, q: Sequence[C | None], v: Sequence[C | None]) -> dict[Node, C | None]:
         model = self.residual.model

@@ -23,13 +23,7 @@ from lagrange_cli.run.schema.forms import (
     text_of,
 )
 from lagrange_cli.spec.bodies.keys import BODY, NEEDED, read_bodies
-from lagrange_cli.spec.bodies.readers import (
-    FORMS,
-    is_sequence,
-    read_inertia,
-    read_orientation,
-    read_solid,
-)
+from lagrange_cli.spec.bodies.readers import FORMS, is_sequence, read_inertia, read_orientation, read_solid
 from lagrange_cli.spec.declarations import COORDINATE, PARAMETER, read_coordinates, read_parameters
 from lagrange_cli.spec.draw.keys import DRAW, read_draw
 from lagrange_cli.spec.draw.readers import read_part
@@ -105,11 +99,7 @@ def coordinates(keys: Schema) -> Schema:
 
 def bodies(keys: Schema) -> Schema:
     """Fields by name; the inertia is given as such, or by a solid."""
-    body = {
-        **keys,
-        "required": [*NEEDED],
-        "oneOf": [{"required": ["inertia"]}, {"required": ["solid"]}],
-    }
+    body = {**keys, "required": [*NEEDED], "oneOf": [{"required": ["inertia"]}, {"required": ["solid"]}]}
     return any_of(named(body), NOTHING)
 
 

@@ -107,11 +107,7 @@ def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
 
 
 def resolve_settings(
-    spec: Spec,
-    options: SolveDefaults,
-    precision: str = DOUBLE,
-    portable: bool = False,
-    proven: bool = False,
+    spec: Spec, options: SolveDefaults, precision: str = DOUBLE, portable: bool = False, proven: bool = False
 ) -> Settings:
     """The settings of a run: the options of the command line over the file's ``solve`` section.
 

@@ -160,12 +160,7 @@ def recorded(followed: ViewedMotion) -> dict[str, Any]:
     each = max(1, math.ceil(len(followed.t) * len(rows) / RECORDED))
     places = np.unique(np.r_[0 : len(followed.t) : each, max(0, len(followed.t) - 1)])
     table = np.array([row[places] for row in rows], dtype="<f8")
-    return {
-        "label": "",
-        "count": table.shape[1],
-        "observed": list(observed),
-        "rows": packed(table.tobytes()),
-    }
+    return {"label": "", "count": table.shape[1], "observed": list(observed), "rows": packed(table.tobytes())}
 
 
 def written(spec: Spec) -> str:

@@ -8,16 +8,7 @@ from lagrange_cli.expression.confusions import PRIMES
 from lagrange_cli.expression.keys import parse_key
 from lagrange_cli.expression.near import known_hint, near_match, shown
 from lagrange_cli.expression.parse import parse, read
-from lagrange_cli.expression.syntax import (
-    Axis,
-    Comparison,
-    ExpressionError,
-    Key,
-    Logic,
-    Name,
-    Tree,
-    Vector,
-)
+from lagrange_cli.expression.syntax import Axis, Comparison, ExpressionError, Key, Logic, Name, Tree, Vector
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import replace
 from lagrange_cli.spec import nodes

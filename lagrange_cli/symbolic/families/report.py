@@ -17,8 +17,15 @@ from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.mathml import MathML, fragment
 from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.render import Notation
-from lagrange_cli.symbolic.report import changing_statement, conserved_statement
-from lagrange_cli.symbolic.statements import KINDS, Section, Statement, Writer, equation_statements
+from lagrange_cli.symbolic.report import NOTHING, changing_sections, conserved_statement
+from lagrange_cli.symbolic.statements import (
+    KINDS,
+    Section,
+    Statement,
+    Writer,
+    equation_statements,
+    lagrangian_section,
+)
 
 PAGES: Mapping[str, Callable[[], Notation]] = {"text": Text, "unicode": Unicode, "latex": Latex}
 
@@ -56,36 +63,27 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
         return [sizes, accelerations(equations, writer)]
     if form in OTHER_FORMS:
         return [sizes, *OTHER_FORMS[form](equations, writer)]
-    energies = [
-        (name, one)
-        for name, one in (("T", equations.T), ("U", equations.U), ("L", equations.L))
-        if one is not None
-    ]
     of_motion = [
         Statement(one.left, one.right, with_members(one.remark, line.loops, writer))
         for line, equation in equations.equations
         for one in equation_statements([line.name()], [equation], writer)
     ]
-    nothing = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
-    conserved = tuple(conserved_statement(each, writer) for each in equations.conserved) or (nothing,)
+    conserved = tuple(conserved_statement(each, writer) for each in equations.conserved)
     if equations.constraints:
-        conserved = (*(one for one in conserved if one is not nothing), Statement("", "", NOT_LOOKED_FOR))
-    found = [
+        conserved = (*conserved, Statement("", "", NOT_LOOKED_FOR))
+    return [
         sizes,
         *trees(equations, writer),
         *places(equations, writer),
-        Section("Lagrangian", tuple(writer.statement(name, one) for name, one in energies)),
+        lagrangian_section(equations.T, equations.U, equations.L, writer),
         *constraints(equations, writer),
         momenta_section(equations, writer),
         Section("Equations of motion", tuple(of_motion)),
         accelerations(equations, writer),
         Section("Energy function", (writer.statement("h", equations.h),)),
-        Section("Conserved", conserved, True),
+        Section("Conserved", conserved or (NOTHING,), True),
+        *changing_sections(equations.changing, writer),
     ]
-    if equations.changing:
-        changing = tuple(changing_statement(each, writer) for each in equations.changing)
-        found.append(Section("Not conserved", changing, True))
-    return found
 
 
 def hamilton_sections(equations: FamilyEquations, momenta: Writer) -> list[Section]:
@@ -110,10 +108,7 @@ def matrix_sections(equations: FamilyEquations, writer: Writer) -> list[Section]
         raise Unsuited
     masses = (line_statement(one, one.name("M_"), writer) for one in equations.masses)
     rates = (line_statement(one, one.name("f_"), writer) for one in equations.rates)
-    found = [
-        Section("Mass matrix, which is diagonal", tuple(masses)),
-        Section("Force", tuple(rates)),
-    ]
+    found = [Section("Mass matrix, which is diagonal", tuple(masses)), Section("Force", tuple(rates))]
     if not equations.constraints:
         return [Section("Equations of motion", (Statement("M a", "f"),)), *found]
     pull = f"{writer.notation.transposed(writer.names('A'))} {writer.names('lambda')}"

@@ -108,10 +108,7 @@ def two_springs(t: Number) -> Number:
 @pytest.mark.parametrize(
     ("text", "known"),
     [
-        (
-            "coordinates: {x: {initial: 1/7}}\nlagrangian: x_dot**2/2 - abs(x)/3\n",
-            bounced("1/3", "1/7"),
-        ),
+        ("coordinates: {x: {initial: 1/7}}\nlagrangian: x_dot**2/2 - abs(x)/3\n", bounced("1/3", "1/7")),
         (
             "parameters: {k: 1/10, l: 3/7}\ncoordinates: {x: {initial: 0, velocity: 1}}\n"
             "lagrangian: x_dot**2/2 - where(x > 0, k, l)*x**2/2\n",

@@ -139,11 +139,7 @@ def coverage(
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 @pytest.mark.parametrize(
     ("system", "known", "stop"),
-    [
-        (PENDULUM, lambda: pendulum, 100.0),
-        (DAMPED, lambda: damped, 60.0),
-        (HENON_HEILES, HenonHeiles, 150.0),
-    ],
+    [(PENDULUM, lambda: pendulum, 100.0), (DAMPED, lambda: damped, 60.0), (HENON_HEILES, HenonHeiles, 150.0)],
 )
 def test_the_estimate_is_near_the_true_error(
     system: str, known: Callable[[], Callable[[Number], list[Number]]], stop: float, method: str

@@ -43,11 +43,7 @@ CASES = {
     "a projectile": ("r phi", f"{POLAR} - m*g*r*sin(phi)", {"P_x", "C_1", "A_y"}),
     "a magnetic field": ("r phi", f"{POLAR} + g*r**2*phi_dot/2", {"C_1", "C_2"}),
     "two masses": ("r phi z", "m/2*(r_dot**2 + r**2*phi_dot**2) + k/2*z_dot**2 - r**2", FRADKIN),
-    "an oscillator on a cone": (
-        "r phi",
-        "m/2*(r_dot**2 + r**2*sin(k)**2*phi_dot**2) - g*r**2/2",
-        FRADKIN,
-    ),
+    "an oscillator on a cone": ("r phi", "m/2*(r_dot**2 + r**2*sin(k)**2*phi_dot**2) - g*r**2/2", FRADKIN),
     "Tufillaro 1986, Atwood's swinging machine": ("r th", ATWOOD.format(M="3*m"), {"A_y"}),
 }
 CURVED = {
