@@ -242,3 +242,18 @@ def test_a_potential_with_arccosines_has_wedges_and_passes_them():
     assert np.max(np.abs(motion["q/x"] - place)) <= 1e-12
     assert motion.outcome.h_drift <= 1e-14
     assert motion.outcome.steps <= 25
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_roots_of_the_place_and_of_the_time_begin_together(sign):
+    """x = sign t^3: x'' = 6 t + c t^1.5 - c sqrt(x), to either side of 0."""
+    c = random.uniform(0.5, 3.0)
+    text = f"""
+        coordinates: {{x: {{initial: 0}}}}
+        masses: {{p: 1}}
+        embedding: {{p: x}}
+        potential: 2/3*{c!r}*abs(x)**1.5 - {sign}*x*(6*t + {c!r}*max(0, t)**1.5)
+    """
+    motion = follow(text, 2.0, 3)
+    assert motion.outcome.ending is Ending.COMPLETE
+    np.testing.assert_allclose(motion["q/x"], sign * motion.t**3, atol=1e-9)

@@ -185,3 +185,19 @@ def test_a_condition_on_an_angle_changes_at_the_cut(source):
     motion = follow(text, 8 * math.pi / w, 5)
     turns = np.arange(5)
     assert motion["v/z"] == pytest.approx(turns * (math.pi - c) / w, rel=1e-11, abs=1e-12)
+
+
+@pytest.mark.parametrize("place", [0, 0.4])
+def test_a_difference_over_its_own_length_is_its_sign(place, source):
+    """With any factor, also where the motion begins on the jump."""
+    k = source.choice([-1, 1]) * source.uniform(0.5, 3)
+    text = f"""
+        coordinates: {{x: {{initial: {place}}}, y: {{initial: 0}}}}
+        masses: {{a: 1, b: 2}}
+        embedding: {{a: x, b: y}}
+        generalized_forces: {{x: "{k}*UNIT + sin(2*t)", y: "-({k}*UNIT)"}}
+    """
+    units = "(x - y)/sqrt((x - y)**2)", "sign(x - y)"
+    motion, other = (follow(text.replace("UNIT", unit), 1.5, 4) for unit in units)
+    assert motion.outcome.ending is Ending.COMPLETE
+    np.testing.assert_array_equal(motion["q/x"], other["q/x"])

@@ -104,9 +104,13 @@ class Crossing(TrialStates):
             side = np.where(self.modes[guards] == 0.0, 1.0, self.modes[guards])
             tried = (-side, side), (side, side), (-side, -side)
             farthest = max(WAYS[self.machine.program.parts - 1])
-            return any(self._crossed_by(guards, 0.0, *modes) for modes in tried) or any(
+            if any(self._crossed_by(guards, 0.0, *modes) for modes in tried) or any(
                 self._crossed_by(guards, 0.0, *modes, farther=farthest) for modes in tried
-            )
+            ):
+                return True
+            sides = map(np.array, product((1.0, -1.0), repeat=len(marked)))
+            together = len(guards) < len(marked) <= TOGETHER
+            return together and any(self._crossed_by(marked, 0.0, one, one) for one in sides)
         if not ahead:
             return False
         order = sorted(ahead, key=lambda j: abs(ahead[j]))

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.signs import proportional
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 
 ROUNDED = 2.0**-45
@@ -245,6 +246,12 @@ class Merging:
                 )
         return made[node]
 
+    def _ratio(self, node: Node, argument: Node) -> Node:
+        """The number by which an argument is multiplied in ``node``, a sum of the same terms or itself."""
+        if node is argument:
+            return self.graph.one
+        return self.graph.constant(node.data[1][0] / argument.data[1][0])
+
     def _united(
         self, parts: list[tuple[Node, float]], total: Callable[[Iterable[tuple[Node, float]]], Node]
     ) -> list[tuple[Node, float]]:
@@ -262,9 +269,11 @@ class Merging:
             grouped = {argument: [*group, *rest] for argument, group in grouped.items()}
             rest = []
         for argument, group in grouped.items():
-            if total == self.graph.product:  # u/|u| has its value on either side
-                group += [(node, number) for node, number in rest if node is argument]
-                rest = [(node, number) for node, number in rest if node is not argument]
+            if total == self.graph.product:  # u/|u| has its value on either side, and so has (2 u)/|u|
+                own = {node for node, _ in rest if proportional(node, argument)}
+                scales = [(self._ratio(node, argument), e) for node, e in rest if node in own]
+                group += [(argument, e) for node, e in rest if node in own]
+                rest = [*scales, *((node, e) for node, e in rest if node not in own)]
             above, below = (
                 total([(node.arguments[i] if node in united else node, number) for node, number in group])
                 for i in (1, 2)
