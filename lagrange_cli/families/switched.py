@@ -31,7 +31,8 @@ class Switched:
         """What moves, but t."""
         self.moving = self.places | system.time.symbols
         events = [] if system.events is None else [system.events.arguments]
-        used = *system.energies, *system.acting, system.slopes, system.applied, *events, *listed
+        used = *system.energies, *system.acting, system.slopes, system.gradient, system.applied, *events
+        used += *listed, *([] if system.vector is None else [system.vector])
         self.totals = [*dict.fromkeys(used)]
         self._others = [system.kinetic, *(one.node for one in system.masses.terms)]
         """What may have no switches."""
@@ -77,7 +78,7 @@ class Switched:
         if any(map(self.switched, self._others)):
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
-        acting = self.system.forces, self.system.applied, self.system.slopes
+        acting = self.system.forces, self.system.applied, self.system.slopes, self.system.gradient
         others = [term.node for one in self.totals if one not in acting for term in self.merged(one)]
         inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
         rubbing = {friction.argument for friction in self.friction}

@@ -159,6 +159,7 @@ class Switching(Switched):
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
+            gradient=self.of(system.gradient), vector=system.vector and self.of(system.vector),
             applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
         )  # fmt: skip
 

@@ -12,7 +12,7 @@ from lagrange_cli.families.arrays import Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import felt_of
 from lagrange_cli.families.slopes import slopes
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 Element = tuple[Total, int]
 """A number: the total that contains it, and its place there."""
@@ -87,9 +87,9 @@ class Quantities:
 
     @property
     def energy_function(self) -> Element:
-        """h = sum p_k q_dot_k - L, which is T + U where positions do not depend on t."""
+        """h = sum p_k q_dot_k - L, which is T + U where positions do not depend on t, nor U on velocities."""
         system = self.system
-        if not system.moved_in_time:
+        if not system.moved_in_time and system.vector is None:
             return self.whole(system.kinetic, system.potential)
         everyone, places = system.everyone, np.arange(system.q.count)
         p, v = (system.slots.symbol(everyone, one, places) for one in (system.momenta, system.v))
@@ -138,6 +138,9 @@ class Quantities:
     def torques(self) -> tuple[Element, ...]:
         """dL/dq_k + Q_k."""
         system, found = self.system, self.system.forces
+        if system.vector is not None:
+            inside = (replace(one, node=-one.node) for one in system.gradient.terms)
+            found = total_of(found.count, [*inside, *system.applied.terms], system.slots.graph)
         if system.joints is not None:
             lagrangian = system.kinetic - system.potential
             (rates,), _ = slopes(lagrangian, system.root, system.totals, system.slots, system.q)

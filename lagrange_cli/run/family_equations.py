@@ -142,7 +142,7 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates") or spec.events or spec.bodies:
+    if not spec.families.get("coordinates") or spec.events:
         return None
     from lagrange_cli.families.system import family_system, without_constraints
 
@@ -195,7 +195,7 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
         return f"--form {form} writes out every member"
-    parts = [part for part in ("events", "bodies", *UNKNOWN) if getattr(spec, part)]
+    parts = [part for part in ("events", *UNKNOWN) if getattr(spec, part)]
     if parts:
         return f"with {parts[-1]} every member is written out"
     found = without_constraints(spec)

@@ -23,6 +23,7 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.families.test_events import PENDULUM, keep_families
 from tests.support.draws import examples
+from tests.support.families import alike
 from tests.support.motion import Motion, run
 
 OUTPUTS = frozenset(["q", "v", "h"])
@@ -174,10 +175,7 @@ def compare(
     more *= max(guards / max(fewer, 1), 1.0)  # x - y and y - x are one argument, and one crossing, apart
     assert found.outcome.steps <= more * expected.outcome.steps + few
     assert found.data.keys() == expected.data.keys()
-    for path, values in expected.data.items():
-        assert found[path].shape == values.shape, path
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(found[path] - values), initial=0.0) <= CLOSE[method] * size, path
+    alike(found.data, expected.data, CLOSE[method])
     one, other = together.recording, apart.recording
     assert (one.events, one.at_events) == (other.events, other.at_events)
     assert one.conserved == other.conserved
@@ -228,12 +226,7 @@ def test_switches_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -
         found.append(run(prepared, resolve_long_values(spec, {}), 0.0, 1.5, 4).data)
     one, other = found
     assert one.keys() == other.keys()
-    for path, values in other.items():
-        low = f"low/{path}"
-        change = one[path] - values + (one[low] - other[low] if low in other else 0.0)
-        if not path.startswith("low/"):
-            size = np.max(np.abs(values), initial=1.0)
-            assert np.max(np.abs(change), initial=0.0) <= 2.0**-92 * size, path
+    alike(one, other, 2.0**-92)
 
 
 @pytest.mark.exhaustive(keep=1)
@@ -311,10 +304,8 @@ def test_what_is_said_of_switches_does_not_grow_with_them(monkeypatch: pytest.Mo
     assert counted(64) == counted(100)
 
 
-def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All members begin where their forces have kinks, half of them to either side."""
-    keep_families(monkeypatch, whole=True)
-    form = BEADS.replace("0.5*sin(i + 1)", "0").replace("2*cos(i*i + 1)", "0")
+def counted_series(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many series are computed to settle modes, as the only entry."""
     own, calls = Modes._series, [0]
 
     def counting(modes: Modes) -> NDArray[np.float64]:
@@ -322,6 +313,14 @@ def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.Monk
         return own(modes)
 
     monkeypatch.setattr(Modes, "_series", counting)
+    return calls
+
+
+def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All members begin where their forces have kinks, half of them to either side."""
+    keep_families(monkeypatch, whole=True)
+    form = BEADS.replace("0.5*sin(i + 1)", "0").replace("2*cos(i*i + 1)", "0")
+    calls = counted_series(monkeypatch)
 
     def series(count: int) -> int:
         text = form.format(

@@ -16,7 +16,8 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.native.stepping.acceptance import Allowance, allowance
-from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NO_GUARD, NOTED, PART
+from lagrange_cli.native.stepping.guard_search import NO_GUARD
+from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, PART
 from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.steps import Now, copy_function
 

@@ -16,6 +16,7 @@ from lagrange_cli.native.stepping.roots import NONE
 from lagrange_cli.records import dataclass
 
 SMALLEST = 2.0**-1022
+NO_GUARD = -1
 BEYOND = 2.0**-44
 """The part of a step by which it goes beyond the cut of a function: whether it is there, rounding must not
 decide."""
@@ -54,6 +55,14 @@ class GuardSearch:
     def _breaks(self) -> tuple[Role, ...]:
         """The role of breaks, if there are any."""
         return (Role.BREAK,) * any(one.role is Role.BREAK for one in self.rows.guards)
+
+    def before_break(self, f: Function, which: Integer) -> Bit | None:
+        """Whether a step ends where something may jump by the guard ``which``, or ``NO_GUARD``; None if no
+        guard is of that kind."""
+        if not self._breaks:
+            return None
+        some = ~which.equals(NO_GUARD)
+        return f.load_integer("@guard_roles", f.select(some, which, f.count(0))).equals(Role.BREAK) & some
 
     def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""

@@ -14,14 +14,13 @@ from lagrange_cli.native.guards import BRIEF, NOTES, NOWHERE, RECORDED, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import LEFT
 from lagrange_cli.native.stepping.guard_search import GuardSearch
 from lagrange_cli.native.stepping.roots import Roots
 from lagrange_cli.records import dataclass
 
-NO_GUARD = -1
 AWAY, CHANGED, NOTED = range(3)
 """The results of ``@flip``: the caller of ``@advance`` decides; other equations hold; the same ones do."""
 NEAR, MARGIN = 2.0**-60, 2.0**-40
@@ -56,14 +55,6 @@ class GuardCode(GuardSearch):
             *([table("guard_roots", [int(one.rooted) for one in guards])] if self._rooted else []),
         ]
         return [*tables, roots.text(), *actions, *(f.text() for f in own)]
-
-    def before_break(self, f: Function, which: Integer) -> Bit | None:
-        """Whether a step ends where something may jump by the guard ``which``, or ``NO_GUARD``; None if no
-        guard is of that kind."""
-        if not self._breaks:
-            return None
-        some = ~which.equals(NO_GUARD)
-        return f.load_integer("@guard_roles", f.select(some, which, f.count(0))).equals(Role.BREAK) & some
 
     def _flip(self) -> Function:
         """``@flip(state, constants, j, trial, info, work, sample)``: change the mode of a guard, or do what

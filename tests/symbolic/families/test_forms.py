@@ -47,7 +47,15 @@ GIVEN = SYSTEM.format(
     place='"p[0]": ["u[0]", "w[0]"], "p[i in range(1, N)]": ["3*u[i]", "w[i] - m[i]"]',
     mass="m[i]*(1 + i)",
 )
+CHARGED = SYSTEM.format(
+    count=4,
+    potential="sum(u[i]**2/2 - (1 + i)*w[i]*u_dot[i] + sin(u[i])*w_dot[i]*t for i in range(N))",
+    forces="",
+    place='"p[i in range(N)]": ["3*u[i]", "w[i] - m[i]"]',
+    mass="m[i]*(1 + i)",
+)
 TEXTS = {
+    "charged": CHARGED,
     "bodies": BODIES,
     "damped": DAMPED,
     "given": GIVEN,
