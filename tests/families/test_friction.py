@@ -168,6 +168,25 @@ def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.Monkey
     assert series(200) == series(50) <= 16
 
 
+def test_modes_that_were_tried_have_their_series_no_more_than_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Asked for again with the state and the modes as they were before, or as they were tried before that, a
+    series is not computed again."""
+    keep_families(monkeypatch, whole=True)
+    own, asked = Modes._series, list[tuple[bytes, NDArray[np.float64]]]()
+
+    def noting(modes: Modes) -> NDArray[np.float64]:
+        rates = own(modes)
+        asked.append((modes.memory.tobytes(), rates))
+        return rates
+
+    text = blocks(3, "-F*sign(x_dot[i])", "0.1*i", "0")
+    prepared = ready(text)
+    monkeypatch.setattr(Modes, "_series", noting)
+    followed(prepared, text, 6.0)
+    made = len({id(rates) for _, rates in asked})
+    assert len({memory for memory, _ in asked}) == made < 0.6 * len(asked)
+
+
 def test_walls_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a wall sends back slides at once."""
     wall = """

@@ -18,6 +18,7 @@ from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.native.guards import EXPLICIT, PLACED, SIMPLE
+from lagrange_cli.native.stepping import guards
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
@@ -171,8 +172,8 @@ def compare(
     apart = ready(text, outputs, backward=backward, method=method)
     expected = followed(apart, text, stop)
     more, few = (1.1, 2) if method == "taylor" else (2.0, 10)
-    guards, fewer = (len(one.machine.program.guards) for one in (together, apart))
-    more *= max(guards / max(fewer, 1), 1.0)  # x - y and y - x are one argument, and one crossing, apart
+    many, fewer = (len(one.machine.program.guards) for one in (together, apart))
+    more *= max(many / max(fewer, 1), 1.0)  # x - y and y - x are one argument, and one crossing, apart
     assert found.outcome.steps <= more * expected.outcome.steps + few
     assert found.data.keys() == expected.data.keys()
     alike(found.data, expected.data, CLOSE[method])
@@ -333,6 +334,32 @@ def test_series_to_settle_do_not_grow_with_the_switches(monkeypatch: pytest.Monk
         return calls[0]
 
     assert series(200) == series(50) <= 12
+
+
+@pytest.mark.parametrize(
+    ("case", "method"),
+    [
+        ("stops on both sides", "taylor"),
+        ("powers without a series", "taylor"),
+        ("walls", "taylor"),
+        ("one inside another", "ias15"),
+    ],
+)
+def test_switches_that_are_passed_over_together_are_not_due(
+    case: str, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The motion is the same, to the last bit, where every argument is looked at by itself. (There are
+    guards behind the last whole vector, too.)"""
+    keep_families(monkeypatch, whole=True)
+    text = written(case, 35)
+    together = ready(text, method=method)
+    monkeypatch.setattr(guards, "MANY", 10**9)
+    apart = ready(text, method=method)
+    assert together.machine.program.text != apart.machine.program.text
+    found, expected = (followed(one, text, 0.4) for one in (together, apart))
+    assert found.outcome.steps == expected.outcome.steps > 10
+    for path, values in expected.data.items():
+        assert np.array_equal(found[path], values), path
 
 
 @pytest.mark.parametrize(
