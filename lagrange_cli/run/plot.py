@@ -19,7 +19,7 @@ from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.plots import motions, sections, sweeps
 from lagrange_cli.run.plots.motions import Run, What, opened
-from lagrange_cli.run.plots.quantities import look_up, output_of
+from lagrange_cli.run.plots.quantities import look_up, output_of, quantities
 from lagrange_cli.run.request import HDF5, Request
 from lagrange_cli.store.result import Result
 
@@ -140,6 +140,8 @@ def worded(runs: Sequence[Run], what: Sequence[str], option: str = "--what") -> 
                 )
             near = near_match(word, list(words))
             hint = f"did you mean {near}?" if near else f"known: {', '.join(words)}"
+            if option == "--what" and (word in quantities(runs[0].result) or output_of(word)):
+                hint = f"--y {word} draws this quantity"
             raise UsageError(f"{option} {shown(word)}: there is no such plot; {hint}")
         made = words[word].panels(runs)
         if not made and what:

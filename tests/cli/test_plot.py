@@ -105,6 +105,8 @@ def test_mistakes(tmp_path, capsys, arguments, status, message):
         ("pendulum", ("--what", "constraints"), "pendulum has no constraints"),
         ("chaplygin_sleigh", ("--what", "path"), "Chaplygin's sleigh has no particles"),
         ("henon_heiles", ("--y", "bob.x"), "has no such quantity; known: t, x,"),
+        ("henon_heiles", ("--y", "x*y"), "write an expression under 'observables'"),
+        ("henon_heiles", ("--what", "p_x"), "there is no such plot; --y p_x draws this quantity"),
     ],
 )
 def test_what_a_system_lacks_cannot_be_asked_for(tmp_path, capsys, system, options, message):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 import re
 from collections.abc import Sequence
@@ -293,6 +294,18 @@ def test_the_search_for_the_nearest_state_leaves_those_that_are_only_stationary(
 def test_from_the_centre_of_a_circle_all_of_it_is_equally_near():
     with pytest.raises(SpecError, match="equally near, such as"):
         start(PENDULUM, x=0.0, y=0.0, forced=True)
+
+
+def test_an_angle_that_is_found_beside_given_ones_has_no_full_turns():
+    text = """
+    coordinates: {a: {initial: 0}, b: , c: {initial: 1.5}}
+    masses: {p: 1, q: 1}
+    positions: {p: [cos(a), sin(a)], q: [cos(a) + 2.5*cos(b), sin(a) + 2.5*sin(b)]}
+    constraints: {crank: a - t, x: q.x - 2 - 2*cos(c), y: q.y - 2*sin(c)}
+    """
+    _, b, c = start(text, forced=True).q
+    assert 2.5 * cmath.exp(1j * b) == pytest.approx(1 + 2 * cmath.exp(1j * c), abs=1e-12)
+    assert abs(b) <= math.pi and abs(c) <= math.pi
 
 
 ZIGZAG = """

@@ -80,7 +80,7 @@ def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Cl
     if not found and best is None:
         begins = islice(starts(x, unknown, sizes, len(surface.kept), []), FEW)
         best = next((state for begin in begins if (state := near_miss(surface, begin))), None)
-    return Closures(sorted(found), [], best)
+    return Closures(sorted(found), [], best and tidied(surface, best, surface.at(best)[0]))
 
 
 def near_miss(surface: Surface, begin: Sequence[float]) -> list[float] | None:
@@ -191,8 +191,9 @@ def where_two_meet(surface: Surface, state: list[float], unit: float) -> list[fl
     return placed(found) if found is not None and satisfied(surface, placed(found), unit) else None
 
 
-def tidied(surface: Surface, state: list[float]) -> list[float]:
-    """0 in place of rounding errors, and angles from -pi to pi: all at once, or else one by one of a few."""
+def tidied(surface: Surface, state: list[float], off: Any = ()) -> list[float]:
+    """0 in place of rounding errors, and angles from -pi to pi: all at once, or else one by one of a few. The
+    constraints are ``off`` by these values, or satisfied."""
     tidy: dict[int, float] = {}
     for k in surface.unknown:
         turns = round(state[k] / TURN)
@@ -201,23 +202,24 @@ def tidied(surface: Surface, state: list[float]) -> list[float]:
         elif turns:
             tidy[k] = state[k] - TURN * turns
     many = [tidy.get(k, x) for k, x in enumerate(state)]
-    if not tidy or satisfied(surface, many):
+    if not tidy or satisfied(surface, many, off=off):
         return many
     for k, one in tidy.items() if len(surface.unknown) <= DENSE else ():
         changed = [*state[:k], one, *state[k + 1 :]]
-        if satisfied(surface, changed):
+        if satisfied(surface, changed, off=off):
             state = changed
     return state
 
 
-def satisfied(surface: Surface, state: Sequence[float], unit: float = NEAR) -> bool:
-    """Whether a state is a solution, with errors of ``unit`` of the terms."""
+def satisfied(surface: Surface, state: Sequence[float], unit: float = NEAR, off: Any = ()) -> bool:
+    """Whether a state is a solution, with errors of ``unit`` of the terms, or is ``off`` by these values."""
     try:
         values, rows = surface.at(state)
     except ArithmeticError:
         return False
     return all(
-        abs(float(values[i])) <= unit * sum(abs(float(a)) * surface.scale[k] for k, a in rows[i].items())
+        abs(float(values[i] - off[i] if len(off) else values[i]))
+        <= unit * sum(abs(float(a)) * surface.scale[k] for k, a in rows[i].items())
         for i in surface.kept
     )
 

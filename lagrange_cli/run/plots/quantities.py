@@ -143,6 +143,8 @@ def look_up(result: Result, known: Mapping[str, Quantity], name: str, option: st
         )
     near = near_match(name, list(known))
     hint = f"did you mean {near}?" if near else f"known: {', '.join(itertools.islice(known, 12))}"
+    if set("+-*/(") & set(name):
+        hint = "write an expression under 'observables' in the system file, and its name here"
     raise UsageError(f"{option} {shown(name)}: {result.name} has no such quantity; {hint}")
 
 
