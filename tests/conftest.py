@@ -35,6 +35,20 @@ def no_line_is_left():
     assert left is None, "the test leaves a line of progress on its terminal"
 
 
+@pytest.fixture
+def however_small(monkeypatch):
+    """Small systems are families, too."""
+    monkeypatch.setattr("lagrange_cli.families.system.FEWEST", 0)
+    monkeypatch.setattr("lagrange_cli.families.system.FEWEST_JOINTED", 0)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The current folder, which is empty."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
 def pytest_addoption(parser):
     parser.addoption("--seed", type=int, help="seed of the draw from exhaustive suites [random]")
     parser.addoption("--most", type=int, help="run up to so many cases of each of them [all]")

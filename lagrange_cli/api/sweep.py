@@ -14,8 +14,9 @@ from lagrange_cli.api.stored import Stored, stored
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.errors import UsageError
 from lagrange_cli.run.derive import read_run
+from lagrange_cli.run.ensembles.contents import how_they_ended
 from lagrange_cli.run.ensembles.draws import draw_members
-from lagrange_cli.run.ensembles.ensemble import how_they_ended, make_ensemble
+from lagrange_cli.run.ensembles.ensemble import make_ensemble
 from lagrange_cli.run.ensembles.sweep import Swept
 from lagrange_cli.run.ensembles.sweep import sweep as sweep_ensemble
 from lagrange_cli.run.events import notes_of_members

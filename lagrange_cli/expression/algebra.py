@@ -8,6 +8,8 @@ Their elements combine with Python's own ``+ - * / **``; all else is asked of th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import add
 from typing import Any, Protocol, TypeVar
 
 E = TypeVar("E")
@@ -65,7 +67,7 @@ class Undecided:
 
 
 class Decided:
-    """An algebra of numbers: only the branch that applies is computed."""
+    """An algebra of numbers, which remember no symbol: only the branch that applies is computed."""
 
     def side(self, u: Any, at: int) -> int | None:
         """Raises ArithmeticError where there is nothing to compare."""
@@ -80,3 +82,12 @@ class Decided:
         self, chosen: Any, above: Callable[[], Value], below: Callable[[], Value]
     ) -> tuple[Value, Value]:
         raise NotImplementedError("the side is known")
+
+    def total(self, terms: Sequence[Any]) -> Any:
+        return reduce(add, terms)
+
+    def symbols(self, expression: Any) -> Sequence[Any]:
+        raise NotImplementedError("a number remembers no symbol")
+
+    def diff(self, expression: Any, symbol: Any) -> Any:
+        raise NotImplementedError("a number remembers no symbol")

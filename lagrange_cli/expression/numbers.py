@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import reduce
-from operator import add
 from typing import Any, ClassVar, TypeVar
 
 from lagrange_cli.expression.algebra import Decided
@@ -51,15 +49,6 @@ class NumberAlgebra(Decided):
         except ValueError as error:
             shown = ", ".join(f"{argument:.6g}" for argument in arguments)
             raise ArithmeticError(f"{name}({shown}) is not a real number") from error
-
-    def total(self, terms: Sequence[float]) -> float:
-        return reduce(add, terms)
-
-    def symbols(self, expression: float) -> tuple[float, ...]:
-        raise NotImplementedError("a number remembers no symbol")
-
-    def diff(self, expression: float, symbol: float) -> float:
-        raise NotImplementedError("a number remembers no symbol")
 
     def finite(self, tree: Tree, value: Any, *, fades: bool = False) -> Any:
         """``value``, which ``tree`` was built to, if it is a finite number; ``ExpressionError`` else, as

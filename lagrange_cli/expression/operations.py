@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import reduce
 from operator import add, mul, sub, truediv
 from typing import Any
@@ -25,7 +25,7 @@ def dot(left: tuple[Any, ...], right: tuple[Any, ...]) -> Any:
     return reduce(add, map(mul, left, right))
 
 
-def cross(left: tuple[Any, ...], right: tuple[Any, ...]) -> tuple[Any, ...]:
+def cross(left: Sequence[Any], right: Sequence[Any]) -> tuple[Any, Any, Any]:
     """The vector product of two vectors of three components."""
     a, b, c = left
     x, y, z = right

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.families.arrays import Array, Domain, Term, Total
 from lagrange_cli.families.articulation import constant_total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
 from lagrange_cli.families.jumps import refuse_angles, refuse_jumps
 from lagrange_cli.families.slopes import slopes
-from lagrange_cli.model.orientation import cross
 from lagrange_cli.spec.spec import Spec, grouped
 
 ON_COORDINATES, ON_PARTICLES, DISSIPATION = "generalized_forces", "forces", "dissipation"

@@ -16,7 +16,7 @@ from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import curved
-from lagrange_cli.families.rigid import ParticleVectors, Rigid, displacement, together
+from lagrange_cli.families.rigid import ParticleVectors, Rigid, displacement, growing, together
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
@@ -40,6 +40,7 @@ ROUNDED = 1e-10
 class Trial:
     """A displacement: ``of`` a state it gives the change of each coordinate, None where there is none. What
     it conserves is the ``quantity``; ``how`` says how it is done, or why that is conserved if it ``boosts``.
+    In a field, ``growth`` is the rate of the change.
     """
 
     quantity: str
@@ -47,6 +48,7 @@ class Trial:
     how: str
     of: Callable[[RandomState], Values | None]
     boosts: bool = False
+    growth: Callable[[RandomState], Values] | None = None
     alike: bool = False
     """Whether it changes all members of a family of coordinates, whatever these do to particles."""
 
@@ -67,8 +69,10 @@ class RandomState:
                 np.random.default_rng(STATES).choice([-1.0, 1.0], count) * (-1) ** seed
             )
         self.values = FamilyValues(system, self.t, q, v, self.parameters, signs)
-        self.slopes, self.slope_sizes = self._pair(system.slopes)
+        self.slopes, self.slope_sizes = self._pair(system.gradient)
         self.applied, self.applied_sizes = self._pair(system.applied)
+        none = np.zeros((2, system.q.count))
+        self.vector, self.vector_sizes = none if system.vector is None else self._pair(system.vector)
 
     def _pair(self, total: Total) -> tuple[Values, Values]:
         values = self.values
@@ -103,12 +107,22 @@ class RandomState:
         before, after = (float(np.sum(one.node(self.system.kinetic))) for one in (self.values, moved))
         return abs(after - before) <= ROUNDED * abs(before)
 
-    def vanishes(self, direction: Values, *, applied: bool, inside: bool = True) -> bool:
-        """Whether forces do no work in a direction: those in L if ``inside``, and those ``applied``."""
-        forces = -self.slopes * inside + self.applied * applied
-        sizes = self.slope_sizes * inside + self.applied_sizes * applied
+    def idles(self, direction: Values) -> bool:
+        """Whether applied forces do no work in a direction."""
         with np.errstate(all="ignore"):
-            return bool(np.abs(direction @ forces) <= ROUNDED * (np.abs(direction) @ sizes))
+            size = np.abs(direction) @ self.applied_sizes
+            return bool(np.abs(direction @ self.applied) <= ROUNDED * size)
+
+    def keeps(self, trial: Trial, direction: Values) -> bool:
+        """Whether U changes in the direction of a trial by the work of applied forces, if at all."""
+        growth = 0.0 * self.v if trial.growth is None else trial.growth(self)
+        with np.errstate(all="ignore"):
+            work = direction @ (self.applied - self.slopes) - growth @ self.vector
+            size = np.abs(direction) @ (self.applied_sizes + self.slope_sizes)
+            size += np.abs(growth) @ self.vector_sizes
+            lost = direction @ self.vector * trial.boosts
+            least = ROUNDED * (np.abs(direction) @ self.vector_sizes)
+            return bool(np.abs(work) <= ROUNDED * size and np.abs(lost) <= least)
 
     def allows(self, direction: Values) -> bool:
         """Whether constraints stay as they are in a direction."""
@@ -150,9 +164,9 @@ def constants_of(system: FamilySystem) -> ConservedQuantities:
                 idle[:] = False
         kept = free & idle
         found = [kept_momentum(names[k], constrained=constrained) for k in np.flatnonzero(kept).tolist()]
-        idle_power = all(one.vanishes(one.v, applied=True, inside=False) for one in states)
+        idle_power = all(one.idles(one.v) for one in states)
         if system.steady_potential and system.idle_bonds and idle_power:
-            fixed = "positions" if system.spec.lagrangian is None else ""
+            fixed = "positions" if system.spec.lagrangian is None and system.vector is None else ""
             found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
         found += further(system, states, kept)
     return ConservedQuantities(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
@@ -184,12 +198,12 @@ def further(
         if any(one is None or not np.any(one) for one in directions):
             continue
         pairs = [(one, state) for one, state in zip(directions, states) if one is not None]
-        if trial.alike and system.joints is not None:
+        if trial.alike and not system.straight:
             if not all(state.keeps_kinetic(one) for one, state in pairs):
                 continue
             if trial.quantity in known or any(follows(pairs, one) for one in known.values()):
                 continue
-        if not all(state.vanishes(one, applied=True) and state.allows(one) for one, state in pairs):
+        if not all(state.keeps(trial, one) and state.allows(one) for one, state in pairs):
             continue
         constant = trial.quantity.startswith("P")
         if constant and all(np.all(kept[np.flatnonzero(one)]) for one, _ in pairs):
@@ -197,7 +211,7 @@ def further(
         known[trial.quantity] = [one for one, _ in pairs]
         because = trial.how
         if not trial.boosts:
-            idle = all(state.vanishes(one, applied=True, inside=False) for one, state in pairs)
+            idle = all(state.idles(one) for one, state in pairs)
             because = f"{trial.how} {unchanged(system, idle=idle)}"
         yield Conserved(trial.quantity, trial.text, because)
 
@@ -225,23 +239,29 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
     if system.spec.lagrangian is not None:
         yield from shifts(system)
         return
-    rigid = None if system.joints is None else Rigid(system)
+    rigid = None if system.straight else Rigid(system)
     counts = {name: len(totals) for name, totals in system.positions.items()}
     axes = range(max(counts.values()))
     everything, spins = ("everything", " + spins") if system.bodies else ("all particles", "")
+    field = system.vector is not None
     for axis in axes:
         name = COMPONENTS[axis]
         how = f"moving {everything} along {name}"
-        yield Trial(f"P_{name}", f"sum of m*v{name}", how, partial(moved, quantity=f"P_{name}", rigid=rigid))
+        text = f"sum of m*v{name}" + f" - dU/dv{name}" * field
+        yield Trial(f"P_{name}", text, how, partial(moved, quantity=f"P_{name}", rigid=rigid))
     if len({*counts.values()}) == 1:
         for name, (i, j) in TURNS.items():
             if max(i, j) in axes:
                 about = f"the {name} axis" if len(axes) == len(COMPONENTS) else "the origin"
-                x, y, u, w = COMPONENTS[i], COMPONENTS[j], VELOCITY_COMPONENTS[i], VELOCITY_COMPONENTS[j]
+                x, y = COMPONENTS[i], COMPONENTS[j]
+                u, w = (
+                    f"(m*{one} - dU/d{one})" if field else f"m*{one}"
+                    for one in (VELOCITY_COMPONENTS[i], VELOCITY_COMPONENTS[j])
+                )
                 yield Trial(
-                    f"L_{name}", f"sum of {x}*m*{w} - {y}*m*{u}{spins}",
-                    f"turning {everything} about {about}",
+                    f"L_{name}", f"sum of {x}*{w} - {y}*{u}{spins}", f"turning {everything} about {about}",
                     partial(moved, quantity=f"L_{name}", rigid=rigid),
+                    growth=partial(grown, quantity=f"L_{name}", rigid=rigid) if field and rigid else None,
                 )  # fmt: skip
     for axis in axes if len(system.spec.embedding) > 1 else ():
         name = COMPONENTS[axis]
@@ -259,6 +279,11 @@ def moved(state: RandomState, quantity: str, rigid: Rigid | None) -> Values | No
         return state.change(displacement(quantity)(state.places))
     parts = rigid.parts(quantity)
     return None if parts is None else together(parts, state.q)
+
+
+def grown(state: RandomState, quantity: str, rigid: Rigid) -> Values:
+    """The rate of that change."""
+    return growing(rigid.parts(quantity) or (), state.v)
 
 
 def shifts(system: FamilySystem) -> Iterator[Trial]:

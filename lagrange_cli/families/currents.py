@@ -22,8 +22,8 @@ def current(system: FamilySystem, quantity: str) -> Total:
     kind, _, name = quantity.partition("_")
     if system.spec.lagrangian is not None:
         terms = [*of_family(system, name)]
-    elif system.joints is not None:
-        terms = [*of_joints(system, quantity)]
+    elif not system.straight:
+        terms = [*of_coordinates(system, quantity)]
     elif kind == "L":
         i, j = TURNS[name]
         terms = [*turning(system, i, j), *turning(system, j, i, -1.0)]
@@ -44,8 +44,8 @@ def of_family(system: FamilySystem, name: str) -> Iterator[Term]:
         first += count
 
 
-def of_joints(system: FamilySystem, quantity: str) -> Iterator[Term]:
-    """The same of chains and trees: the momenta of what changes."""
+def of_coordinates(system: FamilySystem, quantity: str) -> Iterator[Term]:
+    """The same of chains and trees, and in a field: the momenta of what changes."""
     kind, _, name = quantity.partition("_")
     found = Rigid(system).parts(quantity)
     if found is None:

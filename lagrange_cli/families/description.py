@@ -64,8 +64,10 @@ class Modes:
 class FamilySystem:
     """``masses`` and ``forces`` have an entry for each coordinate: M a = forces. ``needed`` are the totals
     that the forces take, in the order in which they can be computed, ``totals`` all that expressions contain.
-    ``energies`` are those that the potential is made of. The forces are those in L, -dU/dq of the ``slopes``,
-    and those that are ``applied`` besides.
+    ``energies`` are those that the potential is made of. The forces are those in L, opposite to the
+    ``slopes``, and those that are ``applied`` besides. A U that is linear in velocities, such as that of
+    charges in a magnetic field, has a derivative by these, ``vector``; the slopes are dU/dq - d/dt dU/dq_dot
+    then (H. Goldstein, Classical Mechanics, 2nd ed., eq. 1-58), and dU/dq is the ``gradient``.
     ``potential`` and ``kinetic`` are expressions of a domain of one member, ``root``; with a given Lagrangian
     their difference is L.
     With ``joints``, M is none of its entries: the forces act on coordinates alone, and ``loads`` has what
@@ -89,6 +91,7 @@ class FamilySystem:
     needed: Sequence[Total]
     energies: Sequence[Total]
     slopes: Total
+    gradient: Total
     applied: Total
     potential: Node
     kinetic: Node
@@ -99,9 +102,10 @@ class FamilySystem:
     accelerations: Total
     """Those of the coordinates. On chains and trees they are computed from all equations together, and have
     no terms."""
+    vector: Total | None = None
     joints: Articulation | None = None
     speeds: Mapping[str, Sequence[Total | None]] = MappingProxyType({})
-    """The velocities of particles on chains and trees, None of what rests."""
+    """The velocities of particles on chains and trees, or in a field; None of what rests."""
     centres: Sequence[Total] = ()
     """The sums of m x, m y and so on, likewise."""
     loads: Sequence[Total] = ()
@@ -121,6 +125,11 @@ class FamilySystem:
     def contacts(self) -> Contacts | None:
         """Resting contact at events."""
         return None if self.events is None else self.events.contacts
+
+    @property
+    def straight(self) -> bool:
+        """Whether momenta are those of particles: M v, component by component."""
+        return self.joints is None and self.vector is None
 
     @property
     def mixed(self) -> bool:
@@ -186,8 +195,9 @@ class FamilySystem:
     def conserved(self) -> tuple[str, ...]:
         """h, and the momenta of cyclic coordinates, as far as their form shows that they are constants."""
         acted = np.zeros(self.q.count, dtype=bool)
-        for term in self.forces.terms:
-            acted[term.targets] = True
+        for total in (self.forces,) if self.vector is None else (self.gradient, self.applied):
+            for term in total.terms:
+                acted[term.targets] = True
         for one in self.joints.joints if self.joints else ():
             for rows in one.rows:
                 acted[rows] = True

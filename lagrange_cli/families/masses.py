@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.description import Component
@@ -57,6 +57,12 @@ def masses_of(builder: FamilyBuilder, particles: Sequence[Component]) -> Total:
     return masses
 
 
+def kinked(node: Node, by: Iterable[Node]) -> bool:
+    """Whether switches in an expression depend on some symbols."""
+    symbols = sum(one.symbols for one in by)
+    return any(one.kind is Kind.SWITCH and one.symbols & symbols for one in reachable([node]))
+
+
 def fixed(builder: FamilyBuilder, node: Node) -> bool:
     """Whether it is a constant of the motion."""
     if node.symbols & builder.time.symbols:
@@ -66,22 +72,31 @@ def fixed(builder: FamilyBuilder, node: Node) -> bool:
 
 
 def separated(builder: FamilyBuilder, lagrangian: Node) -> tuple[Node, Total]:
-    """A given Lagrangian as sum M v^2/2 - U: U, and M. The terms of totals that contain velocities lose
-    them."""
+    """A given Lagrangian as sum M v^2/2 - U, with a U that is linear in velocities: U, and M. The terms of
+    totals lose M v^2/2."""
     graph, slots = builder.graph, builder.slots
     linear = factors(lagrangian, builder.totals, slots)
     masses: list[Term] = []
 
     def parted(domain: Domain, node: Node, factor: Node | None) -> Node:
-        """Without its velocities, whose masses are noted."""
+        """Without its terms M v^2/2, whose masses are noted."""
         speeds = [(s, slot) for s, slot in slots.inside(node) if slot.array is builder.v]
-        for symbol, slot in speeds:
-            momentum = graph.diff(node, symbol)
+        if not speeds:
+            return node
+        at_rest = {s: graph.zero for s, _ in speeds}
+        momenta = [graph.diff(node, s) for s, _ in speeds]
+        left, *offsets = substituted(graph, [node, *momenta], at_rest)
+        for (symbol, slot), momentum, own in zip(speeds, momenta, offsets):
             mass = graph.diff(momentum, symbol)
-            if factor is None or not fixed(builder, mass) or momentum is not mass * symbol:
+            coupled = any(not graph.diff(momentum, s).is_zero for s, _ in speeds if s is not symbol)
+            if coupled or not fixed(builder, mass) or kinked(momentum, at_rest):
                 raise Unsuited
-            masses.append(Term(domain, factor * mass, slot.table))
-        return substituted(graph, [node], {s: graph.zero for s, _ in speeds})[0] if speeds else node
+            if not mass.is_zero:
+                if factor is None:
+                    raise Unsuited
+                masses.append(Term(domain, factor * mass, slot.table))
+            left += own * symbol
+        return left
 
     replaced: dict[Total, Total] = {}
     for i, total in enumerate(builder.totals):

@@ -152,6 +152,8 @@ class _Reactions:
         """-F on each component of the places of a family, and the coordinates along which there are forces
         besides, with what is said of these."""
         spec, system = self.system.spec, self.system
+        if system.vector is not None:
+            raise Unsuited  # the rate of dU/dv is a force, too
         found: dict[Axis, list[Term]] = {}
         along: dict[int, str] = {}
         dissipation = spec.forces.get(DISSIPATION, {})

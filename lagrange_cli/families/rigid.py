@@ -1,5 +1,5 @@
-"""Translations and rotations of all particles on chains and trees, as changes of coordinates: members of a
-family that change alike, or by the members of another, as in a rotation of x and y."""
+"""Translations and rotations of all particles on chains and trees, or in a field, as changes of coordinates:
+members of a family that change alike, or by the members of another, as in a rotation of x and y."""
 
 from __future__ import annotations
 
@@ -138,6 +138,11 @@ def together(parts: Sequence[Part], q: Numbers) -> Numbers:
     for one in parts:
         made += one.change(q)
     return made
+
+
+def growing(parts: Sequence[Part], v: Numbers) -> Numbers:
+    """How fast it grows."""
+    return together([one for one in parts if one.other is not None], v)
 
 
 def shift(places: ParticleVectors, axis: int) -> ParticleVectors:

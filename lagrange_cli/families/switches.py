@@ -7,34 +7,25 @@ it has as many modes as its argument has different values among the members.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
-from lagrange_cli.families.friction import Decision, Friction, Held, Rest, held, holds, linear_in
-from lagrange_cli.families.jumps import is_root, jumps, partial, refuse_angles, symbols_of
+from lagrange_cli.families.friction import Decision, Held, Rest, held, linear_in
+from lagrange_cli.families.switched import Switched
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
-from lagrange_cli.mechanics.switching.switches import Merging, switches
+from lagrange_cli.mechanics.switching.switches import switches
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lagrange_cli.expression.index_arrays import Places
-
-
-JUMPS = (
-    "forces that jump other than with a coordinate, a velocity or a difference of these",
-    "write friction as -F*sign(x_dot[i]) on x[i], or as dissipation: F*abs(x_dot[i] - x_dot[j]), without "
-    "constraints, and let other forces not jump",
-)
-"""What members are written out for, and how to do without."""
 
 
 def with_modes(system: FamilySystem) -> FamilySystem | None:
@@ -65,111 +56,14 @@ Use: TypeAlias = "tuple[Domain, Node]"
 """Members that have a switch, and its argument."""
 
 
-class Switching:
-    """The switches of a system, and its totals with modes."""
+class Switching(Switched):
+    """The totals of a system with modes in place of switches."""
 
     def __init__(self, system: FamilySystem, listed: Sequence[Total] = ()) -> None:
-        self.system, self.slots, self.graph = system, system.slots, system.slots.graph
-        self.places = symbols_of(self.slots, system.q, system.v)
-        """What moves, but t."""
-        self.moving = self.places | system.time.symbols
-        events = [] if system.events is None else [system.events.arguments]
-        used = *system.energies, *system.acting, system.slopes, system.applied, *events, *listed
-        self.totals = [*dict.fromkeys(used)]
-        self._others = [system.kinetic, *(one.node for one in system.masses.terms)]
-        """What may have no switches."""
-        if system.bonds is not None:
-            self._others += system.bonds.nodes
-        if system.joints is not None:
-            fixed = *system.joints.nodes, *system.joints.inertia
-            self._others += [*system.joints.moved, *(term.node for one in fixed for term in one.terms)]
-        self._merging = Merging(self.graph, self.moving)
-        self._merged: dict[Total, tuple[Term, ...]] = {}
+        super().__init__(system, listed)
         self._changed: dict[Total, Total] = {}
         self.turned: dict[Use, NDArray[np.bool_]] = {}
         """Which members have the opposite of what decides their mode."""
-
-    def merged(self, total: Total) -> tuple[Term, ...]:
-        """The terms of a total with one switch for each argument."""
-        if total not in self._merged:
-            nodes = self._merging.merged([one.node for one in total.terms])
-            terms = tuple(replace(one, node=node) for one, node in zip(total.terms, nodes))
-            self._merged[total] = terms if switches(nodes, self.moving) else total.terms
-        return self._merged[total]
-
-    @property
-    def any(self) -> bool:
-        """Whether there are switches."""
-        return any(map(self.switched, (*self._others, self.system.potential, *self._nodes)))
-
-    @property
-    def _nodes(self) -> list[Node]:
-        """The expressions of all totals with one switch for each argument."""
-        return [term.node for total in self.totals for term in self.merged(total)]
-
-    def within(self, total: Total) -> bool:
-        """Whether there are switches in it, or in what it is made of."""
-        return any(self.switched(term.node) for term in total.terms)
-
-    def switched(self, node: Node) -> bool:
-        """Whether there are switches in an expression, or in what it is made of."""
-        if switches([node], self.moving):
-            return True
-        arrays = (slot.array for _, slot in self.slots.inside(node))
-        return any(isinstance(array, Total) and self.within(array) for array in arrays)
-
-    def refuse(self) -> None:
-        """Raise ``Unsuited`` for switches that have no modes here."""
-        if any(map(self.switched, self._others)):
-            raise Unsuited
-        nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
-        acting = self.system.forces, self.system.applied, self.system.slopes
-        others = [term.node for one in self.totals if one not in acting for term in self.merged(one)]
-        inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
-        rubbing = {friction.argument for friction in self.friction}
-        decisive = switches(nodes, self.moving)
-        refuse_angles(self.slots, [one.arguments[0] for one in decisive])
-        for one in decisive:
-            argument, above, below = one.arguments
-            followed = argument in rubbing and one not in inside
-            if argument.symbols & self.places and not followed and jumps(self.graph, one):
-                raise Unsuited(*JUMPS)
-            if any(jumps(self.graph, inner) for inner in self._within(argument)):
-                raise Unsuited
-            inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0])]
-            if inner:
-                raise Unsuited  # they may have no value on the other side, and are followed there, too
-            if self.speedy(argument) and any(map(is_root, reachable([above, below]))):
-                raise Unsuited  # what has no series where a velocity is 0 may come to rest there
-
-    @cached_property
-    def friction(self) -> list[Friction]:
-        """The forces that can hold coordinates. Raises ``Unsuited`` where one that jumps cannot."""
-        found, system = list[Friction](), self.system
-        for term in self.merged(system.forces):
-            jumping: dict[Node, list[Node]] = {}
-            for one in switches([term.node], self.moving):
-                argument = one.arguments[0]
-                if argument.symbols & self.places and jumps(self.graph, one):
-                    if not holds(system, term, argument, self.moving):
-                        raise Unsuited(*JUMPS)
-                    jumping.setdefault(argument, []).append(one)
-            found += [Friction(term, argument, listed) for argument, listed in jumping.items()]
-        return found
-
-    def _within(self, node: Node) -> Iterator[Node]:
-        """The switches in an expression, and in what it is made of."""
-        yield from switches([node], self.moving)
-        for array in {slot.array for _, slot in self.slots.inside(node)}:
-            if isinstance(array, Total):
-                for term in self.merged(array):
-                    yield from self._within(term.node)
-
-    def speedy(self, node: Node) -> bool:
-        """Whether velocities are in an expression, or in what it is made of."""
-        arrays = {slot.array for _, slot in self.slots.inside(node)}
-        inner = (term.node for one in arrays if isinstance(one, Total) for term in one.terms)
-        return self.system.v in arrays or any(map(self.speedy, inner))
 
     @cached_property
     def uses(self) -> list[dict[Use, Places]]:
@@ -265,6 +159,7 @@ class Switching:
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
+            gradient=self.of(system.gradient), vector=system.vector and self.of(system.vector),
             applied=self.of(system.applied), loads=[*map(self.of, system.loads)], events=events, modes=modes,
         )  # fmt: skip
 

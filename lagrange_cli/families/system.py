@@ -110,10 +110,10 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
 
 
 def without_constraints(spec: Spec) -> FamilySystem | None:
-    """The system that a file with constraints describes without them, if it is of this kind and its
-    coordinates are places of particles."""
-    found = any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=()))
-    return None if found is None or found.joints is not None else found
+    """The system that a file describes without its constraints, if it is of this kind."""
+    if not spec.constrained:
+        return any_family_system(spec)
+    return any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=()))
 
 
 def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem:
@@ -149,8 +149,12 @@ def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
         covered[term.targets] = True
     if not covered.all():
         raise Unsuited
-    (rates,), needed = slopes(potential, builder.root, totals, slots, builder.q)
-    refuse_speeds(builder, potential, (*totals, rates, *needed))
+    (gradient, vector), needed = slopes(potential, builder.root, totals, slots, builder.q, builder.v)
+    rates = gradient
+    if vector.terms:
+        builder.totals += needed
+        gained = (Term(one.domain, -builder.rate(one.node, one.domain), one.targets) for one in vector.terms)
+        rates, needed = total_of(builder.q.count, [*gradient.terms, *gained], graph), []
     terms, _, beside = applied_forces(builder, spec, ())
     forces = total_of(builder.q.count, [*opposite(rates), *terms], graph)
     builder.totals.append(masses)
@@ -159,14 +163,17 @@ def separate(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     zeros = np.zeros(builder.q.count, dtype=np.int64)
     energy = builder.added(1, [Term(everyone, 0.5 * mass * speed * speed, zeros)])
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
-    momenta = total_of(builder.q.count, [Term(everyone, mass * speed, np.arange(builder.q.count))], graph)
+    momentum = [Term(everyone, mass * speed, np.arange(builder.q.count)), *opposite(vector)]
+    momenta = total_of(builder.q.count, momentum, graph)
     used = [total for total in builder.totals if total not in (masses, energy)]
     bound = bonds(builder, spec)
     if bound is not None:
         bound.elimination  # noqa: B018 - refuses what is coupled to too much
     return described(
         builder, everyone=everyone, masses=masses, forces=forces, needed=[*used, *needed, *beside],
-        energies=totals, slopes=rates, applied=total_of(builder.q.count, terms, graph), potential=potential,
+        energies=totals, slopes=rates, gradient=gradient, vector=vector if vector.terms else None,
+        centres=centres(builder, spec) if vector.terms else (),
+        applied=total_of(builder.q.count, terms, graph), potential=potential,
         kinetic=kinetic, momenta=momenta, components=components, bonds=bound,
         accelerations=accelerations(builder, everyone, forces, masses, bound),
     )  # fmt: skip
@@ -207,9 +214,9 @@ def articulated(spec: Spec, algebra: GraphAlgebra) -> FamilySystem:
     bound = bonds(builder, spec, found)
     return described(
         builder, everyone=Domain(builder.q.count), masses=total_of(builder.q.count, [], graph), forces=forces,
-        needed=[*needed, *beside], energies=totals, slopes=whole, applied=applied,
+        needed=[*needed, *beside], energies=totals, slopes=whole, gradient=whole, applied=applied,
         potential=potential, kinetic=kinetic, momenta=momentum, components=[], joints=found, loads=pulls,
-        centres=centres(builder, spec), bonds=bound,
+        centres=centres(builder, spec), bonds=bound, vector=None,
         accelerations=Total(Source.TOTAL, builder.q.count),
     )  # fmt: skip
 
@@ -227,7 +234,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         from lagrange_cli.families.turning import bodies_of
 
         parts["bodies"] = bodies_of(builder)
-    if "joints" in parts:
+    if "joints" in parts or parts["vector"] is not None:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(
         spec=spec, algebra=builder.algebra, slots=builder.slots, q=builder.q, v=builder.v,

@@ -11,9 +11,10 @@ import numpy as np
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Differ, Places, split
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.groups import Group, group_of, parts_of, placed_parts
-from lagrange_cli.model.orientation import Turning, cross, turning
+from lagrange_cli.model.orientation import Turning, turning
 from lagrange_cli.model.rigid_body import equimomental, second_moments
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.spec import Expression, Spec, grouped

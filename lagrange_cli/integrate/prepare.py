@@ -91,12 +91,8 @@ def prepare_system(
 
     def write(stage: Stage = untimed) -> tuple[Program, Recording]:
         from lagrange_cli.errors import TooLarge, TooLargeSystem
-        from lagrange_cli.integrate.families import (
-            family_run,
-            without_costly,
-            without_expansion,
-            write_families,
-        )
+        from lagrange_cli.integrate.families import family_run, without_costly, without_expansion
+        from lagrange_cli.integrate.family_program import write_families
         from lagrange_cli.integrate.program import write_run
 
         with uncollected():

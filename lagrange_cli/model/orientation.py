@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Generic
 
 from lagrange_cli.expression.algebra import Algebra, E
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.expression.vocabulary import AXES_COMPONENTS, AXES_RATES, BODY_SPIN, SPACE_SPIN
 from lagrange_cli.records import dataclass
 
@@ -112,13 +113,6 @@ def by_quaternion(
     in_space = tuple(two * (one + c) for one, c in zip(common, across))
     in_body = tuple(two * (one - c) for one, c in zip(common, across))
     return matrix, in_space, in_body
-
-
-def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """a x b."""
-    x, y, z = a
-    u, v, w = b
-    return y * w - z * v, z * u - x * w, x * v - y * u
 
 
 def dot(algebra: Algebra[E], a: Sequence[Any], b: Sequence[Any]) -> Any:

@@ -27,8 +27,9 @@ from operator import add
 from typing import Any
 
 from lagrange_cli.expression.algebra import Algebra, E
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.model.model import Particle
-from lagrange_cli.model.orientation import Turning, cross
+from lagrange_cli.model.orientation import Turning
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.spec.spec import Expression, Inertia
 

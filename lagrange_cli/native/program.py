@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.constraints import Constraints
@@ -21,7 +21,7 @@ from lagrange_cli.native.interface import STEPPING, Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.motions import Specification, motion_of
-from lagrange_cli.native.numbers.beside import BesideEmitter
+from lagrange_cli.native.numbers.beside import BesideEmitter, RoundedEmitter
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.observation import write_prepare, write_values
@@ -32,6 +32,8 @@ from lagrange_cli.series.program import SeriesProgram
 
 if TYPE_CHECKING:
     from lagrange_cli.native.numbers.double_double import DoubleDouble
+
+Make: TypeAlias = "Callable[[Function], Written[Any]]"
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,8 @@ def write_program(
     if factor is not None:
         emitter = partial(BesideEmitter, factor=factor)
     parts = kind.parts
-    make: Callable[[Function], Written[Any]] = emitter if kind is Emitter else kind
+    make: Make = emitter if kind is Emitter else kind
+    sampling: Make = make if factor is None else partial(RoundedEmitter, factor=factor)
     observing = observing or residual
     seen = one_sided(residual.graph, [*observed.values()], residual.variables)
     sampled = saturated_each(residual.graph, seen, residual.variables)
@@ -140,11 +143,13 @@ def write_program(
     made = motion_of(equations, parts)
     symbols = [*model.q, *model.v]
 
-    def values(name: str, symbols: Sequence[Node], nodes: Iterable[Node], **more: Any) -> tuple[str, int]:
+    def values(
+        name: str, symbols: Sequence[Node], nodes: Iterable[Node], kind: Make = make, **more: Any
+    ) -> tuple[str, int]:
         rows = interface.rows
-        return write_values(name, make, model.time, symbols, rows, [*nodes], constants, **more)
+        return write_values(name, kind, model.time, symbols, rows, [*nodes], constants, **more)
 
-    observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
+    observe, operations = values("observe", symbols, quantities, sampling, unknowns=unknowns)
     texts = [*made.parts, observe]
     if residual.bent:
         at = model.time, [*residual.state_q, *residual.state_v], interface.inner.width

@@ -7,9 +7,9 @@ from itertools import chain
 from typing import Any, Protocol
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
-from lagrange_cli.model.orientation import cross
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.records import dataclass
 

@@ -139,7 +139,8 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
         return None
     from lagrange_cli.families.conservation import constants_of
     from lagrange_cli.integrate.compilation import Compilation
-    from lagrange_cli.integrate.families import engine, family_run, write_families
+    from lagrange_cli.integrate.families import engine, family_run
+    from lagrange_cli.integrate.family_program import write_families
 
     compilation = Compilation(method, FULL_PRECISION, outputs)
     system = family_run(spec, compilation)

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import fields_of
+from lagrange_cli.run.shortened import by_template, cut, in_short, listed, readable, section, together
 from lagrange_cli.run.source import count_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.conservation import Conserved
     from lagrange_cli.run.check import Classification, Eliminated
     from lagrange_cli.spec.spec import Spec
-
-MOST_LINES = 20
-"""Entries of one list that are shown."""
-LONGEST = 200
-"""Characters of an expression that is shown."""
 
 
 def as_object(found: Classification) -> dict[str, Any]:
@@ -77,16 +70,14 @@ def dependence_on_time(found: Classification) -> str:
     return f"scleronomic: {listed(independent)} {do} not depend on t"
 
 
-def listed(words: Sequence[str]) -> str:
-    """``a, b and c``."""
-    return " and ".join([*([", ".join(words[:-1])] if words[1:] else []), words[-1]])
-
-
 def as_text(found: Classification, *, verbose: bool) -> str:
     """The facts in a few lines."""
     names, spec = [one.name for one in found.spec.coordinates], found.spec
     mechanics = found.mechanics
-    conserved = together({one.quantity: conserved_shown(one) for one in mechanics.conserved}, spec)
+    conserved = {
+        one.quantity: f"{one.quantity} = {readable(one.expression)}: {one.because}"
+        for one in mechanics.conserved
+    }
     degrees = count_of(spec.degrees_of_freedom, "degree")
     return "\n".join(
         (
@@ -94,7 +85,7 @@ def as_text(found: Classification, *, verbose: bool) -> str:
             f"  coordinates: {', '.join(in_short(names, spec))}",
             f"  cyclic: {', '.join(in_short(found.mechanics.cyclic, spec)) or 'none'}",
             *constraints_shown(found),
-            *section("conserved", conserved, "neither h nor any p_k"),
+            *section("conserved", together(conserved, spec), "neither h nor any p_k"),
             *(section("events", events_of(found.spec), "") if found.spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
             *(section("structure", mechanics.structure, "") if verbose and mechanics.structure else ()),
@@ -245,79 +236,3 @@ def events_of(spec: Spec) -> list[str]:
             what = ", ".join(f"{target} -> {spelled(value, sizes)}" for target, value in each.changes.items())
         lines.append(f"{name}: {spelled(each.when, spec.sizes)} = 0, {HOW[each.direction]}: {what}")
     return lines
-
-
-def in_short(names: Sequence[str], spec: Spec, sections: Sequence[str] = ("coordinates",)) -> list[str]:
-    """The names, with all members of a family as one: ``u[0..19,0..9]``."""
-    families = {name: one for key in sections for name, one in spec.families.get(key, {}).items()}
-    present = set(names)
-    whole = {name: family for name, family in families.items() if present.issuperset(family.members)}
-    ends = {name: ",".join(f"0..{n - 1}" for n in family.shape) for name, family in whole.items()}
-    shown: dict[str, None] = {}
-    for name in names:
-        base = name.partition("[")[0]
-        shown[f"{base}[{ends[base]}]" if base in ends else name] = None
-    return list(shown)
-
-
-def conserved_shown(one: Conserved) -> str:
-    """A conserved quantity in a line, with the reason."""
-    return f"{one.quantity} = {readable(one.expression)}: {one.because}"
-
-
-def readable(expression: str) -> str:
-    """An expression, or where it is long, how many terms it has."""
-    if len(expression) <= LONGEST:
-        return expression
-    depth, count = 0, 1
-    for before, letter, after in zip(expression, expression[1:], expression[2:]):
-        depth += (letter in "([") - (letter in ")]")
-        count += depth == 0 and letter in "+-" and before == after == " "
-    return f"a sum of {count} terms, see --json" if count > 1 else "a long expression, see --json"
-
-
-def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
-    """The ``lines`` of conserved quantities, with one for the momenta of a family if all of them say the
-    same, each of its own member: ``p_u[i] = dL/du_dot[i]: ...   [for i in range(20)]``."""
-    shown = dict(lines)
-    for family in spec.families.get("coordinates", {}).values():
-        momenta, speed = [f"p_{member}" for member in family.members], velocity_name(family.label)
-        if len(momenta) < 2 or not lines.keys() >= {*momenta}:
-            continue
-        found = set()
-        for momentum, member in zip(momenta, family.members):
-            line = lines[momentum].replace(member, family.label)
-            found.add(line.replace(velocity_name(member), speed))
-        if len(found) == 1:
-            ranges = " ".join(f"for {i} in range({n})" for i, n in zip("ijklmn", family.shape))
-            shown |= dict.fromkeys(momenta, f"{found.pop()}   [{ranges}]")
-    return [*dict.fromkeys(shown.values())]
-
-
-def by_template(lines: Mapping[str, str], spec: Spec) -> list[str]:
-    """The ``lines`` of constraints, with one for a family with one index if all of its members say the same,
-    each of what has its own index."""
-    shown = dict(lines)
-    for family in spec.families.get("nonholonomic", {}).values():
-        if len(family.shape) != 1 or len(family.members) < 2 or not lines.keys() >= {*family.members}:
-            continue
-        found = {
-            lines[member].replace(f"[{k}]", family.label.removeprefix(family.name))
-            for k, member in enumerate(family.members)
-        }
-        if len(found) == 1:
-            range_ = f"   [for i in range({family.shape[0]})]"
-            shown |= dict.fromkeys(family.members, f"{found.pop()}{range_}")
-    return [*dict.fromkeys(shown.values())]
-
-
-def cut(lines: Sequence[str]) -> list[str]:
-    """The lines, and how many more there are, if they are many."""
-    left = len(lines) - MOST_LINES
-    return [*lines[:MOST_LINES], *([f"and {left} more, see --json"] if left > 0 else [])]
-
-
-def section(title: str, lines: Sequence[str], none: str) -> list[str]:
-    """A titled list, one line for each entry as long as there are not too many; ``none`` if it is empty."""
-    shown = [f"    {line}" for line in cut(lines)]
-    return [f"  {title}:", *shown] if lines else [f"  {title}: {none}"]

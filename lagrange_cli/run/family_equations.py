@@ -93,9 +93,9 @@ def may_have(spec: Spec, form: str) -> bool:
         return False
     if form not in DIAGONAL or not spec.families.get("coordinates"):
         return True
-    from lagrange_cli.families.system import any_family_system
+    from lagrange_cli.families.system import without_constraints
 
-    found = any_family_system(spec)
+    found = without_constraints(spec)
     return found is None or (found.joints is None and found.smooth is None)
 
 
@@ -142,17 +142,16 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates") or spec.events or spec.bodies:
+    if not spec.families.get("coordinates") or spec.events:
         return None
-    from lagrange_cli.families.system import any_family_system, family_system, without_constraints
+    from lagrange_cli.families.system import family_system, without_constraints
 
     with stage("derive"), located(spec):
         small = small or len(spec.coordinates) >= MANY
-        if spec.constrained:
-            system = without_constraints(spec) if small else None
-        else:
-            system = any_family_system(spec) if small else family_system(spec)
+        system = without_constraints(spec) if small or spec.constrained else family_system(spec)
         if system is None or system.smooth is not None:
+            return None
+        if spec.constrained and system.joints is None and not small:
             return None
         from lagrange_cli.limits import Work
         from lagrange_cli.symbolic.families.equations import family_equations
@@ -190,21 +189,16 @@ def by_members(spec: Spec, form: str, coordinates: str) -> Iterator[None]:
 
 def why_members(spec: Spec, form: str, coordinates: str) -> str:
     """Why the equations are not printed with indices."""
-    from lagrange_cli.families.system import UNKNOWN, any_family_system
+    from lagrange_cli.families.system import UNKNOWN, without_constraints
 
     if coordinates:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
         return f"--form {form} writes out every member"
-    parts = [
-        part for part in ("constraints", "nonholonomic", "events", "bodies", *UNKNOWN) if getattr(spec, part)
-    ]
-    if parts and {*parts} <= {"constraints", "nonholonomic"}:
-        needs = "a constant diagonal mass matrix"
-        return f"every member is written out, since printing constraints with indices needs {needs}"
+    parts = [part for part in ("events", *UNKNOWN) if getattr(spec, part)]
     if parts:
         return f"with {parts[-1]} every member is written out"
-    found = any_family_system(spec)
+    found = without_constraints(spec)
     if found is not None and found.joints is not None and form in DIAGONAL:
         return f"--form {form} writes out every member of chains and trees"
     if found is not None and found.smooth is None:
@@ -222,18 +216,20 @@ def smaller(spec: Spec) -> str:
 
 def refuse_form(derived: DerivedFamilies, form: str) -> None:
     """Raise ``UsageError`` where the equations do not have a form."""
-    if form == "explicit" and derived.equations.constraints:
-        raise UsageError(
-            "--form explicit: with constraints, accelerations and multipliers are the solution of all "
-            "equations together, and are not printed with indices; "
-            "use --form matrix (M a = f + A^T lambda, A a = b)"
+    if form != "explicit" or derived.equations.accelerations is not None:
+        return
+    if derived.equations.constraints:
+        what = "with constraints, accelerations and multipliers are the solution of all equations together"
+    else:
+        what = (
+            "accelerations along chains and trees are the solution of all "
+            f"{len(derived.system.spec.coordinates)} equations together"
         )
-    if form == "explicit" and derived.equations.accelerations is None:
-        raise UsageError(
-            "--form explicit: accelerations along chains and trees are the solution of all "
-            f"{len(derived.system.spec.coordinates)} equations together, and are not printed with indices; "
-            f"print the equations without --form, or {smaller(derived.system.spec).partition(';')[0]}"
-        )
+    if derived.equations.masses is None:
+        way = f"print the equations without --form, or {smaller(derived.system.spec).partition(';')[0]}"
+    else:
+        way = "use --form matrix (M a = f + A^T lambda, A a = b)"
+    raise UsageError(f"--form explicit: {what}, and are not printed with indices; {way}")
 
 
 def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:

@@ -104,7 +104,7 @@ def along(spec: Spec, values: Values) -> list[tuple[float, tuple[float, ...], tu
 
 def verify_families(derived: DerivedFamilies, overrides: Mapping[str, str]) -> Verification:
     """Compare the printed equations, read back, with those of the system and with the compiled ones."""
-    from lagrange_cli.integrate.families import compiled_accelerations
+    from lagrange_cli.integrate.family_program import compiled_accelerations
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.symbolic.families.verify import verify
 

@@ -8,7 +8,7 @@ remain what was written.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from typing import Any, TypeAlias
 
 import yaml
@@ -224,7 +224,7 @@ class _Composer:
             last = joined[-1] if joined else None
             if _is_open(last) and isinstance(item, Scalar) and item.plain:
                 assert isinstance(last, Scalar)
-                joined[-1] = self._join(last, item)
+                joined[-1] = _join(last, item)
             else:
                 joined.append(item)
         return joined
@@ -239,18 +239,13 @@ class _Composer:
                 name, last = joined[-1]
                 if _is_bare(last) and _is_open(name):
                     assert isinstance(name, Scalar)
-                    joined[-1] = self._join(name, key), value
+                    joined[-1] = _join(name, key), value
                     continue
                 if _is_bare(value) and isinstance(last, Scalar) and (_is_open(last) or _goes_on(last, key)):
-                    joined[-1] = name, self._join(last, key)
+                    joined[-1] = name, _join(last, key)
                     continue
             joined.append((key, value))
         return joined
-
-    def _join(self, first: Scalar, second: Scalar) -> Scalar:
-        (line, column), start = first.passage.stop, second.passage.start
-        text = f"{first.text}{',' if start == (line, column + 1) else ', '}{second.text}"
-        return Scalar(Passage(self.source, text, first.passage.start, second.passage.stop), plain=True)
 
     def _count(self, event: Any, nodes: int) -> None:
         self.size += nodes
@@ -264,6 +259,30 @@ class _Composer:
     def _error(self, event: Any, message: str, hint: str) -> SpecError:
         mark = event.start_mark
         return self.source.error(Place(mark.line + 1, mark.column + 1), message, hint)
+
+
+def continued(node: Mapping, takes: Container[str] | None = None) -> Mapping:
+    """``{bob: x, y}``: keys without values go on with the value before them, on the same line, where its key
+    ``takes`` more than one (all do by default)."""
+    joined: list[tuple[Scalar, Node]] = []
+    for key, value in node.entries:
+        name, last = joined[-1] if joined else (key, value)
+        goes_on = joined and key.plain and _is_bare(value) and (takes is None or name.text in takes)
+        if goes_on and isinstance(last, Scalar) and last.plain and last.text and _on_a_line(last, key):
+            joined[-1] = name, _join(last, key)
+        else:
+            joined.append((key, value))
+    return Mapping(tuple(joined), node.place, node.size)
+
+
+def _on_a_line(first: Scalar, second: Scalar) -> bool:
+    return first.passage.stop[0] == second.passage.start[0]
+
+
+def _join(first: Scalar, second: Scalar) -> Scalar:
+    (line, column), start = first.passage.stop, second.passage.start
+    text = f"{first.text}{',' if start == (line, column + 1) else ', '}{second.text}"
+    return Scalar(Passage(first.passage.source, text, first.passage.start, second.passage.stop), plain=True)
 
 
 def _is_open(node: Node | None) -> bool:

@@ -86,7 +86,7 @@ def solve_places(root: nodes.Mapping) -> dict[str, Place]:
     solve = next((node for key, node in root.entries if SECTIONS.read_as(key.text) == "solve"), None)
     found: dict[str, Place] = {}
     outputs: dict[str, Place] = {}
-    for key, node in solve.entries if isinstance(solve, nodes.Mapping) else ():
+    for key, node in nodes.continued(solve, SOLVE.lists).entries if isinstance(solve, nodes.Mapping) else ():
         meant = SOLVE.read_as(key.text)
         found[meant] = node.place
         if meant == "outputs":

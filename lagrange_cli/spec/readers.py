@@ -9,7 +9,7 @@ from lagrange_cli.expression.syntax import Key
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.draft import Entry
-from lagrange_cli.spec.fields import Reader, read_key, read_scalar
+from lagrange_cli.spec.fields import Reader, read_key, read_scalar, read_vector
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 
@@ -37,7 +37,7 @@ class Entries:
             problems.add(node.place, f"{where} must be a mapping with a name for each {self.what}", hint)
             return ()
         found = []
-        for key, inner in node.entries:
+        for key, inner in (nodes.continued(node) if self.value is read_vector else node).entries:
             name = Key(key.text, key.text) if self.free else read_key(key, problems, self.what, self.families)
             if name is not None:
                 expression = self.value(inner, f"{self.label} '{name.label}'", problems)

@@ -23,6 +23,10 @@ from lagrange_cli.spec.spec import SURFACE, Event, Expression, Spec, grouped
 
 KEYS = re.compile(r"'(when|direction): ([^']*)'")
 """Keys of the file in a hint, where options are meant."""
+DECLARED = re.compile(r"(; or| Or) add it to the parameters: '[^']*'$")
+"""The end of a hint about an unknown name in a file."""
+OUTPUTS = "; energies and momenta are written with these"
+"""Its end here, where the name may be that of an output."""
 
 
 def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
@@ -43,6 +47,7 @@ def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
         first = problems.found[0]
         message = first.message.removesuffix(f" in {SURFACE}").replace(f"{SURFACE} needs", "a surface needs")
         hint = KEYS.sub(r"--\1 '\2'", first.hint).replace("--when", SURFACE)
+        hint = DECLARED.sub(lambda end: OUTPUTS if end[1].startswith(";") else "", hint)
         raise UsageError(f"{SURFACE} {text}: {message}" + (f"; {hint}" if hint else ""))
     return replace(spec, events={**spec.events, SURFACE: Event(when, direction, False, {}, when.place)})
 

@@ -15,7 +15,7 @@ from lagrange_cli.expression.near import known_hint, near_match, shown
 from lagrange_cli.expression.vocabulary import VELOCITY_SUFFIX
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec import nodes
-from lagrange_cli.spec.fields import Reader
+from lagrange_cli.spec.fields import Reader, read_words
 from lagrange_cli.spec.kinds import ANYTHING, Kind, Rule
 from lagrange_cli.spec.nodes import Scalar
 from lagrange_cli.spec.problems import Problems
@@ -87,6 +87,11 @@ class Table:
         """The rows by their keys, and by the aliases of these."""
         return {word: row for row in self.rows for word in (row.key, row.alias) if word}
 
+    @cached_property
+    def lists(self) -> frozenset[str]:
+        """The keys whose values are lists of words."""
+        return frozenset(word for word, row in self.by_word.items() if row.read is read_words)
+
     @property
     def keys(self) -> tuple[str, ...]:
         """All keys."""
@@ -123,6 +128,7 @@ class Table:
 def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems) -> dict[str, Any]:
     """Each key by the reader its row has for it; an unknown one as the key that was probably meant."""
     found: dict[str, Any] = {}
+    node = nodes.continued(node, table.lists)
     written = {table.key_of(key.text) for key, _ in node.entries}
     for key, value in node.entries:
         name = table.key_of(key.text)

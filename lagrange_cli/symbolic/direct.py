@@ -149,9 +149,6 @@ class DualAlgebra(Decided):
     def side(self, u: Dual, at: int) -> int | None:
         return super().side(u.value[0], at)
 
-    def total(self, terms: Sequence[Dual]) -> Dual:
-        return reduce(add, terms)
-
     def symbols(self, expression: Dual) -> Sequence[Dual]:
         """Time alone, by which everything that moves is differentiated at once."""
         return [self.values[TIME]]

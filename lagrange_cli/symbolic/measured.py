@@ -5,8 +5,6 @@ Numerical Algorithms, section 3.3) of what doubles would have, in units of their
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import reduce
-from operator import add
 from typing import Any
 
 import mpmath
@@ -105,15 +103,6 @@ class MeasuredAlgebra(Decided):
 
     def side(self, u: Measured, at: int) -> int | None:
         return super().side(real(u), at)
-
-    def total(self, terms: Sequence[Measured]) -> Measured:
-        return reduce(add, terms)
-
-    def symbols(self, expression: Measured) -> tuple[Measured, ...]:
-        raise NotImplementedError("a number remembers no symbol")
-
-    def diff(self, expression: Measured, symbol: Measured) -> Measured:
-        raise NotImplementedError("a number remembers no symbol")
 
 
 def solve_measured(

@@ -29,10 +29,7 @@ def table(name: str) -> dict[str, list[float]]:
     return {name: [float(row[i]) for row in rows] for i, name in enumerate(names)}
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 @pytest.mark.exhaustive(keep=1)

@@ -69,12 +69,6 @@ def outputs(tmp_path_factory) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
 def unopened(monkeypatch):
     """HDF5's library opens nothing that exists."""
 

@@ -16,12 +16,6 @@ DOUBLE_PENDULUM = str(SYSTEMS / "double_pendulum.yaml")
 LONG = ("--precision", "double-double")
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def paths(file):
     found = {}
     file.visititems(lambda path, item: found.update({path: item}) if hasattr(item, "shape") else None)

@@ -57,12 +57,6 @@ def interrupted_after(monkeypatch):
     return after
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def solve(*arguments: str) -> int:
     return main(["solve", *arguments])
 

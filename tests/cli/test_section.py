@@ -335,6 +335,7 @@ REFUSED = {
     "both": (("--where", "x", "--every", "1"), "give either --where EXPRESSION"),
     "a direction of time": (("--every", "1", "--direction", "rising"), "--direction belongs to --where"),
     "unknown": (("--where", "y"), "--where y: unknown name 'y'"),
+    "an output": (("--where", "h"), "both; energies and momenta are written with these"),
     "a condition": (("--where", "x > 1"), "--where x > 1: a surface needs an expression that becomes 0"),
     "how to write it": (("--where", "x > 1"), "write --where 'x - 1' and --direction 'rising'"),
     "unfinished": (("--where", "x +"), "--where x +: missing value after '+'"),

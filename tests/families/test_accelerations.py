@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import lagrange_cli as lagrange
-from lagrange_cli.families import system as systems
 from lagrange_cli.families.accelerations import Accelerations
 from lagrange_cli.families.system import any_family_system
-from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.integrate.unchanging import may_be_conserved
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.surface import with_surface
@@ -46,11 +45,7 @@ SURFACES = [
 ]  # fmt: skip
 
 
-@pytest.fixture(autouse=True)
-def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small systems are families, too."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 @pytest.mark.exhaustive(keep=2)

@@ -12,12 +12,12 @@ from scipy.special import j1
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.integrate.prepare import prepare_system
-from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
+from tests.support.families import alike, followed
 from tests.support.motion import run
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "energy", "positions", "observables"])
@@ -153,15 +153,6 @@ def fewest(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     monkeypatch.setattr(systems, "FEWEST_JOINTED", count)
 
 
-def followed(
-    text: str, method: str, outputs: frozenset[str] = OUTPUTS
-) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
-    """A short motion of a system, and what it was followed by."""
-    spec = read_spec(text, "system.yaml")
-    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, outputs))
-    return ready, run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
-
-
 @pytest.mark.exhaustive(keep=0.25, most=12)
 @pytest.mark.parametrize("case", range(60))
 def test_chains_move_as_their_members_do(
@@ -171,14 +162,12 @@ def test_chains_move_as_their_members_do(
     text, method = drawn(chance), chance.choice(["taylor", "ias15"])
     fewest(monkeypatch, 0)
     assert systems.family_system(read_spec(text, "system.yaml")) is not None, text
-    together, found = followed(text, method)
+    together, found = followed(text, OUTPUTS, method=method)
     fewest(monkeypatch, 10**9)
-    apart, expected = followed(text, method)
+    apart, expected = followed(text, OUTPUTS, method=method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
-    for path, values in expected.items():
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(found[path] - values)) <= 2.0**-40 * size, (path, text)
+    alike(found.data, expected.data, 2.0**-40, text)
 
 
 PENDULUM = """
@@ -206,7 +195,7 @@ def pendulum(count: int, parent: str = "i - 1") -> str:
 @pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("parent", ["i - 1", "i//2", "(i - 1)//5*5"])
 def test_a_thousand_rods_keep_their_energy(parent: str) -> None:
-    _, found = followed(pendulum(1000, parent), "taylor")
+    _, found = followed(pendulum(1000, parent), OUTPUTS)
     h = found["diagnostics/h"]
     assert np.max(np.abs(h / h[0] - 1)) < 2.0**-45
     assert np.max(np.abs(found["q/th"][-1] - found["q/th"][0])) > 0.01
@@ -274,12 +263,11 @@ observables: {tip: "bob[N - 1].vx"}
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_a_tree_in_space_moves_as_its_members_do(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     fewest(monkeypatch, 0)
-    together, found = followed(SPACE, method)
+    together, found = followed(SPACE, OUTPUTS, method=method)
     fewest(monkeypatch, 10**9)
-    apart, expected = followed(SPACE, method)
+    apart, expected = followed(SPACE, OUTPUTS, method=method)
     assert len(together.machine.program.text) < len(apart.machine.program.text)
-    for path, values in expected.items():
-        assert np.max(np.abs(found[path] - values)) <= 2.0**-44 * np.max(np.abs(values), initial=1.0), path
+    alike(found.data, expected.data, 2.0**-44)
 
 
 @pytest.mark.parametrize("method", ["taylor", "ias15"])

@@ -18,7 +18,8 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import resolve_long_values, resolve_values
+from lagrange_cli.spec.values import resolve_long_values
+from tests.support.families import alike, followed
 from tests.support.motion import Motion, run
 
 OUTPUTS = frozenset(
@@ -80,25 +81,14 @@ def outputs_of(case: str) -> frozenset[str]:
     return OUTPUTS - {"ledger", "action"} if case == "moving supports" else OUTPUTS
 
 
-def followed(
-    text: str, stop: float = 0.3, samples: int = 4, method: str = "taylor", outputs: frozenset[str] = OUTPUTS
-) -> tuple[Prepared, Motion]:
-    """A motion of a system, and what it was followed by."""
-    spec = read_spec(text, "system.yaml")
-    spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
-    asked = Compilation(method, 2.0**-52, outputs, backward=stop < 0.0)
-    ready = prepare_system(spec, derive_system, None, asked)
-    return ready, run(ready, values, 0.0, stop, samples)
-
-
 @pytest.mark.exhaustive(keep=0.25, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text, outputs = chain(case, 14) + EVENTS.format(3), outputs_of(case)
-    together, motion = followed(text, method=method, outputs=outputs)
+    together, motion = followed(text, outputs, 0.3, 4, method)
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
-    apart, expected = followed(text, method=method, outputs=outputs)
+    apart, expected = followed(text, outputs, 0.3, 4, method)
     assert together.machine.program.loops and not apart.machine.program.loops
     assert together.recording.conserved == apart.recording.conserved
     assert set(motion.data) == set(expected.data)
@@ -121,12 +111,7 @@ def test_chains_move_as_their_members_do_in_double_double(case: str, monkeypatch
     monkeypatch.setattr(consistency, "FEWEST", 10**9)
     apart, expected = exactly_followed(text, outputs)
     assert together.machine.program.loops and not apart.machine.program.loops
-    for path, values in expected.data.items():
-        low = f"low/{path}"
-        if not path.startswith("low/"):
-            size = np.max(np.abs(values), initial=1.0)
-            off = (motion.data[path] - values) + (motion.data.get(low, 0.0) - expected.data.get(low, 0.0))
-            assert np.max(np.abs(off)) <= 2.0**-94 * size, path
+    alike(motion.data, expected.data, 2.0**-94)
 
 
 def exactly_followed(
@@ -172,13 +157,8 @@ def test_dense_multipliers_move_chains_as_their_members_do(
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
     apart, expected = exactly_followed(text, outputs)
     assert together.machine.program.loops and not apart.machine.program.loops
-    for path, values in expected.data.items():
-        low = f"low/{path}"
-        if not path.startswith("low/"):
-            size = np.max(np.abs(values), initial=1.0)
-            exact = (motion.data[path] - values) + (motion.data.get(low, 0.0) - expected.data.get(low, 0.0))
-            assert np.max(np.abs(exact)) <= 2.0**-94 * size, (path, off)
-            assert np.max(np.abs(rounded.data[path] - values)) <= 2.0**-40 * size, (path, off)
+    alike(motion.data, expected.data, 2.0**-94, off)
+    alike(rounded.data, expected.data, 2.0**-40, off)
 
 
 TREE = """
@@ -248,13 +228,11 @@ def test_random_trees_move_as_their_members_do(
     monkeypatch.setattr(bonds, "MOST", 0)
     for few in (0, 10**9):
         monkeypatch.setattr(systems, "FEWEST_JOINTED", few)
-        ready, motion = followed(text, stop, 3, method, outputs)
+        ready, motion = followed(text, outputs, stop, 3, method)
         assert ready.machine.program.loops == (few == 0), text
         found.append(motion)
     one, other = found
-    for path, values in other.data.items():
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(one.data[path] - values)) <= 2.0**-38 * size, (path, stop, method, text)
+    alike(one.data, other.data, 2.0**-38, stop, method, text)
 
 
 def test_more_constraints_than_sparse_rows_have_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -288,8 +266,8 @@ constraints:
 
 def test_a_pinned_chain_moves_as_in_cartesian_coordinates() -> None:
     count = 80
-    ready, motion = followed(chain("pinned", count), stop=0.2, samples=3)
-    _, expected = followed(CARTESIAN.format(count=count), stop=0.2, samples=3)
+    ready, motion = followed(chain("pinned", count), OUTPUTS, stop=0.2, samples=3)
+    _, expected = followed(CARTESIAN.format(count=count), OUTPUTS, stop=0.2, samples=3)
     assert ready.machine.program.loops
     assert np.max(np.abs(motion.data["positions/b"][:, :-1] - expected.data["positions/b"])) < 1e-11
     h = motion.data["diagnostics/h"]
@@ -304,7 +282,7 @@ def test_a_chain_hangs_in_equilibrium() -> None:
         "d: l*sin(N*h/2)/sin(h/2)", "d: sum(l*cos(atan((j - (N - 1)/2)/9)) for j in range(N))"
     )
     text = text.replace("m*(1 + i/N)", "m")
-    ready, motion = followed(text, stop=1.0)
+    ready, motion = followed(text, OUTPUTS, 1.0, 4)
     assert ready.machine.program.loops
     a = motion.data["q/a"]
     # perturbations by rounding oscillate
@@ -329,7 +307,7 @@ def test_code_and_work_grow_as_they_should() -> None:
 
 def test_a_state_is_moved_back_to_the_constraints() -> None:
     """Over many steps, places stay where constraints hold but for rounding, and that is counted."""
-    _, motion = followed(chain("on a bent rail", 12), stop=4.0, samples=9)
+    _, motion = followed(chain("on a bent rail", 12), OUTPUTS, stop=4.0, samples=9)
     assert np.max(np.abs(motion.data["diagnostics/constraints/rail"])) < 2e-15
     h = motion.data["diagnostics/h"]
     assert np.max(np.abs(h / h[0] - 1)) < 1e-12

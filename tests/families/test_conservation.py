@@ -54,6 +54,15 @@ CASES = {
     "pushed apart": {
         "potential": GRAVITY, "forces": 'generalized_forces: {"x[0]": "sin(t)", "x[1]": "-sin(t)"}',
     },
+    "charged, in a magnetic field": {
+        "potential": f"{GRAVITY} - sum(i*(body[i].x*body[i].vy - body[i].y*body[i].vx) for i in range(N))",
+    },
+    "with the same charge, in a gauge": {
+        "potential": f"{GRAVITY} - sum((1 + i/2)*x[i]*y_dot[i] for i in range(N))", "scale": 2,
+    },
+    "in a field of others": {
+        "potential": PAIRS.format("(x[i] - x[j])*(y_dot[i] - y_dot[j]) - (y[i] - y[j])*x_dot[j]"),
+    },
     "turned by a field": {
         "potential": GRAVITY,
         "forces": 'generalized_forces: {"x[i in range(N)]": "y_dot[i]", "y[i in range(N)]": "-x_dot[i]"}',

@@ -12,16 +12,14 @@ from numpy.typing import NDArray
 from lagrange_cli.families import consistency
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.integrate.prepare import prepare_system
-from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.model.start import linear
 from lagrange_cli.run.derive import derive_system
-from lagrange_cli.run.start import consistent_values
-from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
-from lagrange_cli.spec.values import Values, resolve_values
-from tests.support.motion import Motion, run
+from lagrange_cli.spec.values import Values
+from tests.support.families import begun, followed
+from tests.support.motion import run
 
 OUTPUTS = frozenset(
     ["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "reactions", "conserved"]
@@ -145,20 +143,6 @@ def drawn(chance: random.Random) -> str:
     )  # fmt: skip
 
 
-def begun(text: str) -> tuple[Spec, Values]:
-    """A system and its consistent start."""
-    spec = read_spec(text, "system.yaml")
-    spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
-    return spec, values
-
-
-def followed(text: str, outputs: frozenset[str] = OUTPUTS, stop: float = 0.5) -> tuple[Prepared, Motion]:
-    """A motion of a system, and what it was followed by."""
-    spec, values = begun(text)
-    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
-    return ready, run(ready, values, 0.0, stop, 6)
-
-
 @pytest.mark.exhaustive(keep=0.25, most=16)
 @pytest.mark.parametrize("case", range(60))
 def test_families_with_constraints_move_as_their_members_do(
@@ -168,9 +152,9 @@ def test_families_with_constraints_move_as_their_members_do(
     monkeypatch.setattr(systems, "FEWEST_BOUND", 0)
     found = systems.family_system(begun(text)[0])
     assert found is not None and found.bonds is not None, text
-    together, motion = followed(text)
+    together, motion = followed(text, OUTPUTS)
     monkeypatch.setattr(systems, "FEWEST_BOUND", 10**9)
-    apart, expected = followed(text)
+    apart, expected = followed(text, OUTPUTS)
     own = [one.path for one in together.recording.datasets if "conserved" not in one.path]
     assert own == [one.path for one in apart.recording.datasets if "conserved" not in one.path]
     assert set(together.recording.conserved) <= set(apart.recording.conserved), text
@@ -222,7 +206,7 @@ def test_a_step_takes_work_in_proportion_to_the_constraints() -> None:
 @pytest.mark.parametrize("count", [400])
 def test_a_ring_in_a_trap_keeps_what_a_textbook_says(count: int) -> None:
     """h, and nothing of what the trap takes away; the rods keep their lengths."""
-    ready, motion = followed(ring(count), stop=0.1)
+    ready, motion = followed(ring(count), OUTPUTS, stop=0.1)
     assert ready.recording.conserved[:1] == ("h",)
     h = motion.data["diagnostics/h"]
     assert np.max(np.abs(h / h[0] - 1)) < 1e-13
@@ -234,7 +218,7 @@ def test_a_ring_in_a_trap_keeps_what_a_textbook_says(count: int) -> None:
 def test_a_free_ring_turns_evenly() -> None:
     """Rods of equal beads on a circle, turning about its middle: x = R cos(w t + 2 pi i/N) is a motion."""
     text = ring(80).replace("1 + i/7", "1").replace(POTENTIALS["a trap"], "0")
-    _, motion = followed(text, stop=2.0)
+    _, motion = followed(text, OUTPUTS, stop=2.0)
     angle = 0.2 * motion.t[:, None] + 2 * np.pi * np.arange(80) / 80
     radius = 0.7 / (2 * np.sin(np.pi / 80))
     assert np.max(np.abs(motion.data["q/x"] - radius * np.cos(angle))) < 1e-13 * radius

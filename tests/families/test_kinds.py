@@ -18,7 +18,7 @@ from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.expression.exact import ExactGraphAlgebra
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import write_families
+from lagrange_cli.integrate.family_program import write_families
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared

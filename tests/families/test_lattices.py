@@ -7,7 +7,7 @@ import pytest
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.integrate.methods import stepper
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
@@ -42,11 +42,7 @@ lagrangian: >-
 """
 
 
-@pytest.fixture(autouse=True)
-def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Families stay families however few their members are."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 def ready(text: str, method: str = "taylor") -> Prepared:

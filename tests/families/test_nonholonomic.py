@@ -13,14 +13,11 @@ from lagrange_cli.families import bonds
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
-from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.written_out import unsuited
 from lagrange_cli.run.derive import derive_system
-from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.spec import Spec
-from lagrange_cli.spec.values import Values, resolve_values
-from tests.support.motion import Motion, run
+from tests.support.families import begun, followed
+from tests.support.motion import Motion
 
 OUTPUTS = frozenset(
     ["q", "v", "p", "h", "T", "U", "positions", "constraints", "multipliers", "reactions", "ledger", "action"]
@@ -175,20 +172,6 @@ def drawn_on_trees(chance: random.Random) -> str:
     )  # fmt: skip
 
 
-def begun(text: str) -> tuple[Spec, Values]:
-    """A system and its consistent start."""
-    spec = read_spec(text, "system.yaml")
-    spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
-    return spec, values
-
-
-def followed(text: str, outputs: frozenset[str] = OUTPUTS, stop: float = 0.5) -> tuple[Prepared, Motion]:
-    """A motion of a system, and what it was followed by."""
-    spec, values = begun(text)
-    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
-    return ready, run(ready, values, 0.0, stop, 6)
-
-
 def compared(text: str, motion: Motion, expected: Motion, most: float = 2.0**-40) -> None:
     """Motions are the same but for rounding."""
     for path, values in motion.data.items():
@@ -210,9 +193,9 @@ def test_families_with_constraints_on_velocities_move_as_their_members_do(
     monkeypatch.setattr(systems, "FEWEST_BOUND", 0)
     found = systems.family_system(begun(text)[0])
     assert found is not None and found.bonds is not None, text
-    together, motion = followed(text)
+    together, motion = followed(text, OUTPUTS)
     monkeypatch.setattr(systems, "FEWEST_BOUND", 10**9)
-    apart, expected = followed(text)
+    apart, expected = followed(text, OUTPUTS)
     assert together.machine.program.loops and not apart.machine.program.loops, text
     own = [one.path for one in together.recording.datasets]
     assert own == [one.path for one in apart.recording.datasets], text

@@ -8,15 +8,15 @@ import pytest
 from lagrange_cli.families import consistency
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import OUTPUTS, compiled_accelerations, write_families
-from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.families import OUTPUTS
+from lagrange_cli.integrate.family_program import compiled_accelerations, write_families
 from lagrange_cli.native.families.coupling import of_families
-from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.families.test_closed_chains import exactly_followed
-from tests.support.motion import Motion, run
+from tests.support import families
+from tests.support.motion import Motion
 
 BODIES = """
 sizes: {{N: {count}}}
@@ -50,11 +50,9 @@ def bodies(count: int, potential: str = "0", more: str = "", middle: str = "0.3"
 
 def followed(text: str, *, loops: bool = True) -> Motion:
     """A motion of a system, in ``loops``."""
-    spec = read_spec(text, "system.yaml")
-    spec, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, ())
-    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, OUTPUTS | PARTS))
+    ready, motion = families.followed(text, OUTPUTS | PARTS, 1.0, 5)
     assert ready.machine.program.loops == loops
-    return run(ready, values, 0.0, 1.0, 5)
+    return motion
 
 
 def test_axes_of_free_tops_turn_about_their_angular_momenta() -> None:
@@ -90,11 +88,7 @@ def test_free_bodies_move_as_their_members_do_in_double_double(monkeypatch: pyte
     written_out(monkeypatch)
     apart, expected = exactly_followed(text, outputs)
     assert together.machine.program.loops and not apart.machine.program.loops
-    for path, values in expected.data.items():
-        if not path.startswith("low/"):
-            low = motion.data.get(f"low/{path}", 0.0) - expected.data.get(f"low/{path}", 0.0)
-            size = np.max(np.abs(values), initial=1.0)
-            assert np.max(np.abs((motion.data[path] - values) + low)) <= 2.0**-94 * size, path
+    families.alike(motion.data, expected.data, 2.0**-94)
 
 
 @pytest.mark.exhaustive(keep=0.25)

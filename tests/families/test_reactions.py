@@ -15,7 +15,7 @@ from lagrange_cli.records import replace
 from lagrange_cli.run.derive import derive_system
 from tests.families.test_closed_chains import CHAIN as CLOSED
 from tests.families.test_closed_chains import PINNED, exactly_followed
-from tests.families.test_constraints import begun, followed
+from tests.support.families import begun, followed
 from tests.support.motion import Motion, run
 
 BEADS = """

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.families.conservation import constants_of
@@ -15,10 +13,10 @@ from lagrange_cli.families.long_values import LongNumbers
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
-from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
+from tests.support.families import alike, followed
 from tests.support.motion import run
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "observables"])
@@ -45,6 +43,12 @@ PIECES = {
     "a step": "sum(g[i]*tanh({b}*u[i])/{a} + atan(k*w[i]) for i in range(N))",
     "a steep running sum": "sum(exp(-run[i]/2)*w[i]/{a} for i in range(N))",
     "a steep sum of all": "exp(sum(u[i] for i in range(N))/N)/{a}",
+    "a magnetic field": "sum({b}*(w[i]*u_dot[i] - u[i]*w_dot[i])/2 for i in range(N))",
+    "a field of others": "sum(sin(u[i] - w[j])*u_dot[j]/{a} for i in range(N) for j in range(N) if i != j)",
+    "a field that grows": "sum(t*u[i]**2*w_dot[(i + 1) % N]/{a} for i in range(N))",
+    "a flux": "sum(w[i] for i in range(N))**2*sum(g[i]*u_dot[i] for i in range(N))/{a}",
+    "a field along a chain": "sum(run[i]**2*u_dot[i]/{a} for i in range(N))",
+    "a gauge": "sum(cos(u[i]*w[i])*(u[i]*w_dot[i] + w[i]*u_dot[i]) + u[i]**4 + w[i]**4 for i in range(N))",
     "every other one": "sum(w[i]**2/2 for i in range(0, N, 2)) + sum(w[i]**2 for i in range(1, N, 2))",
 }
 FORCES = {
@@ -54,7 +58,7 @@ FORCES = {
     "one": 'generalized_forces: {{"w[0]": "cos(t)/{a}"}}',
     "damping": "dissipation: sum((u_dot[i] - w_dot[i])**2/{a} for i in range(N))",
 }
-DEFINED = {"a definition", "a running sum", "a steep running sum"}
+DEFINED = {"a definition", "a running sum", "a steep running sum", "a field along a chain"}
 STRETCH = (
     '{"stretch[0]": "u[0]", "stretch[i in range(1, N)]": "u[i] - u[i - 1]", "stretch[N]": "-u[N - 1]",'
     ' "run[0]": "u[0]", "run[i in range(1, N)]": "run[i - 1] + w[i]*k"}'
@@ -103,13 +107,6 @@ def drawn(chance: random.Random) -> str:
     return SYSTEM.format(kinetic=kinetic, forces=forces, **given)
 
 
-def followed(text: str, method: str) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
-    """A short motion of a system, and what it was followed by."""
-    spec = read_spec(text, "system.yaml")
-    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, OUTPUTS))
-    return ready, run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
-
-
 @pytest.mark.exhaustive(keep=0.25, most=12)
 @pytest.mark.parametrize("case", range(60))
 def test_families_move_as_their_members_do(
@@ -119,14 +116,12 @@ def test_families_move_as_their_members_do(
     text, method = drawn(chance), chance.choice(["taylor", "ias15"])
     monkeypatch.setattr(systems, "FEWEST", 0)
     assert systems.family_system(read_spec(text, "system.yaml")) is not None, text
-    together, found = followed(text, method)
+    together, found = followed(text, OUTPUTS, method=method)
     monkeypatch.setattr(systems, "FEWEST", 10**9)
-    apart, expected = followed(text, method)
+    apart, expected = followed(text, OUTPUTS, method=method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
-    for path, values in expected.items():
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(found[path] - values)) <= 2.0**-43 * size, (path, text)
+    alike(found.data, expected.data, 2.0**-43, text)
 
 
 def test_what_is_said_of_a_family_does_not_grow_with_it() -> None:
@@ -149,7 +144,7 @@ def test_what_is_said_of_a_family_does_not_grow_with_it() -> None:
     "change",
     {
         "a kink": ("k/2", "abs(u[0]) + k/2"),
-        "velocities in U": ("k/2", "u_dot[0]*w[0] + k/2"),
+        "velocities in U": ("k/2", "u_dot[0]**3*w[0] + k/2"),
         "a mass that moves": ("sum(u_dot[i]**2/2", "u[0]**2*w_dot[0]**2/2 + sum(u_dot[i]**2/2"),
         "a coupled mass": ("sum(u_dot[i]**2/2", "u_dot[0]*w_dot[0]/9 + sum(u_dot[i]**2/2"),
     }.items(),
@@ -206,6 +201,30 @@ lagrangian: sum(s_dot[i]**2/2 for i in range(N)) - sum(x[i]**2/2 for i in range(
     ):
         found = systems.family_system(read_spec(text.replace("HOW", how), "system.yaml"))
         assert (found is not None) is stay, how
+
+
+def test_charges_in_a_magnetic_field_move_on_circles(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(systems, "FEWEST", 0)
+    text = """
+sizes: {N: 9}
+parameters: {B: 3}
+coordinates: {"x[i in range(N)]": {initial: i, velocity: 1}, "y[i in range(N)]": {initial: 2}}
+masses: {"ion[i in range(N)]": 1 + i}
+embedding: {"ion[i in range(N)]": ["x[i]", "y[i]"]}
+potential: sum(B*y[i]*x_dot[i] for i in range(N))
+"""
+    spec = read_spec(text, "system.yaml")
+    system = systems.family_system(spec)
+    assert system is not None
+    found = {one.quantity for one in constants_of(system).conserved}
+    assert found == {"h", *(f"p_x[{i}]" for i in range(9))} == {*system.conserved}
+    outputs = frozenset(["q", "p"])
+    ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
+    data = run(ready, resolve_values(spec, {}), 0.0, 1.0, 2).data
+    turned = np.exp(-1j * 3 / (1 + np.arange(9)))
+    place = np.arange(9) + 2j + (turned - 1) * (1 + np.arange(9)) / -3j
+    assert np.max(np.abs(data["q/x"][-1] + 1j * data["q/y"][-1] - place)) < 1e-14
+    assert np.max(np.abs(data["diagnostics/p/x"] - (np.arange(9) - 5))) < 1e-14
 
 
 @pytest.mark.parametrize("method", ["taylor", "ias15"])

@@ -71,6 +71,21 @@ def test_a_constraint_that_jumps_ends_the_motion_once_around():
     assert np.max(np.abs(motion["q/s"] - motion.t)) <= 1e-14
 
 
+def test_the_state_there_is_that_before_the_jump():
+    """A bead falls along a helix: behind the cut it would be moved to another turn."""
+    text = """
+    name: a helix
+    coordinates: {x: {initial: 1}, y: {initial: 0}, z: {initial: 0}}
+    masses: {bead: 1}
+    embedding: {bead: [x, y, z]}
+    potential: 9.81*z
+    constraints: {cylinder: x**2 + y**2 - 1, helix: atan2(y, x) - 5*z}
+    """
+    final = follow(text, 6.0).outcome.final
+    assert final.t == pytest.approx(math.sqrt(2 * math.pi * 1.04 / (9.81 * 0.2)), rel=1e-14)
+    assert [*final.q.values()] == pytest.approx([-1, 0, -math.pi / 5], abs=1e-14)
+
+
 def test_a_method_that_steps_over_it_says_so():
     motion = follow(PLANE.format(x=-1, potential="0.1*atan2(y, x)"), 2.0, method="LSODA", tolerance=1e-9)
     assert "cuts" in motion.outcome.undetected

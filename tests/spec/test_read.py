@@ -289,12 +289,16 @@ def test_a_name_that_is_none_is_one_mistake_whatever_commas_it_contains():
     assert [one.partition("called ")[2] for one in named] == ["'bob.at(1, 0)'", "'other(2,3)'"]
 
 
-def test_a_list_without_brackets_is_the_same_in_braces_as_on_a_line():
-    """YAML ends a text in braces at a comma; what follows has operators, so that it is no key."""
-    line, braces = (
-        "embedding:\n  bob: l*sin(theta), -l*cos(theta)\n",
-        "embedding: {bob: l*sin(theta), -l*cos(theta)}\n",
-    )
+@pytest.mark.parametrize("position", ["l*sin(theta), -l*cos(theta)", "theta, l"])
+def test_a_list_without_brackets_is_the_same_in_braces_as_on_a_line(position):
+    """YAML ends a text in braces at a comma; what follows is no key, as it has operators or no value."""
+    line, braces = f"embedding:\n  bob: {position}\n", f"embedding: {{bob: {position}}}\n"
     head = "parameters: {l: 1}\ncoordinates: {theta: {initial: 1}}\nmasses: {bob: 1}\npotential: bob.y\n"
     first, second = (read_spec(head + each, "a").embedding["bob"] for each in (line, braces))
-    assert first.text == second.text == "l*sin(theta), -l*cos(theta)"
+    assert first.text == second.text == position
+
+
+def test_outputs_need_no_brackets_in_braces():
+    settings = [f"solve: {{stop: 1, outputs: {outputs}, samples: 5}}" for outputs in ("q,v,T", "[q, v, T]")]
+    first, second = (read_spec(f"{PENDULUM.partition('solve:')[0]}{one}\n", "a").solve for one in settings)
+    assert first.outputs == second.outputs == ("q", "v", "T") and first.samples == second.samples == 5

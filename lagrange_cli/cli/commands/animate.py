@@ -4,32 +4,22 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from functools import partial
-from pathlib import Path
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.commands.plot import (
-    MEMBER,
-    OUTPUTS,
-    motion_of,
-    origin_of,
-    parse_names,
-    refuse_settings,
-    target_of,
-)
-from lagrange_cli.cli.console import INTERRUPTED, complain, display_name, emit, emit_json, replaced, stem
+from lagrange_cli.cli.commands.plot import MEMBER, opened, origin_of, parse_names, request_of, target_of
+from lagrange_cli.cli.console import INTERRUPTED, emit, emit_json, replaced, stem
 from lagrange_cli.cli.options.completion import comma_list, files, names
 from lagrange_cli.cli.options.run import OPTIONS
 from lagrange_cli.cli.options.shared import Given, Number, given_with, parse_overrides
-from lagrange_cli.cli.progress import Counter, Progress, Waiting
+from lagrange_cli.cli.progress import Counter, Waiting
 
 if TYPE_CHECKING:
+    from lagrange_cli.cli.commands.plot import ReadMotion, Shown
+    from lagrange_cli.run.monitor import Stage
     from lagrange_cli.run.reel import FilmRequest
-    from lagrange_cli.store.result import Result
 
 PANELS = (
     "q", "v", "p", "phase", "energy", "drift", "action", "ledger", "observables", "reactions", "multipliers",
@@ -118,19 +108,19 @@ def animate(
     """
     began = time.monotonic()
     from lagrange_cli.figures.film import FRAMES, check_film
-    from lagrange_cli.run.animate import find_folder, format_of, fps_of, told, write
+    from lagrange_cli.run.animate import find_folder, format_of, told, write
     from lagrange_cli.run.interrupts import Interrupts
-    from lagrange_cli.run.reel import FilmRequest, reel_of
+    from lagrange_cli.run.reel import FPS, USUAL_FPS, FilmRequest, reel_of
 
     check_film("lagrange animate")
     name = output or f"{stem(source)}.mp4"
     kind = format_of(name)
-    asked = FilmRequest(fps or fps_of(kind), speed, begin, end, trail, panels, pixels)
+    asked = FilmRequest(fps or FPS.get(kind, USUAL_FPS), speed, begin, end, trail, panels, pixels)
     if kind == FRAMES:
         target = find_folder(name, force=force, origin=origin_of((source,), began, "lagrange animate"))
     else:
         target = target_of(name, (source,), began, "lagrange animate", force=force)
-    with opened(source, asked, given, run) as result:
+    with opened(source, given, None, run, read_for(asked), "shown") as result:
         waiting = Waiting(stem(source), quiet=given.quiet)
         with waiting.stage("draw"):
             reel = reel_of(result, asked)
@@ -148,44 +138,15 @@ def animate(
     return 0 if made.whole else INTERRUPTED
 
 
-@contextmanager
-def opened(source: str, asked: FilmRequest, given: Given, run: Mapping[str, Any]) -> Iterator[Result]:
-    """The output called ``source``, or that of its motion if it is a system file."""
-    written = Path(source).suffix.lower() in OUTPUTS
-    if written:
-        refuse_settings(source, given, None, run)
-    if written and run["member"] is None:
-        from lagrange_cli.store.result import Result
+def read_for(asked: FilmRequest) -> ReadMotion:
+    """What reads a motion for a film."""
 
-        with Result(source) as result:
-            yield result
-        return
-    from lagrange_cli.run.animate import request_for
-    from lagrange_cli.run.interrupts import Interrupts
-    from lagrange_cli.run.monitor import Monitor, ignore
-    from lagrange_cli.run.plot import solved
-    from lagrange_cli.run.request import TIMES, Request
-    from lagrange_cli.run.view.motion import read_shown
-    from lagrange_cli.spec.spec import SolveDefaults
+    def read(content: bytes, shown: str, given: Given, run: Mapping[str, Any], stage: Stage) -> Shown:
+        from lagrange_cli.run.animate import request_for
+        from lagrange_cli.run.view.motion import read_shown
 
-    content, given, run = motion_of(source, given, run)
-    shown = display_name(source)
-    waiting = Waiting(stem(source), quiet=given.quiet)
-    request = Request(
-        SolveDefaults(tolerance=run["tolerance"], method=run["method"]),
-        {name: run[name] for name in TIMES if run.get(name) is not None},
-        given.overrides,
-        given.sizes,
-        cache=not run["no_cache"],
-        projected=run["projected"],
-    )
-    request = request_for(read_shown(content, shown, request, waiting.stage), request, asked)
-    motion = read_shown(content, shown, request, waiting.stage)
-    tell = ignore if given.quiet else complain
-    settings = motion.settings
-    progress = partial(Progress, motion.spec.name, settings.start, settings.stop, quiet=given.quiet)
-    monitor = Monitor(waiting.stage, progress, tell, Interrupts)
-    with solved(motion, request, None, monitor) as (result, outcome):
-        if outcome.ending.status == "failed":
-            tell(f"{motion.spec.name}: {outcome.message}; the motion up to then is shown")
-        yield result
+        request = request_of(given, run)
+        request = request_for(read_shown(content, shown, request, stage), request, asked)
+        return read_shown(content, shown, request, stage), request
+
+    return read

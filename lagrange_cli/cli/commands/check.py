@@ -36,7 +36,8 @@ def check(systems: tuple[str, ...], verbose: bool, given: Given) -> int:
 def check_system(system: str, given: Given, *, verbose: bool) -> int:
     """Check one system; returns the exit status."""
     from lagrange_cli.run.check import classify
-    from lagrange_cli.run.classification import MOST_LINES, as_object, as_text
+    from lagrange_cli.run.classification import as_object, as_text
+    from lagrange_cli.run.shortened import MOST_LINES
     from lagrange_cli.spec.values import resolve_values
 
     waiting = Waiting(stem(system), quiet=given.quiet)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
@@ -34,9 +34,15 @@ from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.run.certify import Demand
+    from lagrange_cli.run.monitor import Stage
+    from lagrange_cli.run.motion import Motion
     from lagrange_cli.run.plot import PlotRequest
+    from lagrange_cli.run.request import Request
     from lagrange_cli.store.notes import Origin
     from lagrange_cli.store.result import Result
+
+    Shown: TypeAlias = tuple[Motion, Request]
+    ReadMotion: TypeAlias = Callable[[bytes, str, Given, Mapping[str, Any], Stage], Shown]
 
 WHAT = (
     "q", "v", "p", "phase", "path", "positions", "drift", "energy", "action", "ledger", "error", "spectrum",
@@ -146,7 +152,9 @@ def plot(
     asked = PlotRequest(what, x, y)
     target = None if terminal else target_of(name, sources, began, "lagrange plot", force=force)
     with ExitStack() as stack:
-        results = [stack.enter_context(opened(one, asked, given, demand, run)) for one in sources]
+        results = [
+            stack.enter_context(opened(one, given, demand, run, read_for(asked), "drawn")) for one in sources
+        ]
         waiting = Waiting(stem(sources[0]), quiet=given.quiet)
         with waiting.stage("draw"):
             page = page_of(results, asked)
@@ -189,9 +197,10 @@ def origin_of(sources: tuple[str, ...], began: float, command: str) -> Origin | 
 
 @contextmanager
 def opened(
-    source: str, asked: PlotRequest, given: Given, demand: Demand | None, run: Mapping[str, Any]
+    source: str, given: Given, demand: Demand | None, run: Mapping[str, Any], read: ReadMotion, how: str
 ) -> Iterator[Result]:
-    """The output called ``source``, or that of its motion if it is a system file."""
+    """The output called ``source``, or that of its motion if it is a system file, which is ``read`` first; if
+    that fails, a message says that it is shown up to then, and ``how``."""
     written = Path(source).suffix.lower() in OUTPUTS
     if written:
         refuse_settings(source, given, demand, run)
@@ -203,37 +212,48 @@ def opened(
         return
     from lagrange_cli.run.interrupts import Interrupts
     from lagrange_cli.run.monitor import Monitor, ignore
-    from lagrange_cli.run.motion import read_motion
-    from lagrange_cli.run.plot import finely_sampled, outputs_for, solved
-    from lagrange_cli.run.request import TIMES, Request
-    from lagrange_cli.spec.read import read_spec
-    from lagrange_cli.spec.spec import SolveDefaults
+    from lagrange_cli.run.plot import solved
 
     content, given, run = motion_of(source, given, run)
-    spec = read_spec(content, display_name(source), given.sizes)
-    options = SolveDefaults(
-        samples=run["samples"],
-        tolerance=run["tolerance"],
-        method=run["method"],
-        outputs=outputs_for(asked, has_particles=not spec.lagrangian),
-    )
-    times = {name: run[name] for name in TIMES if run.get(name) is not None}
-    request = Request(
-        options, times, given.overrides, given.sizes, cache=not run["no_cache"], projected=run["projected"]
-    )
     waiting = Waiting(stem(source), quiet=given.quiet)
+    motion, request = read(content, display_name(source), given, run, waiting.stage)
     tell = ignore if given.quiet else complain
-    motion = read_motion(content, display_name(source), request, waiting.stage)
-    finer = finely_sampled(motion, request)
-    if finer is not request:
-        request, motion = finer, read_motion(content, display_name(source), finer, waiting.stage)
-    settings = motion.settings
-    progress = partial(Progress, spec.name, settings.start, settings.stop, quiet=given.quiet)
+    name, settings = motion.spec.name, motion.settings
+    progress = partial(Progress, name, settings.start, settings.stop, quiet=given.quiet)
     monitor = Monitor(waiting.stage, progress, tell, Interrupts)
     with solved(motion, request, demand, monitor) as (result, outcome):
         if outcome.ending.status == "failed":
-            tell(f"{spec.name}: {outcome.message}; the motion up to then is drawn")
+            tell(f"{name}: {outcome.message}; the motion up to then is {how}")
         yield result
+
+
+def request_of(given: Given, run: Mapping[str, Any], **options: Any) -> Request:
+    """The request for a motion, with these ``options`` besides tolerance and method."""
+    from lagrange_cli.run.request import TIMES, Request
+    from lagrange_cli.spec.spec import SolveDefaults
+
+    times = {name: run[name] for name in TIMES if run.get(name) is not None}
+    defaults = SolveDefaults(tolerance=run["tolerance"], method=run["method"], **options)
+    cache, projected = not run["no_cache"], run["projected"]
+    return Request(defaults, times, given.overrides, given.sizes, cache=cache, projected=projected)
+
+
+def read_for(asked: PlotRequest) -> ReadMotion:
+    """What reads a motion for a plot."""
+
+    def read(content: bytes, shown: str, given: Given, run: Mapping[str, Any], stage: Stage) -> Shown:
+        from lagrange_cli.run.motion import read_motion
+        from lagrange_cli.run.plot import finely_sampled, outputs_for
+        from lagrange_cli.spec.read import read_spec
+
+        spec = read_spec(content, shown, given.sizes)
+        outputs = outputs_for(asked, has_particles=not spec.lagrangian)
+        request = request_of(given, run, samples=run["samples"], outputs=outputs)
+        motion = read_motion(content, shown, request, stage)
+        finer = finely_sampled(motion, request)
+        return (motion if finer is request else read_motion(content, shown, finer, stage)), finer
+
+    return read
 
 
 def motion_of(source: str, given: Given, run: Mapping[str, Any]) -> tuple[bytes, Given, Mapping[str, Any]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
 from lagrange_cli.cli.report.motion import Seconds, drifts_shown, events_shown, resuming, wrote
 from lagrange_cli.run.attributes import doubt_of_all
-from lagrange_cli.run.ensembles.ensemble import events_counted, how_they_ended
+from lagrange_cli.run.ensembles.contents import events_counted, how_they_ended
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.noether import Change
@@ -13,7 +14,6 @@ from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.embedding import Component, Embedding
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
-from lagrange_cli.model.orientation import cross
 
 MOST_BODIES = 10
 """This is tried for at most so many bodies."""

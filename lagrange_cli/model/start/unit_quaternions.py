@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.model.orientation import cross
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.spec.bodies.norms import is_bound
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Spec

@@ -13,8 +13,13 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.families.restraint import AtAState
 from lagrange_cli.native.families.runs import runs_of
+from lagrange_cli.native.families.vectors import beside_doubles
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.numbers.beside import RoundedLanes
+
+OBSERVE = "observe"
+"""The function that computes outputs."""
 
 
 class Observation(AtRest):
@@ -27,7 +32,10 @@ class Observation(AtRest):
         ``%count`` samples; and its operations. Multipliers are found as they are ``pulled``."""
         head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
         f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
-        stride, vectors = Integer(f, "%stride", 1), self.kind(f)
+        stride, kind = Integer(f, "%stride", 1), self.kind
+        if self.factor is not None and name == OBSERVE:
+            kind = beside_doubles(self.factor, RoundedLanes)
+        vectors = kind(f)
         base = self.scratch(vectors)
         arrays: dict[Array, Pointer] = {}
 

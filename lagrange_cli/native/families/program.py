@@ -18,7 +18,7 @@ from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.motion_jets import MotionJets
-from lagrange_cli.native.families.observation import Observation
+from lagrange_cli.native.families.observation import OBSERVE, Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
 from lagrange_cli.native.families.returning import Returning
@@ -104,7 +104,7 @@ class _Writer(Returning, Observation, MotionJets):
         jet = self.jet()
         work, steps, at = (self.steps if self.kind.parts == 1 else self.pair_steps)(interface, jet)
         parts = [jet.text, *steps, self.shared()]
-        observe, counted = self.values("observe", self.observed.values(), self.roots, self.pulled)
+        observe, counted = self.values(OBSERVE, self.observed.values(), self.roots, self.pulled)
         parts.append(observe)
         if self.acted:
             parts.append(self.values("act", self.acted, [*dict.fromkeys(one for one, _ in self.acted)])[0])

@@ -183,11 +183,6 @@ class LoopSeries:
             block = f.select(block < first, block, turning) if first else turning
         return block * self.size
 
-    @property
-    def convolutions(self) -> int:
-        """How many an order takes, of all members."""
-        return self.program.convolutions * self.loop.domain.count
-
 
 def begin_sums(
     f: Function, series: LoopSeries, k: Integer, at: int, first: Integer | int, last: Integer | int

@@ -6,6 +6,7 @@ The kinds are doubles (here) and double-double numbers (``pairs``).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias
 
 from lagrange_cli.native.families.gathering import gathered
@@ -154,11 +155,12 @@ class DoubleVectors:
     parts: ClassVar[int] = 1
     times: ClassVar[str] = "double %t"
 
-    factor: ClassVar[int] = 0
-    """Not 0 for numbers in expressions that are beside those of the run (``numbers.beside``)."""
+    emitter: ClassVar[Any] = LaneEmitter
+    """What makes the arithmetic of a function."""
 
     def __init__(self, f: Function) -> None:
-        self.f, self.kind = f, BesideLanes(f, self.factor) if self.factor else LaneEmitter(f)
+        self.f = f
+        self.kind: LaneEmitter = self.emitter(f)
         self.load, self.store, self.load_row, self.store_row = f.load, f.store, f.load_row, f.store_row
         self.zero, self.select, self.splat, self.lane, self.shuffle = (
             f.zero, f.select, f.splat, f.lane, f.shuffle
@@ -252,9 +254,10 @@ class DoubleVectors:
         return dots(self.f, pairs, n, same=same, weighted=weighted)
 
 
-def beside_doubles(factor: int) -> type[DoubleVectors]:
-    """The doubles of a companion."""
-    return type("BesideDoubles", (DoubleVectors,), {"factor": factor})
+def beside_doubles(factor: int, kind: type[BesideLanes] = BesideLanes) -> type[DoubleVectors]:
+    """The doubles of a companion (``numbers.beside``)."""
+    emitter = staticmethod(partial(kind, factor=factor))
+    return type("BesideDoubles", (DoubleVectors,), {"emitter": emitter})
 
 
 def rests(size: int) -> str:

@@ -16,6 +16,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.native.stepping.acceptance import Allowance, allowance
+from lagrange_cli.native.stepping.guard_search import NO_GUARD
 from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, PART
 from lagrange_cli.native.stepping.motion import Steps
 from lagrange_cli.native.stepping.steps import Now, copy_function
@@ -32,7 +33,6 @@ PASSES = 8.0
 """If so many kinks are passed while t hardly changes, the motion sticks at one."""
 TRIES = 1000
 """Lengths that are tried for a step, far more than halving takes to the resolution of time: there is none."""
-NO_GUARD = -1
 SMALLEST, HUGE = 2.0**-1022, 1.7976931348623157e308
 
 HEAD = (
@@ -292,7 +292,7 @@ def advance(steps: Steps) -> str:
             f.select(seen, usually.change, zero), f.select(seen, usually.speed, passing), usually.place
         )
         farthest = steps.move(f, now, step, final, allowed)
-        steps.project(f)
+        steps.project(f, due)
         uneven.set(f.select(seen, f.fused(farthest, usually.place, f.constant(SMALLEST)), zero))
         if steps.quadratures:
             rough = steps.rough(f, now, step, sound) & seen

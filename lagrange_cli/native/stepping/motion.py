@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 from lagrange_cli.native.guards import HALTED
 from lagrange_cli.native.interface import Stop, records_at
+from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock
@@ -160,9 +161,13 @@ class Steps(ABC):
         texts = clear_function(), self.given.project, self.given.floors
         return [*texts, *guards, *(f.text() for f in made)]
 
-    def project(self, f: Function) -> None:
-        """Move the state back to the constraints, if there are any and it is not there."""
-        if self.given.project:
+    def project(self, f: Function, due: Variable[Integer] | None) -> None:
+        """Move the state back to the constraints, if there are any and it is not there; but not where they
+        may have jumped with the guard that is ``due``."""
+        if not self.given.project:
+            return
+        broken = self.guards.before_break(f, due.get()) if self.guards and due else None
+        with nullcontext() if broken is None else f.when(~broken):
             f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
 
     @property

@@ -60,11 +60,6 @@ class Roots:
         """The degree of the argument's polynomial."""
         return self.order - 2
 
-    @property
-    def room(self) -> int:
-        """Doubles of scratch."""
-        return 3 * (self.degree + 1)
-
     def text(self) -> str:
         """Its IR."""
         inverse = [1.0 / math.comb(self.degree, m) for m in range(self.degree + 1)]

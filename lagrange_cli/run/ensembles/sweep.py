@@ -9,16 +9,8 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.run.attributes import units_of
-from lagrange_cli.run.ensembles.ensemble import (
-    Ensemble,
-    alone,
-    dimensions,
-    how_they_ended,
-    made_by,
-    prepare_ensemble,
-    series,
-    told,
-)
+from lagrange_cli.run.ensembles.contents import dimensions, how_they_ended, made_by, series, told
+from lagrange_cli.run.ensembles.ensemble import Ensemble, alone, prepare_ensemble
 from lagrange_cli.run.ensembles.kept import MembersKept
 from lagrange_cli.run.monitor import SILENT, Monitor, watched
 from lagrange_cli.run.resume import Start, begun

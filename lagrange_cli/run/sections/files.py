@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.records import replace
 from lagrange_cli.run.attributes import series_of
-from lagrange_cli.run.ensembles.ensemble import Ensemble, dimensions, series
+from lagrange_cli.run.ensembles.contents import dimensions, series
+from lagrange_cli.run.ensembles.ensemble import Ensemble
 from lagrange_cli.run.ensembles.kept import MembersKept
 
 if TYPE_CHECKING:
@@ -165,9 +166,7 @@ class MotionFile(OfOneMotion):
         self.output.keep(self._checkpoint(kept))
 
     def _checkpoint(self, kept: Kept, *, inside: bool = False) -> Checkpoint:
-        from lagrange_cli.integrate.ensemble.method import reached_in
-
-        reached, arrays = reached_in(kept), {f"{KEPT}{name}": one for name, one in kept.items()}
+        reached, arrays = kept["states"].shape[1], {f"{KEPT}{name}": one for name, one in kept.items()}
         return self._start.checkpoint({"reached": reached, "crossings": reached}, arrays, inside=inside)
 
     def close(

@@ -12,14 +12,8 @@ from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.native.members import SECTION, STROBE
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import units_of
-from lagrange_cli.run.ensembles.ensemble import (
-    Ensemble,
-    alone,
-    how_they_ended,
-    made_by,
-    prepare_ensemble,
-    told,
-)
+from lagrange_cli.run.ensembles.contents import how_they_ended, made_by, told
+from lagrange_cli.run.ensembles.ensemble import Ensemble, alone, prepare_ensemble
 from lagrange_cli.run.monitor import SILENT, Monitor, watched
 from lagrange_cli.run.request import CSV
 from lagrange_cli.run.resume import Start, begun

@@ -98,7 +98,7 @@ def programmed(motion: Motion, derived: FamilySystem | Residual) -> tuple[Progra
     """The program of a page, what becomes of its results, and what the page says of it: whether proofs of
     steps were too long."""
     from lagrange_cli.families.description import FamilySystem
-    from lagrange_cli.integrate.families import write_families
+    from lagrange_cli.integrate.family_program import write_families
     from lagrange_cli.integrate.program import write_run
 
     compilation = motion.settings.compilation()

@@ -32,7 +32,7 @@ def balance(
     if "h" in names and drawn == 0:
         because = "`L` does not contain `t` explicitly" + without_work(given.system.driven, bound)
         plain = "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
-        because += plain if given.spec.lagrangian is None else ""
+        because += plain if given.spec.lagrangian is None and given.system.vector is None else ""
         conserved.append(Conserved("h", sympy.S.Zero, because))
     else:
         reasons = [] if given.system.steady_potential else ["`L` contains `t` explicitly"]
@@ -71,13 +71,13 @@ def cyclic(given: Given, names: set[str], momenta: Sequence[Line]) -> Iterator[C
 
 def displaced(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:
     """What displacements of all particles, or of all members of a family, conserve."""
-    if given.spec.lagrangian is not None or given.system.joints is not None:
+    if given.spec.lagrangian is not None or not given.system.straight:
         for family in given.builder.coordinates:
             yield f"P_{family.name}", of_family(momenta, family.name)
     if given.spec.lagrangian is not None:
         return
-    if given.system.joints is not None:
-        yield from of_joints(given, momenta)
+    if not given.system.straight:
+        yield from of_coordinates(given, momenta)
         return
     particles = [*given.particles()]
     rate, t = given.builder.rate, sympy.Symbol(TIME)
@@ -106,8 +106,9 @@ def of_family(momenta: Sequence[Line], family: str, other: str = "") -> sympy.Ex
     return sympy.Add(*found)
 
 
-def of_joints(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:
-    """What displacements of all particles on chains and trees conserve: momenta of what changes."""
+def of_coordinates(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:
+    """What displacements of all particles on chains and trees, or in a field, conserve: momenta of what
+    changes."""
     rigid = Rigid(given.system)
     particles = [*given.particles()]
     for k, name in enumerate(COMPONENTS):

@@ -15,9 +15,12 @@ from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.index_arrays import holding, inner, integers
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
-from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS
+from lagrange_cli.expression.vocabulary import BODY_COMPONENTS, COMPONENTS, TIME, VELOCITY_COMPONENTS
 from lagrange_cli.families.builder import recursion
-from lagrange_cli.families.groups import Group
+from lagrange_cli.families.groups import Group, group_of
+from lagrange_cli.model.orientation import Turning, turning
+from lagrange_cli.model.rigid_body import second_moments
+from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.symbolic.families.frames import Frame, Split
 from lagrange_cli.symbolic.families.kinds import MemberKinds
@@ -25,6 +28,17 @@ from lagrange_cli.symbolic.families.labels import axes_of, ranges
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop, Relation, condition_of, relation
 from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Summed, expression_of, member, opened, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, reduced, whole_of
+
+
+@dataclass(frozen=True)
+class Oriented:
+    """How rigid bodies of a family turn, and the second moments and products of their mass; ``form`` is how
+    the orientation is given."""
+
+    form: str
+    turning: Turning[sympy.Expr]
+    moments: Sequence[sympy.Expr]
+    products: Mapping[tuple[int, int], sympy.Expr]
 
 
 class WrittenBuilder(MemberKinds):
@@ -65,9 +79,10 @@ class WrittenBuilder(MemberKinds):
             return member(name, wholes) if wholes else self.algebra.symbol(name)
         if name not in self.groups:
             raise Unsuited
-        value = self.of_group(
-            self.groups[name], wholes, [integers(one, frame) for one in tree.indices], frame
-        )
+        values = [integers(one, frame) for one in tree.indices]
+        if component in BODY_COMPONENTS:
+            return self.oriented(name, wholes, values, frame).turning.component(component)
+        value = self.of_group(self.groups[name], wholes, values, frame)
         if not component:
             return value
         parts = value if isinstance(value, tuple) else (value,)
@@ -86,6 +101,14 @@ class WrittenBuilder(MemberKinds):
 
     def of_group(self, group: Group, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame) -> Value:
         """What members of a group are, with their places."""
+        tree, inside = self.chosen(group, wholes, values, frame)
+        with recursion(group, self.within):
+            return self.value(tree, inside)
+
+    def chosen(
+        self, group: Group, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame
+    ) -> tuple[Any, Frame]:
+        """How members of a group are written, and where that stands. Raises ``Split`` where they differ."""
         shape = group.family.shape
         places: Any = 0
         for value, size in zip(values, shape):
@@ -98,9 +121,24 @@ class WrittenBuilder(MemberKinds):
         label = int(labels[0]) if len(labels) else 0
         own = {name: np.broadcast_to(one, group.count)[which] for name, one in group.indices.items()}
         names = {**self.names, **{name: wholes[axis] for name, axis in axes_of(group, label).items()}}
-        inside = Frame({**self.sizes, **own}, frame.count, names, frame.arrays)
-        with recursion(group, self.within):
-            return self.value(group.trees[label], inside)
+        return group.trees[label], Frame({**self.sizes, **own}, frame.count, names, frame.arrays)
+
+    def oriented(self, name: str, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame) -> Oriented:
+        """How members of a family of rigid bodies turn."""
+        if name not in self.bodies:
+            raise Unsuited
+        body, inside = self.chosen(self.bodies[name], wholes, values, frame)
+
+        def value(one: Expression) -> Any:
+            return self.value(one.tree, inside)
+
+        def mass() -> Any:
+            masses = group_of(self.bodies[name].family, self.spec.masses)
+            return self.of_group(masses, wholes, values, frame)
+
+        how = body.orientation
+        turns = turning(self.algebra, how.form, how.sequence, [*map(value, how.entries)], self.rate)
+        return Oriented(how.form, turns, *second_moments(self.algebra, body.inertia, value, mass))
 
     def _where_label(self, group: Group, label: int, wholes: Sequence[Whole]) -> Condition:
         """Where members have a label."""

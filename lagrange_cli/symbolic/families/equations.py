@@ -16,6 +16,7 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.balance import balance
+from lagrange_cli.symbolic.families.bodies import rotational
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.derivatives import Part, spans_within
 from lagrange_cli.symbolic.families.frames import Split
@@ -35,6 +36,7 @@ from lagrange_cli.symbolic.work import attempt, size_of
 AS_SUMS = 5_000_000
 """Steps of work for the equations in which places are sums: there are others."""
 MASS, SLOPE, FORCE, INERTIA, PULL = "p", "dL/dq", "Q", "m a dr/dq", "lambda df/dq"
+FIELD = "m a - dp/dt"
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,11 @@ class FamilyEquations:
     reactions: ReactionForm | None = None
     """The forces of constraint on particles, where they have been asked for."""
 
+    @property
+    def bound(self) -> Sequence[Family]:
+        """The families of constraints."""
+        return [*{one.family.name: one.family for one in self.constraints}.values()]
+
 
 def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEquations | None:
     """The equations, with the constraints of ``spec`` if it is given; None where the conditions of a family
@@ -91,8 +98,8 @@ def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEq
     with suppress(Unsuited, Split, ExpressionError, ArithmeticError):
         if system.joints is None:
             return equations_of(system, spec, naming=False)
-        by_name = equations_of(system, naming=True)
-        closed = attempt(AS_SUMS, partial(equations_of, system, naming=False))
+        by_name = equations_of(system, spec, naming=True)
+        closed = attempt(AS_SUMS, partial(equations_of, system, spec, naming=False))
         return by_name if closed is None else min(closed, by_name, key=length)
     return None
 
@@ -108,6 +115,7 @@ def length(equations: FamilyEquations) -> int:
     found = [one for one in (equations.T, equations.U, equations.h) if one is not None]
     found += [one.expression for one in equations.momenta]
     found += [one.expression for one in equations.places]
+    found += [one.expression for one in equations.constraints]
     found += [line.expression for line, _ in equations.equations]
     return sum(size_of(one) for one in found)
 
@@ -118,7 +126,7 @@ class _Deriver(Given):
         spec, order = self.spec, self.order
         kinetic, potential = self.energies()
         lagrangian = potential if kinetic is None else kinetic - potential
-        inertia = lagrangian if kinetic is None else kinetic
+        inertia = kinetic if kinetic is not None and self.system.vector is None else lagrangian
         momenta, forces, accelerations, masses, rates, pulls = [], [], [], [], [], []
         driving: list[Line] = []
         equations: list[tuple[Line, Equation]] = []
@@ -131,35 +139,43 @@ class _Deriver(Given):
         for family in self.builder.coordinates:
             inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
             for line, own in self.lines.of(family, inertial):
-                momenta.append(line.of(own[MASS]))
+                momenta.append(line.of(self.total(own)))
                 if diagonal:
                     masses.append(line.of(self.mass_of(line, own[MASS])))
             force = {FORCE: [*self.applied(family.name)]}
             if force[FORCE]:
                 lines = self.lines.of(family, force)
                 forces += [line.of(own[FORCE]) for line, own in lines if own[FORCE] != 0]
+            held = {
+                PULL: [
+                    *self.parts(by_places, family.name),
+                    *self.parts(by_speeds, velocity_name(family.name)),
+                ]
+            }
             if not diagonal:
-                equations += self.balanced(family, potential, force)
+                equations += self.balanced(family, potential, {**force, **held})
                 continue
-            several = {**inertial, **force, SLOPE: [*self.parts(lagrangian, family.name)]}
-            several[PULL] = [
-                *self.parts(by_places, family.name),
-                *self.parts(by_speeds, velocity_name(family.name)),
-            ]
+            several = {**inertial, **force, **held, SLOPE: [*self.parts(lagrangian, family.name)]}
+            several[FIELD] = [*self.of_field(inertial[MASS])]
             for line, own in self.lines.of(family, several):
                 equation, acceleration = self.solved(line, own)
                 equations.append((line.of(equation.left), equation))
                 accelerations.append(line.of(acceleration))
-                driving.append(line.of(self.total({**own, MASS: sympy.S.Zero})))
-            if constraints:
-                of_file = {**force, SLOPE: several[SLOPE]}
+                driving.append(line.of(self.total({**own, MASS: sympy.S.Zero, FIELD: sympy.S.Zero})))
+            if constraints or several[FIELD]:
+                of_file = {**force, SLOPE: several[SLOPE], FIELD: several[FIELD]}
                 rates += [line.of(self.total(own)) for line, own in self.lines.of(family, of_file)]
-                held = {PULL: several[PULL]}
                 pulls += [line.of(self.total(own)) for line, own in self.lines.of(family, held)]
-        left = [line for line, _ in equations]
+        bound = [one.of(self.of_members(one.expression, one.loops)) for one, _ in constraints]
+        written = [one.expression for one in (*momenta, *forces, *bound, *(line for line, _ in equations))]
         drawn = -self.with_multipliers((one, self.drift(one.expression, own)) for one, own in constraints)
         conserved, changing = balance(self, lagrangian, momenta, forces, drawn)
-        h = self.neat(self.energy(lagrangian) if kinetic is None else self.kinetic(moving=True) + potential)
+        if kinetic is None:
+            h = self.energy(lagrangian if self.system.vector is None else self.even(lagrangian))
+        else:
+            at_rest = potential if self.system.vector is None else self.at_rest(potential)
+            h = self.kinetic(moving=True) + at_rest
+        h = self.neat(h)
         found = FamilyEquations(
             name=spec.name,
             degrees_of_freedom=spec.degrees_of_freedom,
@@ -176,11 +192,11 @@ class _Deriver(Given):
             equations=tuple(equations),
             accelerations=tuple(accelerations) if diagonal and not constraints else None,
             masses=tuple(masses) if diagonal else None,
-            rates=tuple(rates if constraints else driving) if diagonal else None,
+            rates=tuple(rates or driving) if diagonal else None,
             conserved=tuple(conserved),
             changing=tuple(changing),
             paths=tuple(self.builder.paths),
-            constraints=tuple(one.of(self.of_members(one.expression, one.loops)) for one, _ in constraints),
+            constraints=tuple(bound),
             nonholonomic=frozenset(one.family.name for one, holonomic in constraints if not holonomic),
             pulls=tuple(pulls),
             driving=tuple(driving),
@@ -188,7 +204,7 @@ class _Deriver(Given):
                 one.of(self.of_members(self.second_rate(one.expression, own), one.loops))
                 for one, own in constraints
             ),
-            places=tuple(self.places(lagrangian, h, *(one.expression for one in (*momenta, *forces, *left)))),
+            places=tuple(self.places(lagrangian, h, *written)),
         )
         return self.finished(found)
 
@@ -257,7 +273,8 @@ class _Deriver(Given):
         """The equation of a line, where M is diagonal and constant, and the acceleration."""
         order = self.order
         a = symbol_of(line, acceleration_name(line.family.name))
-        mass, force = self.mass_of(line, own[MASS]), own[SLOPE] + own[FORCE] + own[PULL]
+        mass = self.mass_of(line, own[MASS])
+        force = own[SLOPE] + own[FORCE] + own[PULL] + own[FIELD]
         return textbook_form(mass * a - force, order), tidy(force / mass, order)
 
     def total(self, own: Mapping[str, sympy.Expr]) -> sympy.Expr:
@@ -272,7 +289,9 @@ class _Deriver(Given):
     def balanced(
         self, family: Family, potential: sympy.Expr, force: Mapping[str, Sequence[Part]]
     ) -> Iterator[tuple[Line, Equation]]:
-        """The equations of a family where M is another: sum of m a . dr/dq = -dU/dq + Q (d'Alembert)."""
+        """The equations of a family where M is another: sum of m a . dr/dq = -dU/dq + Q + lambda df/dq
+        (d'Alembert), with the rotation of bodies as d/dt dT/dq_dot - dT/dq; ``force`` has Q and what
+        constraints add."""
         rate = self.builder.rate
         inertia = [
             Part(mass * rate(rate(x)) * one.factor, (*loops, *one.loops), one.indices)
@@ -280,12 +299,31 @@ class _Deriver(Given):
             for x in place
             for one in self.parts(x, family.name)
         ]
+        turning = sympy.Add(*(Summed(one, Loops(loops)) for loops, one in rotational(self.builder).items()))
+        inertia += [
+            Part(rate(one.factor), one.loops, one.indices)
+            for one in self.parts(turning, velocity_name(family.name))
+        ]
+        inertia += [Part(-one.factor, one.loops, one.indices) for one in self.parts(turning, family.name)]
         several = {INERTIA: inertia, SLOPE: [*self.parts(potential, family.name)], **force}
         for line, own in self.lines.of(family, several):
-            equation = textbook_form(own[INERTIA] + own[SLOPE] - own[FORCE], self.order)
+            equation = textbook_form(own[INERTIA] + own[SLOPE] - own[FORCE] - own[PULL], self.order)
             sign = -1 if is_negative(self.order.sorted_terms(equation.left)[0]) else 1
             equation = Equation(sign * equation.left, sign * equation.right, sign * equation.factor)
             yield line.of(equation.left), equation
+
+    def of_field(self, momenta: Iterable[Part]) -> Iterator[Part]:
+        """The force of a U that is linear in velocities besides dL/dq: the rate of dU/dq_dot."""
+        if self.system.vector is not None:
+            for one in momenta:
+                yield replace(one, factor=-self.builder.rate(self.at_rest(one.factor)))
+
+    def even(self, expression: sympy.Expr) -> sympy.Expr:
+        """A Lagrangian without its terms that are linear in velocities."""
+        plain, sums = opened(expression)
+        back = {one: -one for one in plain.free_symbols - sums.keys() if self.is_moving(one)}
+        inside = {symbol: Summed(self.even(one.body), one.args[1]) for symbol, one in sums.items()}
+        return sympy.expand((plain + plain.xreplace(back)) / 2).xreplace(inside)
 
     @staticmethod
     def mass(momentum: sympy.Expr, v: sympy.Symbol) -> sympy.Expr:

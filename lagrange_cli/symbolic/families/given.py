@@ -13,6 +13,7 @@ from lagrange_cli.families.bonds import bound_families
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
+from lagrange_cli.symbolic.families.bodies import rotational, torques
 from lagrange_cli.symbolic.families.derivatives import Part, parts, spans_within
 from lagrange_cli.symbolic.families.frames import Frame, Kind
 from lagrange_cli.symbolic.families.lines import Line, Lines
@@ -153,6 +154,7 @@ class Given:
                     for force, x in zip(acting, place, strict=True):
                         for one in self.parts(x, name):
                             yield Part(force * one.factor, (*loops, *one.loops), one.indices)
+        yield from torques(self.builder, name, self.builder.meaning)
         for power in forces.get("dissipation", {}).values():
             for each in self.parts(self.builder.scalar(power), velocity_name(name)):
                 yield Part(-each.factor, each.loops, each.indices)
@@ -167,12 +169,11 @@ class Given:
             speed = self.builder.rate(x)
             return speed**2 - 2 * speed * self.explicit_rate(x)
 
-        return sympy.Add(
-            *(
-                Summed(sympy.Add(*(mass * square(x) / 2 for x in place)), Loops(loops))
-                for loops, place, mass in self.particles()
-            )
-        )
+        turning, found = rotational(self.builder, self.at_rest if moving else None), sympy.S.Zero
+        for loops, place, mass in self.particles():
+            own = sympy.Add(*(mass * square(x) / 2 for x in place), turning.pop(loops, sympy.S.Zero))
+            found += Summed(own, Loops(loops))
+        return sympy.Add(found, *(Summed(own, Loops(loops)) for loops, own in turning.items()))
 
     def neat(self, expression: sympy.Expr, around: Spans | None = None) -> sympy.Expr:
         """An expression and the bodies of its sums in textbook form; ``around`` has the bounds of indices."""

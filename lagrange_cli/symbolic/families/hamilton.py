@@ -1,4 +1,5 @@
-"""Hamilton's form of systems of families with a constant diagonal M: H = sum p^2/(2 m) + U, with indices."""
+"""Hamilton's form of systems of families with a constant diagonal M, with indices: H = sum p^2/(2 m) + U, and
+p - dL0/dq_dot instead of p where L has terms L0 that are linear in velocities."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.sums import gathered
 from lagrange_cli.symbolic.grouping import tidy
-from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Ranks, Summed, renamed, summed_of
+from lagrange_cli.symbolic.indexed.members import KNOWN, Ranks, opened, renamed, summed_of
 from lagrange_cli.symbolic.order import Order, Role
 
 
@@ -50,8 +51,8 @@ def hamilton_form(equations: FamilyEquations) -> FamilyHamiltonian:
     order = Order(Ranks(bases), equations.order.decimals)
     speeds = {velocity_name(family.name): family.name for family in equations.coordinates}
     kinetic, velocities = [], []
-    for line in equations.masses:
-        p = symbol_of(line, momentum_name(line.family.name))
+    for line, momentum in zip(equations.masses, equations.momenta, strict=True):
+        p = symbol_of(line, momentum_name(line.family.name)) - at_rest(momentum.expression, equations.order)
         velocities.append(line.of(tidy(p / line.expression, order)))
         kinetic.append(summed_of(p**2 / (2 * line.expression), line.loops))
 
@@ -74,20 +75,15 @@ def hamilton_form(equations: FamilyEquations) -> FamilyHamiltonian:
     rates = tuple(line.of(tidy(line.expression.xreplace(known(line)), order)) for line in equations.driving)
     potential = equations.U
     if potential is None:
-        potential = -at_rest(equations.L, equations.order)
+        potential = -equations.L
+    potential = at_rest(potential, equations.order)
     H = gathered(sympy.Add(*kinetic), order) + potential
     return FamilyHamiltonian(order, H, tuple(velocities), rates)
 
 
 def at_rest(expression: sympy.Expr, order: Order) -> sympy.Expr:
-    """The terms of a Lagrangian without velocities."""
-    if expression.is_Add:
-        return sympy.Add(*(at_rest(one, order) for one in expression.args))
-    if isinstance(expression, Summed):
-        return Summed(at_rest(sympy.expand_mul(expression.body), order), Loops(expression.loops))
-    moving = [one for one in sympy.Mul.make_args(expression) if order.role(one) >= Role.VELOCITY]
-    if not moving:
-        return expression
-    if len(moving) == 1 and (moving[0].is_Add or isinstance(moving[0], Summed)):
-        return expression / moving[0] * at_rest(moving[0], order)
-    return sympy.S.Zero
+    """An expression where all velocities are 0."""
+    plain, sums = opened(expression)
+    moving = [one for one in plain.free_symbols - sums.keys() if order.role(one) >= Role.VELOCITY]
+    inside = {symbol: summed_of(at_rest(one.body, order), one.loops) for symbol, one in sums.items()}
+    return plain.xreplace(dict.fromkeys(moving, sympy.S.Zero)).xreplace(inside)

@@ -18,6 +18,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.vocabulary import TIME, acceleration_name, velocity_name
 from lagrange_cli.families.groups import Group, group_of, particle_families
+from lagrange_cli.families.turning import body_groups
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
 from lagrange_cli.symbolic.families.labels import axes_of, places_of, ranges
@@ -56,6 +57,7 @@ class MemberKinds(Builder):
             self.groups[family.name] = group_of(family, spec.definitions)
         for family in grouped(spec.embedding, particle_families(spec)):
             self.groups[family.name] = group_of(family, spec.embedding)
+        self.bodies = {name: one.group for name, one in body_groups(spec).items()} if spec.bodies else {}
         self.names = {name: named(name) for name in spec.sizes}
         self.taken = {*spec.sizes, *self.bases, *self.groups, TIME}
         """Names that no index may get."""

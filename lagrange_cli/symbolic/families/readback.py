@@ -112,7 +112,7 @@ class ReadBack:
             self.first[family.name] = first
             first += len(family.members)
         self.count = first
-        self.bound = [*{one.family.name: one.family for one in equations.constraints}.values()]
+        self.bound = equations.bound
         self.multipliers = self.chance.uniform(-1, 1, sum(len(one.members) for one in self.bound))
         """Any, as equations are linear in them."""
         first = 0

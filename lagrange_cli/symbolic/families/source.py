@@ -7,11 +7,11 @@ from math import prod
 
 import sympy
 
-from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleration_name, velocity_name
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.data import refuse_names
 from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form, momentum_name
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import Loop
@@ -27,6 +27,8 @@ RATES: Mapping[str, Callable[[str], str]] = {
     "p": momentum_name,
 }
 """The arguments of functions, and the names of their members in terms of coordinates."""
+MULTIPLIERS = "multipliers"
+"""The argument with those of constraints."""
 
 TOGETHER = '''
 def accelerations(t, q, v, parameters=PARAMETERS):
@@ -35,6 +37,30 @@ def accelerations(t, q, v, parameters=PARAMETERS):
     rest = equations(t, q, v, [0.0] * n, parameters)
     columns = [equations(t, q, v, [float(i == k) for i in range(n)], parameters) for k in range(n)]
     return solution([[*(column[i] - rest[i] for column in columns), -rest[i]] for i in range(n)])
+'''
+
+BORDERED = '''
+def accelerations(t, q, v, parameters=PARAMETERS):
+    """q_ddot(t, q, v), of which the equations of motion and the rates of constraints are linear functions."""
+    return unknowns(t, q, v, parameters)[: len(COORDINATES)]
+
+
+def multipliers(t, q, v, parameters=PARAMETERS):
+    """lambda(t, q, v), likewise."""
+    return unknowns(t, q, v, parameters)[len(COORDINATES) :]
+
+
+def unknowns(t, q, v, parameters):
+    """Accelerations and multipliers."""
+    n = len(COORDINATES)
+
+    def left(x):
+        return *equations(t, q, v, x[:n], x[n:], parameters), *constraint_rates(t, q, v, x[:n], parameters)
+
+    count = n + len(CONSTRAINTS)
+    rest = left([0.0] * count)
+    columns = [left([float(i == k) for i in range(count)]) for k in range(count)]
+    return solution([[*(column[i] - rest[i] for column in columns), -rest[i]] for i in range(count)])
 '''
 
 PATHS = '''
@@ -54,12 +80,7 @@ def paths(parents):
 def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form: str = "lagrange") -> str:
     """The module's source: T, U, L, momenta, h, forces and accelerations as functions of (t, q, v). With the
     form ``matrix`` also M and f, and with ``hamilton`` H and the canonical equations as functions of (t, q,
-    p)."""
-    if equations.constraints:
-        raise UsageError(
-            "no --format python: with constraints the module is written for all members, which are too many; "
-            "choose fewer with --size"
-        )
+    p). With constraints these too, and their multipliers."""
     refuse_names(equations)
     writer = _Writer(equations)
     functions = []
@@ -75,10 +96,7 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     if equations.accelerations is not None:
         functions.append(writer.vector("accelerations", "q_ddot(t, q, v).", equations.accelerations))
     else:
-        left = [line.of(one.left - one.right) for line, one in equations.equations]
-        purpose = "The equations of motion, left minus right side, with accelerations a."
-        functions.append(writer.vector("equations", purpose, left, ("q", "v", "a")))
-        functions += [TOGETHER.strip(), SOLUTION.strip()]
+        functions += linear_functions(equations, writer)
     if form == "matrix":
         purpose = "The diagonal of M in M a = f."
         functions.append(writer.vector("masses", purpose, equations.masses or ()))
@@ -86,10 +104,13 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     if form == "hamilton":
         canonical = hamilton_form(equations)
         writer.order, of_p = canonical.order, ("q", "p")
+        pulled, pull = ((MULTIPLIERS,), " + (A^T lambda)_k") if equations.constraints else ((), "")
         functions += [
             writer.scalar("hamiltonian", "H(t, q, p).", canonical.H, of_p),
             writer.vector("velocities", "q_dot_k = dH/dp_k.", canonical.velocities, of_p),
-            writer.vector("momentum_rates", "p_dot_k = -dH/dq_k + Q_k.", canonical.rates, of_p),
+            writer.vector(
+                "momentum_rates", f"p_dot_k = -dH/dq_k + Q_k{pull}.", canonical.rates, (*of_p, *pulled)
+            ),
         ]
     title = " ".join(equations.name.split()).replace("\\", "/").replace('"', "'")
     used = sorted({*FUNCTIONS, *CONSTANTS} & writer.used)
@@ -98,11 +119,31 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     head += [f"{name} = {size}" for name, size in equations.sizes.items()]
     names = [name for family in equations.coordinates for name in family.members]
     head += [f"COORDINATES = {tuple(names)!r}", f"PARAMETERS = {dict(parameters)!r}"]
+    if equations.constraints:
+        head.append(f"CONSTRAINTS = {tuple(k for one in equations.bound for k in one.members)!r}")
     if equations.paths:
         functions.insert(0, PATHS.strip())
         listed = (f"{one.name} = paths({tuple(one.table.tolist())!r})" for one in equations.paths)
         functions.append("\n".join(listed))
     return "\n".join(head) + "\n\n\n" + "\n\n\n".join(functions)
+
+
+def linear_functions(equations: FamilyEquations, writer: _Writer) -> list[str]:
+    """The equations of motion and constraints, and how accelerations and multipliers follow from them."""
+    left = [line.of(one.left - one.right) for line, one in equations.equations]
+    purpose = "The equations of motion, left minus right side, with accelerations a."
+    if not equations.constraints:
+        found = [writer.vector("equations", purpose, left, ("q", "v", "a")), TOGETHER.strip()]
+        return [*found, SOLUTION.strip()]
+    bound, values = equations.bound, "f(t, q), or g(t, q, v), of CONSTRAINTS."
+    rates = "What CONSTRAINTS say of accelerations a: this is 0."
+    return [
+        writer.vector("equations", purpose, left, ("q", "v", "a", MULTIPLIERS)),
+        writer.vector("constraints", values, equations.constraints, among=bound),
+        writer.vector("constraint_rates", rates, equations.allowed, ("q", "v", "a"), bound),
+        BORDERED.strip(),
+        SOLUTION.strip(),
+    ]
 
 
 class _Writer:
@@ -113,6 +154,8 @@ class _Writer:
             shapes[family.name] = [str(size) for size in family.shape]
             for rate in RATES.values():
                 shapes[rate(family.name)] = shapes[family.name]
+        for family in equations.bound:
+            shapes[multiplier_name(family.name)] = [str(size) for size in family.shape]
         shapes |= {one.name: [str(len(one.table))] * 2 for one in equations.paths}
         shapes |= {one.base: [str(size) for size in one.shape] for one in equations.places}
         self.shapes, self.notation = shapes, IndexedPython(shapes)
@@ -149,9 +192,15 @@ class _Writer:
         first = 0
         for family in self.equations.coordinates:
             stop = first + prod(family.shape)
-            for array in rates:
+            for array in (one for one in rates if one in RATES):
                 place = f"{array}[{first}:{stop}]" if family.shape else f"{array}[{first}]"
                 found.append((RATES[array](family.name), place))
+            first = stop
+        first = 0
+        for family in self.equations.bound if MULTIPLIERS in rates else ():
+            stop = first + prod(family.shape)
+            place = f"[{first}:{stop}]" if family.shape else f"[{first}]"
+            found.append((multiplier_name(family.name), MULTIPLIERS + place))
             first = stop
         shown = [(self.notation.symbol(name), value) for name, value in found]
         return [f"    {name} = {value}" for name, value in shown if self.has(text, name)] + places
@@ -174,13 +223,14 @@ class _Writer:
         )
 
     def vector(
-        self, name: str, purpose: str, lines: Sequence[Line], rates: Sequence[str] = ("q", "v")
-    ) -> str:
-        """A function with a value for each coordinate."""
+        self, name: str, purpose: str, lines: Sequence[Line], rates: Sequence[str] = ("q", "v"),
+        among: Sequence[Family] = (),
+    ) -> str:  # fmt: skip
+        """A function with a value for each coordinate, or each member of other families."""
         body: list[str] = []
         first = 0
-        for family in self.equations.coordinates:
-            for line in (one for one in lines if one.family is family):
+        for family in among or self.equations.coordinates:
+            for line in (one for one in lines if one.family.name == family.name):
                 body += self.assigned(line, first, family)
             first += prod(family.shape)
         names = self.names("\n".join(body), rates)

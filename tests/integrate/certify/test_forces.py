@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import random
+
 import mpmath
 import numpy as np
+import pytest
 
 from lagrange_cli.integrate.certify.certificate import AS_RUN, FOLDER
 from lagrange_cli.integrate.certify.companion import UNITS, nudged
@@ -26,6 +29,14 @@ potential: k*p.y
 constraints: {floor: y}
 events:
   heavier: {when: x - 1/2, action: {set: {k: 2*k}}}
+"""
+ALONG = """
+parameters: {{F: {F!r}, e: {e!r}}}
+coordinates: {{x: {{initial: {x}}}, y}}
+masses: {{p: {m!r}}}
+embedding: {{p: [x, y]}}
+forces: {{p: [({b!r}*F + {a!r}*e)*exp(-t/1000), (-{a!r}*F + {b!r}*e)*exp(-t/1000)]}}
+constraints: {{wire: {a!r}*x + {b!r}*y}}
 """
 
 
@@ -50,6 +61,24 @@ def test_multipliers_and_reactions_of_the_cartesian_pendulum():
     plain, _ = certified(ON_A_CIRCLE, 40.0, 401)
     for path, samples in plain.items():
         assert np.array_equal(samples, data[path])
+
+
+@pytest.mark.parametrize("e", [0.0, 1e-12, 1e-6])
+def test_a_small_difference_of_large_forces_has_their_rounding(e: float):
+    """A force that is almost along a wire (a, b): R = lambda (a, b) with lambda = -e exp(-t/1000). It is what
+    is left of forces whose roundings do not depend on the state, and are the same in run and companions."""
+    given = {one: random.uniform(0.5, 2.0) for one in ("a", "b", "m")}
+    text = ALONG.format(F=10 ** random.uniform(1, 4), e=e, x=random.choice([0, 0.3]), **given)
+    data, _ = certified(text, 1.0, 41, outputs=("q", "multipliers", "reactions"))
+    a, b = given["a"], given["b"]
+    with mpmath.workdps(50):
+        multiplier = [-Number(repr(e)) * mpmath.exp(-Number(t) / 1000) for t in data["t"].tolist()]
+        exact = {"multipliers/wire": [Number(1)], "reactions/p": [Number(repr(a)), Number(repr(b))]}
+        for path, normal in exact.items():
+            truth = [n * one for one in multiplier for n in normal]
+            wrong = [float(abs(Number(x) - y)) for x, y in zip(data[path].ravel().tolist(), truth)]
+            enough = data[FOLDER + path].ravel() >= 0.1 * np.array(wrong)
+            assert np.mean(enough) >= COVERAGE, text
 
 
 def test_companions_take_part_in_actions_on_parameters():

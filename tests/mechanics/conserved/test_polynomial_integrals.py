@@ -61,6 +61,15 @@ coordinates: {u: {initial: 0.8, velocity: 0.1}, w: {initial: 0.3, velocity: 0.6}
 definitions: {F: cosh(u) + cos(w) + 3, U: (a*exp(u) + k*sin(w))/F}
 lagrangian: F*(u_dot**2 + w_dot**2)/2 - U
 """
+HYPERSPHERE = """
+parameters: {{k: 0.4}}
+coordinates:
+  ch: {{initial: 0.7, velocity: 0.1}}
+  th: {{initial: 1, velocity: 0.2}}
+  ph: {{initial: 0.3, velocity: 0.9}}
+definitions: {{p_ch: ch_dot, p_th: sin(ch)**2*th_dot, p_ph: (sin(ch)*sin(th))**2*ph_dot}}
+lagrangian: (p_ch*ch_dot + p_th*th_dot + p_ph*ph_dot)/2 {}
+"""
 TODA = LINE.format('"sum(exp(q[i] - q[(i + 1) % N]) for i in range(N))"')
 CALOGERO = LINE.format('"sum(0.7/(q[i] - q[j])**2 for i in range(N) for j in range(i))"')
 CASES = {
@@ -123,6 +132,29 @@ CASES = {
     "Carter 1968, a rotating black hole": (
         KERR,
         "(S*th_dot)**2 + cos(th)**2*(PH**2/sin(th)**2 - a**2*(2*H + PS**2))",
+    ),
+    "Higgs 1979, a sphere's oscillator in gnomonic coordinates": (
+        """
+parameters: {m: 1.3, k: 0.4, a: 0.6}
+coordinates: {x: {initial: 0.7, velocity: 0.2}, y: {initial: 0.3, velocity: 0.9}}
+definitions: {D: 1 + a*(x**2 + y**2)}
+lagrangian: m/2*((x_dot**2 + y_dot**2)/D - a*(x*x_dot + y*y_dot)**2/D**2) - k/2*(x**2 + y**2)
+""",
+        "m*(x_dot/D)**2 + k*x**2",
+    ),
+    "Higgs 1979, in three dimensions": (
+        HYPERSPHERE.format("-k*tan(ch)**2"),
+        "(cos(th)*p_ch - sin(th)*p_th/tan(ch))**2 + 2*k*(tan(ch)*cos(th))**2",
+    ),
+    "Schroedinger 1940, Kepler's problem on a sphere": (
+        "parameters: {k: 0.4}\n"
+        "coordinates: {th: {initial: 0.7, velocity: 0.2}, ph: {initial: 0.3, velocity: 0.9}}\n"
+        "lagrangian: (th_dot**2 + (sin(th)*ph_dot)**2)/2 + k/tan(th)\n",
+        "sin(th)**2*ph_dot*(sin(ph)*th_dot + sin(th)*cos(th)*cos(ph)*ph_dot) - k*cos(ph)",
+    ),
+    "the same with a constraint": (
+        SPACE.format("potential: -a*z/sqrt(x**2 + y**2)\nconstraints: {sphere: x**2 + y**2 + z**2 - 1}"),
+        "dot(l, [0, 0, 1])*dot(l, [1, 0, 0]) + a*x/sqrt(x**2 + y**2)",
     ),
     "Liouville 1849": (LIOUVILLE, "(F*u_dot)**2 + 2*a*exp(u) - (F*(u_dot**2 + w_dot**2) + 2*U)*cosh(u)"),
 }
@@ -224,6 +256,13 @@ def test_coefficients_are_functions_of_the_parameters(coefficient):
     (one,) = search.found()
     assert one.degree == 2
     assert search.rank([*search.known, published]) == search.rank(search.known) == 2
+
+
+def test_integrals_of_low_degree_come_first():
+    """Winternitz's oscillator has shorter ones of the third degree."""
+    search, _ = searched(SPACE.format("potential: (x**2 + y**2 + z**2)/2 + a/x**2 + b/y**2 + c/z**2"))
+    search.known += (one.node for one in symmetries(search.model) if one.conserved.quantity[:2] == "h_")
+    assert [one.degree for one in search.found()] == [2, 2]
 
 
 def test_what_is_not_conserved_is_not_proven():

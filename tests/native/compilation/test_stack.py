@@ -9,7 +9,8 @@ import pytest
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.families import family_run, write_families
+from lagrange_cli.integrate.families import family_run
+from lagrange_cli.integrate.family_program import write_families
 from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.compilation import machine

@@ -29,7 +29,7 @@ def first_root() -> First:
 
     def first(u: Polynomial, h: float, side: float, fresh: bool) -> float:
         assert code is not None
-        row, scratch = np.zeros(ORDER + 1), np.zeros(roots.room)
+        row, scratch = np.zeros(ORDER + 1), np.zeros(3 * (roots.degree + 1))
         row[1 : len(u.coef) + 1] = u.coef / np.arange(1, len(u.coef) + 1)
         return float(call(row.ctypes.data, h, 0.0, side, fresh, scratch.ctypes.data))
 

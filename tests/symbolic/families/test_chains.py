@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.families import system as systems
-from lagrange_cli.integrate.families import compiled_accelerations
+from lagrange_cli.integrate.family_program import compiled_accelerations
 from lagrange_cli.limits import Work
 from lagrange_cli.run.family_equations import (
     DerivedFamilies,
     derive_families,
+    derive_printed,
     families_as_data,
     families_as_written,
     refuse_form,
@@ -38,6 +39,8 @@ from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Summed, member
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number
 from lagrange_cli.symbolic.work import size_of
 from tests.families.test_chains import SPACE, drawn, pendulum
+from tests.families.test_closed_chains import CASES, chain
+from tests.families.test_nonholonomic import drawn_on_trees
 from tests.support.draws import examples
 from tests.support.motion import SYSTEMS
 
@@ -80,11 +83,7 @@ FORCES = (
 )
 
 
-@pytest.fixture(autouse=True)
-def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small systems are families, too."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
-    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 def spec_of(text: str, count: int | None = None) -> Spec:
@@ -106,10 +105,11 @@ def lines_of(text: str, count: int | None = None, form: str = "text") -> list[st
 def holds(text: str) -> None:
     """Read the equations back, with places as sums and by name, and compare both with the file."""
     spec = spec_of(text)
-    system = systems.family_system(spec)
+    system = systems.without_constraints(spec)
     assert system is not None, text
     for naming in (False, True):
-        found = verify(system, equations_of(system, naming=naming), None, resolve_values(spec, {}))
+        equations = equations_of(system, spec, naming=naming)
+        found = verify(system, equations, None, resolve_values(spec, {}), spec)
         assert found.difference <= 1e-13, (str(found), text)
 
 
@@ -120,6 +120,44 @@ def test_what_is_printed_of_chains_and_trees_is_what_the_file_says(
 ) -> None:
     chance = random.Random(f"{pytestconfig.option.seed} printed {case}")
     holds(drawn(chance, chance.choice(SIZES)))
+
+
+@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.parametrize("count", [4, 9])
+@pytest.mark.parametrize("case", CASES)
+def test_constraints_on_chains_are_those_of_the_file(case: str, count: int) -> None:
+    holds(chain(case, count))
+
+
+@pytest.mark.exhaustive(keep=0, most=20)
+@pytest.mark.parametrize("case", range(100))
+def test_constraints_on_velocities_of_trees_are_those_of_the_file(
+    case: int, pytestconfig: pytest.Config
+) -> None:
+    holds(drawn_on_trees(random.Random(f"{pytestconfig.option.seed} bound {case}")))
+
+
+def test_a_chain_between_two_pins_is_that_of_a_textbook() -> None:
+    """Both ends at rest: a multiplier for each component of the last one's place."""
+    text = N_PENDULUM + "constraints: {right: bob[N - 1].x - l, level: bob[N - 1].y}\n"
+    for form in ("lagrange", "reactions"):
+        derived = derive_printed(spec_of(text, 1000), form)
+        assert isinstance(derived, DerivedFamilies)
+        for format_ in ("text", "unicode", "latex"):
+            assert families_as_written(derived, format_, form, {}).count("\n") < 70
+    lines = lines_of(text, 1000)
+    for line in (
+        "bob[N - 1].x - l = 0   [right]",
+        "m*sum(cos(theta[i])*bob[j].ax + sin(theta[i])*bob[j].ay for j in range(i, N))",
+        "+ m*g*(N - i)*sin(theta[i]) = lambda_right*cos(theta[i])",
+        "+ lambda_level*sin(theta[i])   [theta[i], divided by l, for i in range(N)]",
+    ):
+        assert line in lines, line
+    data = families_as_data(printed(text, 100), {})
+    assert [one["multiplier"] for one in data["constraints"]] == ["lambda_right", "lambda_level"]
+    assert data["constraints"][0]["second_derivative"] == "bob_ax[N - 1]"
+    with pytest.raises(UsageError, match=r"with constraints.*print the equations without --form"):
+        derive_printed(spec_of(text, 100), "explicit")
 
 
 @pytest.mark.exhaustive(keep=0.25)

@@ -11,7 +11,6 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.families import system as systems
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.limits import Work
 from lagrange_cli.run.equations import derive
@@ -72,10 +71,7 @@ CONDITIONS = (
 )  # fmt: skip
 
 
-@pytest.fixture(autouse=True)
-def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small systems are families, too."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 def printed(text: str, sizes: dict[str, str] | None = None) -> DerivedFamilies:

@@ -24,6 +24,7 @@ from lagrange_cli.run.family_equations import (
 from lagrange_cli.run.verification import verify_families
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.symbolic.direct import directly
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.readback import ReadBack
 from lagrange_cli.symbolic.source import as_python
@@ -46,7 +47,15 @@ GIVEN = SYSTEM.format(
     place='"p[0]": ["u[0]", "w[0]"], "p[i in range(1, N)]": ["3*u[i]", "w[i] - m[i]"]',
     mass="m[i]*(1 + i)",
 )
+CHARGED = SYSTEM.format(
+    count=4,
+    potential="sum(u[i]**2/2 - (1 + i)*w[i]*u_dot[i] + sin(u[i])*w_dot[i]*t for i in range(N))",
+    forces="",
+    place='"p[i in range(N)]": ["3*u[i]", "w[i] - m[i]"]',
+    mass="m[i]*(1 + i)",
+)
 TEXTS = {
+    "charged": CHARGED,
     "bodies": BODIES,
     "damped": DAMPED,
     "given": GIVEN,
@@ -197,8 +206,7 @@ def test_constraints_with_indices_are_those_of_the_file(name: str, count: int) -
     for format_, form in product(("text", "unicode", "latex"), ("lagrange", "hamilton", "matrix")):
         assert families_as_written(derived, format_, form, {})
     assert_forces(derived)
-    with pytest.raises(UsageError, match="no --format python"):
-        families_as_written(derived, "python", "lagrange", {})
+    assert_module(derived)
     old, new = ("w**2*l[0]", "2*w**2*l[0]") if name == "net" else ("- y[i - 1]", "- 2*y[i - 1]")
     other = derive_families(
         read_spec(ROPES[name].replace(old, new), "system.yaml", {"N": str(count)}), small=True
@@ -206,6 +214,20 @@ def test_constraints_with_indices_are_those_of_the_file(name: str, count: int) -
     assert other is not None
     wrong = DerivedFamilies(derived.system, other.equations, Work(), spec)
     assert verify_families(wrong, {}).difference > 1e-6
+
+
+def assert_module(derived: DerivedFamilies) -> None:
+    """Accelerations and multipliers of the module solve the equations of the file and its constraints."""
+    spec, module = derived.spec, dict[str, Any]()
+    parameters = dict(resolve_values(spec).parameters)
+    exec(families_as_written(derived, "python", "lagrange", parameters), module)
+    q, v = np.random.default_rng(1).uniform(-1, 1, (2, len(spec.coordinates))).tolist()
+    a, forces = (module[name](0.3, q, v) for name in ("accelerations", "multipliers"))
+    direct = directly(spec, parameters, 0.3, q, v, [*a], multipliers=[*forces])
+    assert module["CONSTRAINTS"] == tuple(spec.all_constraints)
+    assert module["constraints"](0.3, q, v) == pytest.approx(direct.constraints, rel=1e-12, abs=1e-12)
+    scale = max(map(abs, (*a, *forces)))
+    assert np.max(np.abs([*direct.residual, *direct.rates])) < 1e-12 * (1 + scale)
 
 
 def assert_forces(derived: DerivedFamilies) -> None:

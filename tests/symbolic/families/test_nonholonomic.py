@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from lagrange_cli.errors import TooLargeSystem
-from lagrange_cli.families import system as systems
 from lagrange_cli.limits import Work
 from lagrange_cli.run.family_equations import (
     DerivedFamilies,
@@ -41,10 +40,7 @@ nonholonomic: {"edge[i in range(N)]": "b[i].vy*cos(phi[i]) - b[i].vx*sin(phi[i])
 """
 
 
-@pytest.fixture(autouse=True)
-def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small systems are families, too."""
-    monkeypatch.setattr(systems, "FEWEST", 0)
+pytestmark = pytest.mark.usefixtures("however_small")
 
 
 def derived_from(text: str) -> DerivedFamilies:
@@ -127,7 +123,7 @@ def test_a_thousand_sleighs_take_a_line_each() -> None:
     )
 
 
-def test_where_there_are_no_indices_the_reason_is_said() -> None:
+def test_a_train_is_printed_with_indices() -> None:
     spec = read_spec(
         TRAIN.format(
             count=200, potential="0", forces="", holonomic="",
@@ -135,5 +131,9 @@ def test_where_there_are_no_indices_the_reason_is_said() -> None:
         ),
         "system.yaml",
     )  # fmt: skip
-    with pytest.raises(TooLargeSystem, match="printing constraints with indices needs a constant diagonal"):
-        derive_printed(spec, "lagrange")
+    derived = derive_printed(spec, "lagrange")
+    assert isinstance(derived, DerivedFamilies)
+    text = families_as_written(derived, "text", "lagrange", {})
+    assert "[edge[i], nonholonomic, for i in range(N)]" in text and text.count("\n") < 130
+    with pytest.raises(TooLargeSystem, match="--form matrix writes out every member of chains and trees"):
+        derive_printed(spec, "matrix")

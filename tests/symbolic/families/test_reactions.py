@@ -51,13 +51,39 @@ generalized_forces: {{"y[i in range(N)]": l*i}}
 dissipation: sum(c*(x_dot[i] - b[i - 1].vx)**2/2 for i in range(1, N))
 """,
     "pendulums": (SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8"),
+    "between two pins": f"""{(SYSTEMS / "n_pendulum.yaml").read_text(encoding="utf-8")}
+constraints: {{right: bob[N - 1].x - l, level: bob[N - 1].y}}
+""",
+    "tops": f"""{HEAD}
+coordinates: {{"q[i in range(N)]": {{initial: 0.5}}, "u[i in range(N)]": {{initial: 0.1*i}}}}
+bodies:
+  b[i in range(N)]:
+    mass: m[i]
+    inertia: [l, l, c]
+    position: ["l*sin(q[i])*sin(u[i])", "-l*sin(q[i])*cos(u[i])", "l*cos(q[i])"]
+    orientation: {{euler: ["u[i]", "q[i]", "t"], sequence: zxz}}
+potential: >
+  sum(g*m[i]*b[i].at(0, 0, a).z + k*norm(b[i].at(l, 0, 0) - b[i - 1].at(0, l, c))**2/2 for i in range(1, N))
+dissipation: sum(c*b[i].at(0, 0, l).vx**2/2 for i in range(N))
+forces: {{"b[i in range(N)]": ["sin(t)", "-c*b[i].vy", 0]}}
+torques: {{"b[i in range(N)]": [0, 0, c]}}
+""",
+    "on two lines": f"""{HEAD}
+coordinates: {{"q[i in range(N)]": {{initial: 0.5}}}}
+masses: {{"b[i in range(N)]": "m[i]"}}
+positions:
+  b[0]: [l*sin(q[0]), -l*cos(q[0])]
+  b[i in range(1, N)]: ["i + where(i % 2 == 0, 1, c)*sin(q[i])", "-2*l*cos(q[i])"]
+potential: sum(m[i]*g*b[i].y for i in range(N)) + sum(k*norm(b[i] - b[i - 1])**2/2 for i in range(1, N))
+dissipation: sum(c*(b[i].vx - b[0].vx)**2/2 for i in range(N))
+""",
     "on a cart": f"{HUNG}potential: sum(m[i]*g*b[i].y + k*dot(b[i] - cart, b[i] - cart) for i in range(N))",
 }
 
 
 @pytest.fixture(autouse=True)
 def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Short chains are families, too."""
+    """Short chains and few bodies are families, too."""
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
 
 

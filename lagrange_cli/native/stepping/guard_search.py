@@ -1,0 +1,237 @@
+"""Guards in a step: which one's argument changes its sign first (see ``guards``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.native.guards import AT_REST, GuardRows, Role
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.state import LANES, Clock, StateLayout
+from lagrange_cli.native.stepping.actions import ActionCode
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.roots import NONE, Roots
+from lagrange_cli.records import dataclass
+
+SMALLEST = 2.0**-1022
+NO_GUARD = -1
+BEYOND = 2.0**-44
+"""The part of a step by which it goes beyond the cut of a function: whether it is there, rounding must not
+decide."""
+RADIUS = 0.5
+"""Away from the zero of a root, which has a series no farther than to there, a step is this part of the way
+back, at most: beyond it the series diverges, however weak the force is."""
+WIDER = 2.0**16
+"""After a zero, a step is longer than the one before by no more than this factor."""
+MANY = 32
+"""From so many guards on a vector of them is looked at together."""
+JUMP = 2.0**-20
+"""An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
+
+
+@dataclass(frozen=True)
+class GuardSearch:
+    """Writes the function that looks for the first guard in a step."""
+
+    rows: GuardRows
+    layout: StateLayout
+    lengths: Lengths
+    records: int
+    """Where records are, behind ``%trial``."""
+    interpolated: bool = False
+    """Whether arguments are polynomials through values of theirs, instead of series."""
+
+    @property
+    def roots(self) -> Roots:
+        """The code for roots of arguments."""
+        return Roots(self.lengths.order, self.lengths.term, self.interpolated)
+
+    @property
+    def actions(self) -> ActionCode:
+        """The code for simple actions."""
+        return ActionCode(self.rows, self.layout, self.records, self.lengths.term)
+
+    @property
+    def _rooted(self) -> bool:
+        """Whether forces contain roots of guards' arguments, whose series do not converge beyond 0."""
+        return not self.interpolated and any(one.rooted for one in self.rows.guards)
+
+    @property
+    def _breaks(self) -> tuple[Role, ...]:
+        """The role of breaks, if there are any."""
+        return (Role.BREAK,) * any(one.role is Role.BREAK for one in self.rows.guards)
+
+    def before_break(self, f: Function, which: Integer) -> Bit | None:
+        """Whether a step ends where something may jump by the guard ``which``, or ``NO_GUARD``; None if no
+        guard is of that kind."""
+        if not self._breaks:
+            return None
+        some = ~which.equals(NO_GUARD)
+        return f.load_integer("@guard_roles", f.select(some, which, f.count(0))).equals(Role.BREAK) & some
+
+    def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
+        """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
+        state, work, trial = f.pointers("state", "work", "trial")
+        root, which, known = f.parts((Real, Integer, Real), "first_guard", state, work, h, unit, trial)
+        return root, which, known
+
+    def beyond(self, f: Function, root: Real, which: Integer, ahead: Real) -> Real:
+        """Where a step of at most ``ahead`` ends that comes to the ``root`` of a guard."""
+        if not any(one.role is Role.CUT for one in self.rows.guards):
+            return root
+        cut = f.load_integer("@guard_roles", which).equals(Role.CUT)
+        return f.select(cut, f.smaller(ahead, root + ahead * BEYOND), root)
+
+    def largest(self, f: Function) -> Real:
+        """The sum of the last coefficients of all arguments: not finite where one of these is not."""
+        total = f.variable(f.constant(0.0))
+        with f.loop(0, self.rows.arguments, tested=False) as j:
+            row = self.lengths.place(f, j + self.rows.first)
+            for m in (self.lengths.order - 2, self.lengths.order - 1):
+                total.set(total.get() + f.magnitude(f.load(row, m * self.lengths.term)))
+        return total.get()
+
+    def _first(self) -> Function:
+        """``@first_guard(state, work, h, unit, scratch)``: when one is due in a step of ``h``, its
+        number, and how much of the step is known."""
+        given = "ptr %state, ptr %work, double %h, double %unit, ptr %scratch"
+        f = Function(f"define internal {{ double, i64, double }} @first_guard({given}) #0")
+        rows, layout = self.rows, self.layout
+        earliest, which = f.variable(f.constant(NONE)), f.variable(f.count(0))
+        reach = f.variable(Real(f, "%h"))
+
+        def look(row: Pointer, start: Real, side: Real, fresh: Bit, j: Integer) -> None:
+            reach.set(f.call(Real, "known", row, reach.get()))
+            given = row, reach.get(), start, side, fresh, f.pointer("%scratch")
+            found = f.call(Real, "first_root", *given)
+            with f.when(found < earliest.get()):
+                earliest.set(found)
+                which.set(j)
+                reach.set(f.larger(f.constant(0.0), f.smaller(found, reach.get())))
+
+        with self._suspects(f, reach) as j:
+            if self.actions.any:
+                self._decide(f, j)
+            mark = f.load("%state", j + rows.fresh(layout))
+            fresh = mark > 0.0
+            with f.when(mark > SMALLEST):  # what counts as rounding depends on how far one looks
+                reach.set(f.smaller(reach.get(), mark * WIDER / Real(f, "%unit")))
+            if rows.events:
+                self._pass_jump(f, j, fresh)
+            mode = f.load("%state", j + rows.mode(layout))
+            with f.when(~mode.equals(0.0)):
+                row = f.load_integer("@guard_rows", j)
+                look(self.lengths.place(f, row), f.constant(0.0), mode, fresh, j)
+                if self._rooted:
+                    u, rate = (f.load(self.lengths.place(f, row), m * self.lengths.term) for m in (1, 2))
+                    leaving = (u * mode > 0.0) & (rate * mode > 0.0)
+                    with f.when(leaving & f.load_integer("@guard_roots", j).equals(1)):
+                        reach.set(f.smaller(reach.get(), u / (rate + rate) * RADIUS))
+            with f.otherwise(), f.when(f.load_integer("@guard_roles", j).equals(Role.HOLD)):
+                self._look_at_multiplier(f, j, look)
+            with f.when(mode.equals(0.0) & f.load_integer("@guard_roles", j).equals(Role.SWITCH)):
+                row, rest = f.load_integer("@guard_rows", j), f.larger(f.constant(AT_REST), -mark)
+                for side in (-1.0, 1.0):
+                    look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
+        # a later guard's argument may be known for less of the step than to an earlier one's root
+        within = earliest.get() <= reach.get()
+        f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())
+        return f
+
+    @contextmanager
+    def _suspects(self, f: Function, reach: Variable[Real]) -> Iterator[Integer]:
+        """Guards one by one; where there are many, without those of which nothing is due, vector by vector,
+        in the part of the step that is left to ``reach``."""
+        count, rows = self.rows.count, [one.row for one in self.rows.guards]
+        beside = next((j for j, row in enumerate(rows) if row != rows[0] + j), count)
+        whole = beside - beside % LANES
+        if whole < MANY or self.lengths.row != 1:
+            with f.loop(0, count, tested=False) as j:
+                yield j
+            return
+        with f.loop(0, count, LANES, tested=False) as first:
+            suspect = f.variable(Bit(f, "true"))
+            with f.when(first < whole):
+                suspect.set(f.any(self._suspect(f, first, reach.get())))
+            end = first + LANES
+            last = f.select(end > count, f.count(count), end)
+            with f.when(suspect.get()), f.loop(first, last, tested=False) as j:
+                yield j
+
+    def _suspect(self, f: Function, first: Integer, reach: Real) -> Bit:
+        """Which guards of a vector have to be looked at: whose arguments are near 0, or not known, in a step
+        of ``reach``."""
+        layout, term = self.layout, self.lengths.term
+        row = self.lengths.place(f, first + self.rows.guards[0].row)
+        mode = f.load_row("%state", first + self.rows.mode(layout), LANES)
+        mark = f.load_row("%state", first + self.rows.fresh(layout), LANES)
+        apart = self.roots.apart(f, row, reach, mode) & (mark <= 0.0) & (f.magnitude(mode) > 0.0)
+        if self._rooted:
+            u, rate = (f.load_row(row, m * term, LANES) * mode for m in (1, 2))
+            apart = apart & ((rate <= 0.0) | (u / (rate + rate) * RADIUS >= f.splat(reach, LANES)))
+        return ~apart
+
+    def _look_at_multiplier(
+        self, f: Function, j: Integer, look: Callable[[Pointer, Real, Real, Bit, Integer], None]
+    ) -> None:
+        """The time at which the force that holds the motion reaches its limit."""
+        seen = Bit(f, "false")
+
+        def against_one() -> None:
+            row = self.lengths.place(f, f.load_integer("@guard_multipliers", j))
+            for side in (-1.0, 1.0):
+                look(row, Real(f, "%unit"), f.constant(side), seen, j)
+
+        if not any(one.limit for one in self.rows.guards):
+            against_one()
+            return
+        limit = f.load_integer("@guard_limits", j)
+        with f.when(limit.equals(0)):
+            against_one()
+        with f.otherwise():
+            above, below = self.lengths.place(f, limit), self.lengths.place(f, limit + 1)
+            both = f.load(above, self.lengths.term) + f.load(below, self.lengths.term)
+            side = f.select(both < 0.0, f.constant(-1.0), f.constant(1.0))
+            for row in (above, below):
+                look(row, f.constant(0.0), side, seen, j)
+
+    def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
+        """Change the side of an event whose argument is on the other one, but not because it was 0: it has
+        jumped there, as over the cut of atan2."""
+        at = j + self.rows.mode(self.layout)
+        row, term = self.lengths.place(f, f.load_integer("@guard_rows", j)), self.lengths.term
+        mode, u, h = f.load("%state", at), f.load(row, term), Real(f, "%h")
+        slope, bend = f.magnitude(f.load(row, 2 * term)) * 2.0, f.magnitude(f.load(row, 3 * term)) * 3.0
+        role = f.load_integer("@guard_roles", j)
+        others = (Role.SWITCH, Role.HOLD, Role.REST, Role.CUT, *self._breaks)
+        event = ~reduce(or_, [role.equals(one) for one in others])
+        jumped = f.magnitude(u) > f.fused(bend, h, slope) * h * JUMP
+        with f.when(~fresh & (u * mode < 0.0) & jumped & event):
+            f.store(-mode, "%state", at)
+
+    def _decide(self, f: Function, j: Integer) -> None:
+        """Set the mode of an event that has none since an action has been done."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        mode, mark = j + rows.mode(layout), j + rows.fresh(layout)
+        undecided = f.load(state, mode).equals(0.0)
+        if rows.bounces:  # contacts have no other mode, and events at which members rest
+            rests = f.load_integer("@rests_at", j)
+            held = f.load(state, f.select(rests < 0, j, rests) + rows.mode(layout))
+            rest = f.load_integer("@guard_roles", j).equals(Role.REST)
+            undecided = undecided & held.equals(0.0) & ~rest
+        with f.when(undecided):
+            row = self.lengths.place(f, f.load_integer("@guard_rows", j))
+            fresh = f.load(state, mark) > 0.0
+            known = f.call(Real, "known", row, Real(f, "%h"))
+            side = f.call(Real, "side_of", row, known, fresh, f.pointer("%scratch"))
+            f.store(side, state, mode)
+            with f.when(f.load(row, self.lengths.term).equals(0.0)):
+                f.store(self._mark(f), state, mark)
+
+    def _mark(self, f: Function) -> Real:
+        """The mark of an argument that is 0 now."""
+        return f.larger(f.load("%state", self.layout.at(Clock.LENGTH)), f.constant(SMALLEST))

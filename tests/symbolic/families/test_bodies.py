@@ -1,0 +1,54 @@
+"""Rigid bodies of families as they are printed with indices: beside the file itself differentiated."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.families import system as systems
+from lagrange_cli.run.family_equations import DerivedFamilies, derive_printed, written
+from lagrange_cli.run.verification import verify_families
+from lagrange_cli.spec.read import read_spec
+from tests.families.test_bodies import KINDS, TOPS, drawn
+
+
+def printed(text: str, form: str = "lagrange") -> DerivedFamilies:
+    """The equations, with indices however few bodies there are."""
+    found = derive_printed(read_spec(text, "system.yaml"), form, indexed=True)
+    assert isinstance(found, DerivedFamilies), text
+    return found
+
+
+@pytest.mark.exhaustive(keep=0.5, most=20)
+@pytest.mark.parametrize("case", range(10))
+@pytest.mark.parametrize("kind", KINDS)
+def test_bodies_are_those_of_the_file(
+    kind: str, case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(systems, "FEWEST_JOINTED", 0)
+    chance = random.Random(f"{pytestconfig.option.seed} printed {kind} {case}")
+    text = drawn(chance, kind, chance.choice([1, 2, 3, 4]))
+    found = verify_families(printed(text), {})
+    assert found.difference <= 1e-12, (str(found), text)
+
+
+def test_a_thousand_tops_are_those_of_a_textbook() -> None:
+    """Goldstein, Classical Mechanics, 3rd ed., eqs. 5.52 and 5.53: the momenta of a heavy symmetric top."""
+    text = TOPS.replace("COUNT", "1000")
+    derived = printed(text)
+    lines = " ".join(written(derived, "text", "lagrange", {}).split())
+    for line in (
+        "p_psi[i] = I3*cos(theta[i])*phi_dot[i] + I3*psi_dot[i] [for i in range(N)]",
+        "p_theta[i] = (m*l**2 + I1)*theta_dot[i] [for i in range(N)]",
+        "U = m*g*l*sum(cos(theta[i]) for i in range(N))",
+        "- I3*sin(theta[i])*theta_dot[i]*psi_dot[i] = 0 [phi[i], for i in range(N)]",
+        "p_psi[i]: psi[i] is cyclic: L does not contain it",
+    ):
+        assert line in lines, line
+    for format_ in ("latex", "unicode"):
+        assert written(derived, format_, "lagrange", {}).count("\n") < 60
+    assert "R_top_z[i] = " in written(printed(text, "reactions"), "text", "reactions", {})
+    with pytest.raises(UsageError, match="solution of all 3000 equations together"):
+        derive_printed(read_spec(text, "system.yaml"), "explicit")
