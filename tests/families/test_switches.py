@@ -172,8 +172,8 @@ def compare(
     apart = ready(text, outputs, backward=backward, method=method)
     expected = followed(apart, text, stop)
     more, few = (1.1, 2) if method == "taylor" else (2.0, 10)
-    many, fewer = (len(one.machine.program.guards) for one in (together, apart))
-    more *= max(many / max(fewer, 1), 1.0)  # x - y and y - x are one argument, and one crossing, apart
+    guards, fewer = (len(one.machine.program.guards) for one in (together, apart))
+    more *= max(guards / max(fewer, 1), 1.0)  # x - y and y - x are one argument, and one crossing, apart
     assert found.outcome.steps <= more * expected.outcome.steps + few
     assert found.data.keys() == expected.data.keys()
     alike(found.data, expected.data, CLOSE[method])

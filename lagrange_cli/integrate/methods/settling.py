@@ -286,15 +286,19 @@ class Settling(Leading):
         it has up to rounding: by a change of velocities in the direction of the force that holds."""
         own, order = float(self.modes[j]), int(self._rows.guards[j].placed)
         for _ in range(EXACT):
+            self._series()
+            off = float(self._coefficients(self._rows.first + j)[order]) - value
+            if off == 0.0:
+                return
             accelerations: list[Array] = []
             slopes: list[float] = []
-            for mode in (1.0, -1.0, own):
+            for mode in (1.0, -1.0):
                 self.modes[j] = mode
                 accelerations.append(self._series()[: self._layout.degrees])
                 u = self._coefficients(self._rows.first + j)
                 slopes.append((order + 1) * float(u[order + 1]))
-            off = float(u[order]) - value
+            self.modes[j] = own
             change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
-            if off == 0.0 or not np.all(np.isfinite(change)):
+            if not np.all(np.isfinite(change)):
                 return
             self._add(self._layout.v, -change)
