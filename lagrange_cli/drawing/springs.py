@@ -116,16 +116,11 @@ def _reached(scene: Scene, stretch: Node, owners: Owners) -> Iterator[tuple[End,
     names = near(scene, stretch, owners)[:MOST]
     for b in names:
         joint = scene.without(scene.positions[b], stretch.symbols & scene.moving)
-        owner = _owner(scene, joint)
+        owner = next((name for name, other in scene.positions.items() if other == joint), None)
         if owner is not None or not scene.symbols(joint) & scene.moving:
             yield joint if owner is None else owner, b
     for a, b in combinations(names, 2):
         yield a, b
-
-
-def _owner(scene: Scene, place: Place) -> str | None:
-    """The particle that is at a place."""
-    return next((name for name, other in scene.positions.items() if other == place), None)
 
 
 def _along_a_line(scene: Scene, stretch: Node, owners: Owners) -> Spring | None:

@@ -108,7 +108,7 @@ class Arithmetic:
         found = total.cleaned(self.noise)
         if not self._exact and total.absorbs():
             raise TooLarge
-        if len(found) > MOST_TERMS or not all(map(is_finite, found.values())):
+        if len(found) > MOST_TERMS or not all(math.isfinite(x) for value in found.values() for x in value):
             raise TooLarge
         return found
 
@@ -208,7 +208,3 @@ def power_of(one: Complex, exponent: int) -> Complex:
 
 def size_of(value: Complex) -> Any:
     return max(abs(value[0]), abs(value[1]))
-
-
-def is_finite(value: Complex) -> bool:
-    return all(map(math.isfinite, value))

@@ -79,6 +79,7 @@ def _joined(some: set[E], groups: Sequence[Collection[E]]) -> set[E]:
 
 def between_events(breaks: Sequence[str]) -> str:
     """The limits of a conservation law that these events may break, as the end of a sentence."""
-    shown = ", ".join(f"'{name}'" for name in breaks[:MOST_NAMES])
-    more = f" and {len(breaks) - MOST_NAMES} other events" if len(breaks) > MOST_NAMES else ""
+    few = breaks[: MOST_NAMES if len(breaks) > MOST_NAMES + 1 else None]
+    more = f" and {len(breaks) - len(few)} other events" if len(few) < len(breaks) else ""
+    shown = ", ".join(f"'{name}'" for name in few)
     return f"only between events, as {shown}{more} may change it"

@@ -59,18 +59,13 @@ def meaning_of(symbol: str) -> tuple[float, Mapping[str, int]]:
     return 0.0, {symbol: WHOLE}
 
 
-def is_time(symbol: str) -> bool:
-    """Whether a symbol is that of a unit of time."""
-    return meaning_of(symbol)[1] == {"s": WHOLE}
-
-
 def times_within(unit: Unit) -> tuple[frozenset[str], bool]:
     """The units of time that a unit contains, ``s`` within N and J, and whether there are further ones with a
     factor, as in kHz, which say nothing of t."""
     found, unclear = set(), False
     for symbol in unit.symbols:
         scale, dimensions = meaning_of(symbol)
-        if is_time(symbol):
+        if dimensions == {"s": WHOLE}:
             found.add(symbol)
         elif "s" in dimensions and abs(scale) < CLOSE:
             found.add("s")

@@ -13,7 +13,7 @@ from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.figures.film import FORMATS, FRAMES, GIF_PIXELS, film
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.plot import PlotRequest, outputs_for
-from lagrange_cli.run.reel import FPS, USUAL_FPS, FilmRequest, Reel, finer_than, usual_speed
+from lagrange_cli.run.reel import FilmRequest, Reel, finer_than, usual_speed
 from lagrange_cli.store.target import Target, unwritable
 
 if TYPE_CHECKING:
@@ -54,11 +54,6 @@ def format_of(name: str) -> str:
         listed = ", ".join(FORMATS)
         raise UsageError(f"--output {name}: the name must end in {listed}, or in / for a folder of pictures")
     return suffix
-
-
-def fps_of(kind: str) -> float:
-    """The usual number of pictures a second."""
-    return FPS.get(kind, USUAL_FPS)
 
 
 def request_for(motion: Motion, request: Request, asked: FilmRequest) -> Request:

@@ -38,6 +38,8 @@ SOON = 2.0**-28
 """An argument that reaches its end within this part of the time is why the motion ended."""
 NEARING = 2.0**-12
 """The same where steps become shorter without end, of which there are too many farther away."""
+ROUNDED = 2.0**-48
+"""Arguments so near 1 or a pole are there, up to rounding."""
 ALIKE = 4.0
 """Among arguments that reach their ends almost at the same time, the first one counts."""
 MOST = 10_000
@@ -64,10 +66,10 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
     soon = (NEARING if end.ending is Ending.CRAWLING else SOON) * max(abs(end.t), abs(end.t - start))
     try:
         numbers = along(spec, parameters, end)
-        found = [one for one in reached(spec, numbers) if abs(one[0]) <= soon]
+        found = [*reached(spec, numbers, soon)]
         found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
         if not found and end.t == start:
-            found = [one for one in reached(spec, numbers, staying=True) if one[0] == 0]
+            found = [one for one in reached(spec, numbers, 0.0, staying=True) if one[0] == 0]
             found = found or [(0.0, said) for said in outside(spec, numbers)]
     except SpecError as error:
         first = error.problems[0]  # it ended at the very place
@@ -97,16 +99,20 @@ def along(spec: Spec, parameters: Mapping[str, float], end: End) -> dict[str, Du
     return values
 
 
-def reached(spec: Spec, values: Mapping[str, Dual], *, staying: bool = False) -> Iterator[tuple[float, str]]:
-    """The time until arguments reach their ends, and a message for each. Arguments that stay at their ends
-    end no motion, unless it could not begin: with ``staying`` they count.
+def reached(
+    spec: Spec, values: Mapping[str, Dual], soon: float, *, staying: bool = False
+) -> Iterator[tuple[float, str]]:
+    """The time until arguments reach their ends, where that is ``soon`` or they are there up to rounding, and
+    a message for each. Arguments that stay at their ends end no motion, unless it could not begin: with
+    ``staying`` they count.
     """
     for expression, border, indices, built in arguments(spec, values):
         for one in border.ends or [nearest_pole(built.value[0])]:
             left = time_left(built, one)
             if staying and left is None and built.value[0] == one:
                 left = 0.0
-            if left is not None:
+            there = one != 0.0 and abs(float(built.value[0]) - one) <= ROUNDED
+            if left is not None and (there or abs(left) <= soon):
                 yield left, sentence(expression, border, one, indices)
 
 

@@ -9,7 +9,6 @@ from lagrange_cli.run.shortened import by_template, cut, in_short, listed, reada
 from lagrange_cli.run.source import count_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.conservation import Conserved
     from lagrange_cli.run.check import Classification, Eliminated
     from lagrange_cli.spec.spec import Spec
 
@@ -75,7 +74,10 @@ def as_text(found: Classification, *, verbose: bool) -> str:
     """The facts in a few lines."""
     names, spec = [one.name for one in found.spec.coordinates], found.spec
     mechanics = found.mechanics
-    conserved = together({one.quantity: conserved_shown(one) for one in mechanics.conserved}, spec)
+    conserved = {
+        one.quantity: f"{one.quantity} = {readable(one.expression)}: {one.because}"
+        for one in mechanics.conserved
+    }
     degrees = count_of(spec.degrees_of_freedom, "degree")
     return "\n".join(
         (
@@ -83,7 +85,7 @@ def as_text(found: Classification, *, verbose: bool) -> str:
             f"  coordinates: {', '.join(in_short(names, spec))}",
             f"  cyclic: {', '.join(in_short(found.mechanics.cyclic, spec)) or 'none'}",
             *constraints_shown(found),
-            *section("conserved", conserved, "neither h nor any p_k"),
+            *section("conserved", together(conserved, spec), "neither h nor any p_k"),
             *(section("events", events_of(found.spec), "") if found.spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
             *(section("structure", mechanics.structure, "") if verbose and mechanics.structure else ()),
@@ -234,8 +236,3 @@ def events_of(spec: Spec) -> list[str]:
             what = ", ".join(f"{target} -> {spelled(value, sizes)}" for target, value in each.changes.items())
         lines.append(f"{name}: {spelled(each.when, spec.sizes)} = 0, {HOW[each.direction]}: {what}")
     return lines
-
-
-def conserved_shown(one: Conserved) -> str:
-    """A conserved quantity in a line, with the reason."""
-    return f"{one.quantity} = {readable(one.expression)}: {one.because}"

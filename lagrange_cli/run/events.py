@@ -131,13 +131,8 @@ def notes_of_members(doubtful: Mapping[str, tuple[int, Happened]]) -> list[str]:
     return [
         f"event '{name}', in member {member}: {text}"
         for name, (member, one) in doubtful.items()
-        for text in doubts(one)
+        for text in filter(None, (touching(one), blurred(one)))
     ]
-
-
-def doubts(one: Happened) -> Iterator[str]:
-    """Messages about zeros that rounding may have decided."""
-    return filter(None, (touching(one), blurred(one)))
 
 
 def touching(one: Happened) -> str:

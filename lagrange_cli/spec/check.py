@@ -59,7 +59,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     return Spec(
         filename=problems.source.filename,
         text=problems.source.text,
-        name=draft.text("name") or _stem(problems.source.filename),
+        name=draft.text("name") or Path(problems.source.filename).stem.strip("<>-") or "system",
         description=draft.text("description"),
         parameters=parameters,
         coordinates=coordinates,
@@ -308,7 +308,3 @@ def coordinate(declared: Declared) -> Coordinate:
 
 def _components(count: int) -> str:
     return f"{count} component{'s' if count > 1 else ''}"
-
-
-def _stem(filename: str) -> str:
-    return Path(filename).stem.strip("<>-") or "system"

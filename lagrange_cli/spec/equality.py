@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Set
 
 from lagrange_cli.expression.near import shown
-from lagrange_cli.expression.syntax import Comparison, Tree, equalities, is_whole, sums
+from lagrange_cli.expression.syntax import Tree, equalities, is_whole, sums
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.spec.content import firsts_of, written
 from lagrange_cli.spec.source import Place
@@ -27,11 +27,8 @@ def doubtful_equalities(spec: Spec) -> Iterator[tuple[Place, str]]:
         for comparison in equalities(expression.tree):
             own = {*expression.indices, *(loop.index for loop, _ in sums(expression.tree))}
             if not all(_is_whole(one, known | own) for one in comparison.operands):
-                yield expression.at(comparison.span), _text(expression, comparison)
-
-
-def _text(expression: Expression, comparison: Comparison) -> str:
-    return shown(expression.text[comparison.span.start : comparison.span.stop])
+                span = comparison.span
+                yield expression.at(span), shown(expression.text[span.start : span.stop])
 
 
 def _is_whole(tree: Tree, names: Set[str]) -> bool:

@@ -118,12 +118,9 @@ class Names(Meanings):
         for part in group.parts:
             members = group.of_part(part)
             yield next(members)
-            if any(self._differ(one) for one in part.item.expressions):
+            trusted = filter(lambda one: self.problems.trusts(one.tree), part.item.expressions)
+            if any(self._together(one) is None for one in trusted):
                 yield from members
-
-    def _differ(self, expression: Expression) -> bool:
-        """Whether members that share an expression, nothing wrong with which is known, are not alike."""
-        return self.problems.trusts(expression.tree) and self._together(expression) is None
 
     @cached_property
     def many(self) -> BoundsBuilder:

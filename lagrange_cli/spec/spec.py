@@ -261,6 +261,7 @@ class Spec:
             yield from section.values()
         for body in self.bodies.values():
             yield from body.expressions
+        yield from self.all_constraints.values()
         yield from self.definitions.values()
 
     def _moving(self, of: Callable[[Mapping[str, Any]], Iterable[Any]]) -> Iterator[Expression]:

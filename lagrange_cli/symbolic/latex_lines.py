@@ -89,15 +89,10 @@ def _width(
         elif token.startswith((r"\begin", r"\end")) or token == " ":
             total += 0.0
         elif token.startswith("\\") and token[1:].isalpha() and len(token) > 1:
-            total += _command_width(token[1:])
+            total += SCRIPT * len(token[1:]) + SPACE if token[1:] in _FUNCTIONS else 1.0
         else:
             total += SPACE if token in (r"\,", r"\ ") else 1.0
     return total, place
-
-
-def _command_width(name: str) -> float:
-    """The width of a command: that of a function's name, or else one letter."""
-    return SCRIPT * len(name) + SPACE if name in _FUNCTIONS else 1.0
 
 
 _FUNCTIONS = frozenset({"sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh", "ln"})

@@ -18,7 +18,7 @@ from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.families.test_chains import fewest
-from tests.support.families import followed
+from tests.support.families import alike, followed
 from tests.support.motion import run
 
 ALL = OUTPUTS - {"conserved"} | OF_BODIES | {"constraints", "multipliers"}
@@ -137,9 +137,7 @@ def test_bodies_move_as_their_members_do(
     apart, expected = followed(text, ALL, method=method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
-    for path, values in expected.data.items():
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(found[path] - values)) <= 2.0**-38 * size, (path, text)
+    alike(found.data, expected.data, 2.0**-38, text)
 
 
 TOPS = """

@@ -17,7 +17,7 @@ from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
-from tests.support.families import followed
+from tests.support.families import alike, followed
 from tests.support.motion import run
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "energy", "positions", "observables"])
@@ -167,9 +167,7 @@ def test_chains_move_as_their_members_do(
     apart, expected = followed(text, OUTPUTS, method=method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
-    for path, values in expected.data.items():
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(found[path] - values)) <= 2.0**-40 * size, (path, text)
+    alike(found.data, expected.data, 2.0**-40, text)
 
 
 PENDULUM = """
@@ -269,8 +267,7 @@ def test_a_tree_in_space_moves_as_its_members_do(method: str, monkeypatch: pytes
     fewest(monkeypatch, 10**9)
     apart, expected = followed(SPACE, OUTPUTS, method=method)
     assert len(together.machine.program.text) < len(apart.machine.program.text)
-    for path, values in expected.data.items():
-        assert np.max(np.abs(found[path] - values)) <= 2.0**-44 * np.max(np.abs(values), initial=1.0), path
+    alike(found.data, expected.data, 2.0**-44)
 
 
 @pytest.mark.parametrize("method", ["taylor", "ias15"])

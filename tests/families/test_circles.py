@@ -16,6 +16,7 @@ from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.families.test_events import keep_families
+from tests.support.families import alike
 from tests.support.motion import Motion, run
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "T", "positions", "reactions"])
@@ -65,9 +66,7 @@ def test_beads_on_circles_move_as_the_members_do(
     keep_families(monkeypatch, whole=False)
     expected = followed(case, count)
     assert found.data.keys() == expected.data.keys()
-    for path, values in expected.data.items():
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(found[path] - values), initial=0.0) <= 2.0**-38 * size, path
+    alike(found.data, expected.data, 2.0**-38)
 
 
 def test_charges_on_one_circle_keep_their_angular_momentum() -> None:

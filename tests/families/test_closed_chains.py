@@ -19,7 +19,7 @@ from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values
-from tests.support.families import followed
+from tests.support.families import alike, followed
 from tests.support.motion import Motion, run
 
 OUTPUTS = frozenset(
@@ -111,12 +111,7 @@ def test_chains_move_as_their_members_do_in_double_double(case: str, monkeypatch
     monkeypatch.setattr(consistency, "FEWEST", 10**9)
     apart, expected = exactly_followed(text, outputs)
     assert together.machine.program.loops and not apart.machine.program.loops
-    for path, values in expected.data.items():
-        low = f"low/{path}"
-        if not path.startswith("low/"):
-            size = np.max(np.abs(values), initial=1.0)
-            off = (motion.data[path] - values) + (motion.data.get(low, 0.0) - expected.data.get(low, 0.0))
-            assert np.max(np.abs(off)) <= 2.0**-94 * size, path
+    alike(motion.data, expected.data, 2.0**-94)
 
 
 def exactly_followed(
@@ -162,13 +157,8 @@ def test_dense_multipliers_move_chains_as_their_members_do(
     monkeypatch.setattr(systems, "FEWEST_JOINTED", 10**9)
     apart, expected = exactly_followed(text, outputs)
     assert together.machine.program.loops and not apart.machine.program.loops
-    for path, values in expected.data.items():
-        low = f"low/{path}"
-        if not path.startswith("low/"):
-            size = np.max(np.abs(values), initial=1.0)
-            exact = (motion.data[path] - values) + (motion.data.get(low, 0.0) - expected.data.get(low, 0.0))
-            assert np.max(np.abs(exact)) <= 2.0**-94 * size, (path, off)
-            assert np.max(np.abs(rounded.data[path] - values)) <= 2.0**-40 * size, (path, off)
+    alike(motion.data, expected.data, 2.0**-94, off)
+    alike(rounded.data, expected.data, 2.0**-40, off)
 
 
 TREE = """
@@ -242,9 +232,7 @@ def test_random_trees_move_as_their_members_do(
         assert ready.machine.program.loops == (few == 0), text
         found.append(motion)
     one, other = found
-    for path, values in other.data.items():
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(one.data[path] - values)) <= 2.0**-38 * size, (path, stop, method, text)
+    alike(one.data, other.data, 2.0**-38, stop, method, text)
 
 
 def test_more_constraints_than_sparse_rows_have_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

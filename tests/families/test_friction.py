@@ -19,7 +19,7 @@ from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.families.test_events import keep_families
-from tests.families.test_switches import BY_RATES, LEDGERS, OUTPUTS, compare, followed, ready
+from tests.families.test_switches import BY_RATES, LEDGERS, OUTPUTS, compare, counted_series, followed, ready
 from tests.support.motion import run
 
 BLOCKS = """
@@ -153,13 +153,7 @@ def test_swings_with_friction_end_at_rest(monkeypatch: pytest.MonkeyPatch) -> No
 def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """All begin at rest; springs pull every third one too much."""
     keep_families(monkeypatch, whole=True)
-    own, calls = Modes._series, [0]
-
-    def counting(modes: Modes) -> NDArray[np.float64]:
-        calls[0] += 1
-        return own(modes)
-
-    monkeypatch.setattr(Modes, "_series", counting)
+    calls = counted_series(monkeypatch)
 
     def series(count: int) -> int:
         text = blocks(count, "-F*sign(x_dot[i])", "where(i % 3 == 0, -2*cos(i), 0.1)", "0")
@@ -172,6 +166,25 @@ def test_series_to_settle_do_not_grow_with_the_blocks(monkeypatch: pytest.Monkey
         return calls[0]
 
     assert series(200) == series(50) <= 16
+
+
+def test_modes_that_were_tried_have_their_series_no_more_than_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Asked for again with the state and the modes as they were before, or as they were tried before that, a
+    series is not computed again."""
+    keep_families(monkeypatch, whole=True)
+    own, asked = Modes._series, list[tuple[bytes, NDArray[np.float64]]]()
+
+    def noting(modes: Modes) -> NDArray[np.float64]:
+        rates = own(modes)
+        asked.append((modes.memory.tobytes(), rates))
+        return rates
+
+    text = blocks(3, "-F*sign(x_dot[i])", "0.1*i", "0")
+    prepared = ready(text)
+    monkeypatch.setattr(Modes, "_series", noting)
+    followed(prepared, text, 6.0)
+    made = len({id(rates) for _, rates in asked})
+    assert len({memory for memory, _ in asked}) == made < 0.6 * len(asked)
 
 
 def test_walls_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:

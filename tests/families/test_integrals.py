@@ -18,6 +18,7 @@ from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.families.test_events import PENDULUM, keep_families
+from tests.support.families import alike
 from tests.support.motion import run
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "ledger", "action"])
@@ -126,10 +127,7 @@ def test_families_move_backward_as_their_members_do(
     keep_families(monkeypatch, whole=False)
     expected = followed(ready(text, backward=True, method=method), text, -1.0)
     assert found.keys() == expected.keys()
-    for path, values in expected.items():
-        assert found[path].shape == values.shape, path
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(found[path] - values), initial=0.0) <= CLOSE[method] * size, path
+    alike(found, expected, CLOSE[method])
 
 
 def test_a_dataset_of_integrals_takes_no_more_text(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -88,11 +88,7 @@ def test_free_bodies_move_as_their_members_do_in_double_double(monkeypatch: pyte
     written_out(monkeypatch)
     apart, expected = exactly_followed(text, outputs)
     assert together.machine.program.loops and not apart.machine.program.loops
-    for path, values in expected.data.items():
-        if not path.startswith("low/"):
-            low = motion.data.get(f"low/{path}", 0.0) - expected.data.get(f"low/{path}", 0.0)
-            size = np.max(np.abs(values), initial=1.0)
-            assert np.max(np.abs((motion.data[path] - values) + low)) <= 2.0**-94 * size, path
+    families.alike(motion.data, expected.data, 2.0**-94)
 
 
 @pytest.mark.exhaustive(keep=0.25)

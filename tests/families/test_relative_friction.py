@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from lagrange_cli.families.system import reason
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
-from lagrange_cli.integrate.methods.modes import Modes
 from lagrange_cli.integrate.methods.pivoting import dip
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
@@ -22,7 +20,7 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values
 from tests.families.test_events import keep_families
 from tests.families.test_friction import MOVING, blocks
-from tests.families.test_switches import BY_RATES, LEDGERS, OUTPUTS, compare, followed, ready
+from tests.families.test_switches import BY_RATES, LEDGERS, OUTPUTS, compare, counted_series, followed, ready
 from tests.support.draws import examples
 from tests.support.motion import run
 
@@ -148,13 +146,7 @@ def test_a_chain_that_is_pulled_sticks_until_the_pull_exceeds_its_limit(
 def test_series_to_settle_do_not_grow_with_the_members(monkeypatch: pytest.MonkeyPatch) -> None:
     """All begin at rest, and springs pull many of them apart."""
     keep_families(monkeypatch, whole=True)
-    own, calls = Modes._series, [0]
-
-    def counting(modes: Modes) -> NDArray[np.float64]:
-        calls[0] += 1
-        return own(modes)
-
-    monkeypatch.setattr(Modes, "_series", counting)
+    calls = counted_series(monkeypatch)
 
     def series(count: int) -> int:
         text = lossy(CASES["neighbours"], count, "where(i % 3 == 0, -2*cos(i), 0.1)", "0")

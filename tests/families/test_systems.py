@@ -16,7 +16,7 @@ from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
-from tests.support.families import followed
+from tests.support.families import alike, followed
 from tests.support.motion import run
 
 OUTPUTS = frozenset(["q", "v", "p", "h", "observables"])
@@ -121,9 +121,7 @@ def test_families_move_as_their_members_do(
     apart, expected = followed(text, OUTPUTS, method=method)
     assert together.recording.datasets == apart.recording.datasets
     assert set(together.recording.conserved) <= set(apart.recording.conserved)
-    for path, values in expected.data.items():
-        size = np.max(np.abs(values), initial=1.0)
-        assert np.max(np.abs(found[path] - values)) <= 2.0**-43 * size, (path, text)
+    alike(found.data, expected.data, 2.0**-43, text)
 
 
 def test_what_is_said_of_a_family_does_not_grow_with_it() -> None:

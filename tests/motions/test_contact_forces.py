@@ -60,6 +60,22 @@ def test_a_motion_may_begin_with_a_touch(method: str, bound: float) -> None:
     assert motion["q/y"][-1] == pytest.approx(1.0 - contact_time(300.0, 2.5, 1.0), abs=bound)
 
 
+def test_equal_balls_exchange_their_velocities_with_implicit_steps(source: random.Random) -> None:
+    """At the first contact, rates are not finite where a step is tried that leads beyond it."""
+    v, w, k = source.uniform(0.5, 2), source.uniform(-1, 0.2), 10 ** source.uniform(1, 4)
+    text = f"""
+        coordinates: {{x: {{initial: 0, velocity: {v}}}, y: {{initial: 0.5, velocity: {w}}}}}
+        masses: {{a: 1, b: 1}}
+        embedding: {{a: x, b: y}}
+        potential: {k}*max(0, x - y)**(5/2)
+    """
+    stop = 0.5 / (v - w) + contact_time(5 * k, 2.5, v - w) + 0.1
+    motion = follow(text, stop, 2, method="Radau", tolerance=1e-9)
+    assert motion.outcome.ending is Ending.COMPLETE
+    found = [float(motion[name][-1]) for name in ("v/x", "v/y")]
+    assert found == pytest.approx([w, v], abs=1e-5)
+
+
 def test_a_ball_is_let_go_where_it_touches() -> None:
     """It bounces up to where it was; the contact ends and begins at once there."""
     text = BALL.format(k=100.0, p=2.5, y=1.0, v=0.0, power="max(0, 1 - y)**p").replace("k/p", "9.81*y + k/p")

@@ -405,3 +405,17 @@ def test_an_event_along_the_whole_motion_is_doubted():
     happened, times = motion.outcome.happened["turn"], motion["events/turn/t"]
     assert times[0] == pytest.approx(1, abs=1e-15)
     assert len(times) == 1 or happened.doubtful
+
+
+def test_balls_at_rest_that_touch_pass_an_impact_on():
+    text = """
+    name: three balls on a line
+    coordinates: {x: {initial: -1, velocity: 1}, y: {initial: 0}, z: {initial: 0}}
+    lagrangian: (x_dot**2 + y_dot**2 + z_dot**2)/2
+    events:
+      first: {when: y - x, direction: falling, action: {set: {x_dot: y_dot, y_dot: x_dot}}}
+      second: {when: z - y, direction: falling, action: {set: {y_dot: z_dot, z_dot: y_dot}}}
+    """
+    motion = follow(text, 3.0, 7)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert [motion[f"q/{name}"][-1] for name in "xyz"] == pytest.approx([0, 0, 2], abs=1e-15)

@@ -52,6 +52,17 @@ ENDS = {
         20**1.5 * FREE_FALL / math.sqrt(2),
     ),
     "escape": (line(2, "x_dot**2/2 + 2*x**3", 1), "x grows without bound", 1.0),
+    "rounded": (
+        line(-1, "x_dot**2/2 - acos(1 - x**4)", 0.5),
+        "1 - x**4 reaches 1 in acos(1 - x**4) (line 2)",
+        None,
+    ),
+    "constraint": (
+        "coordinates: {x: {initial: 0.5}, y: }\nlagrangian: x_dot**2/2 + y_dot**2/2 - 9*y\n"
+        "constraints: {wire: x - acos(1 - y) - sin(acos(1 - y))}\n",
+        "1 - y reaches 1 in acos(1 - y) (line 3)",
+        None,
+    ),
     "no mass": (line(-1, "x**4*x_dot**2/2", 1), "x_dot grows without bound", 1 / 3),
     "beside what stays 0": (
         line(1, "x_dot**2/2 + 1e-12/(1 - x) - 10*max(0, x - 3)**1.5"),

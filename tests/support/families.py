@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
@@ -11,6 +17,8 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values, resolve_values
 from tests.support.motion import FULL, Motion, run
+
+Samples: TypeAlias = "Mapping[str, NDArray[np.float64]]"
 
 
 def begun(text: str) -> tuple[Spec, Values]:
@@ -28,3 +36,13 @@ def followed(
     asked = Compilation(method, FULL, outputs, backward=stop < 0.0)
     ready = prepare_system(spec, derive_system, None, asked)
     return ready, run(ready, values, 0.0, stop, samples)
+
+
+def alike(found: Samples, expected: Samples, most: float, *said: object) -> None:
+    """Samples are the same but for rounding, up to ``most``, with the low parts of double-double numbers."""
+    for path, values in expected.items():
+        if not path.startswith("low/"):
+            low, size = f"low/{path}", np.max(np.abs(values), initial=1.0)
+            assert found[path].shape == values.shape, (path, *said)
+            off = (found[path] - values) + (found.get(low, 0.0) - expected.get(low, 0.0))
+            assert np.max(np.abs(off), initial=0.0) <= most * size, (path, *said)

@@ -108,14 +108,14 @@ def animate(
     """
     began = time.monotonic()
     from lagrange_cli.figures.film import FRAMES, check_film
-    from lagrange_cli.run.animate import find_folder, format_of, fps_of, told, write
+    from lagrange_cli.run.animate import find_folder, format_of, told, write
     from lagrange_cli.run.interrupts import Interrupts
-    from lagrange_cli.run.reel import FilmRequest, reel_of
+    from lagrange_cli.run.reel import FPS, USUAL_FPS, FilmRequest, reel_of
 
     check_film("lagrange animate")
     name = output or f"{stem(source)}.mp4"
     kind = format_of(name)
-    asked = FilmRequest(fps or fps_of(kind), speed, begin, end, trail, panels, pixels)
+    asked = FilmRequest(fps or FPS.get(kind, USUAL_FPS), speed, begin, end, trail, panels, pixels)
     if kind == FRAMES:
         target = find_folder(name, force=force, origin=origin_of((source,), began, "lagrange animate"))
     else:

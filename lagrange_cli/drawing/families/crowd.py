@@ -102,12 +102,6 @@ class Crowd:
             place = (*(zero,) * (self.dimension - 1), place[0])
         return (*place, *(zero,) * self.dimension)[: self.dimension]
 
-    def names(self) -> Iterator[tuple[str, Family]]:
-        """All particles in their order, with their families."""
-        for family in self.families:
-            for name in family.members:
-                yield name, family
-
     # places
 
     def axes(self, pieces: Sequence[Piece], count: int | None = None) -> tuple[Total, ...]:

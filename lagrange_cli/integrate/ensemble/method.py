@@ -70,11 +70,6 @@ Kept: TypeAlias = Mapping[str, Array]
 ``states`` (rows, n) are those of its crossings so far."""
 
 
-def reached_in(kept: Kept) -> int:
-    """The number of crossings in a snapshot."""
-    return int(kept["states"].shape[1])
-
-
 @dataclass(frozen=True)
 class Section:
     """The samples of each motion of a section: its first ``count`` crossings of a surface, or its states

@@ -169,7 +169,8 @@ class Crossing(TrialStates):
         least = abs(float(memory[layout.time])) * RESOLVED[parts - 1]
         ways = [one for one in WAYS[parts - 1] if longest * one >= least]
         if farther:
-            most = max(longest, self._step_before()) / longest * FARTHEST
+            before = float(memory[layout.at(Clock.LENGTH)]) or self.span
+            most = max(longest, before) / longest * FARTHEST
             ways = list(takewhile(lambda one: one <= most, (farther * LONGER**k for k in count(1))))
         for way in ways:
             self.memory[:] = memory
@@ -183,10 +184,6 @@ class Crossing(TrialStates):
                 return True
         self.memory[:] = memory
         return False
-
-    def _step_before(self) -> float:
-        """How long the last step was, or where there is none, the whole motion is."""
-        return float(self.memory[self._layout.at(Clock.LENGTH)]) or self.span
 
     def _moved(
         self,

@@ -87,9 +87,11 @@ class Happenings:
         rows = sides.all_coefficients()
         for e, (size, rate) in enumerate(sizes):
             direction, values = self._guards[e + sides.first].direction, rows[e]
-            sides.choose_side(e, values, ROUNDING * size, rate)
+            leads = sides.choose_side(e, values, ROUNDING * size, rate)
             still = sides.at_zero(e) and abs(values[1]) <= ROUNDING * rate
-            if still and direction and sides.side(e) == direction:
+            if not leads and direction:  # as for bodies that touch, and move together
+                sides.settling.modes[e + sides.first] = -float(direction)
+            elif still and direction and sides.side(e) == direction:
                 if e in self._resting.guards:
                     self._resting.hold(e, -float(direction))
                     rows = sides.all_coefficients()

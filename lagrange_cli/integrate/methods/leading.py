@@ -49,10 +49,6 @@ class Leading(AtZero):
         still |= np.abs(rates) <= ROUNDING * self.scale()[1]
         return np.where(still, 0.0, rates)
 
-    def _leads(self, j: int) -> bool:
-        """Whether the motion leads to the side of a guard's mode; or along u = 0."""
-        return not self._misled([j])
-
     def _misled(self, guards: Sequence[int]) -> list[int]:
         """The guards to whose sides the motion does not lead, nor along u = 0."""
         found = list[int]()

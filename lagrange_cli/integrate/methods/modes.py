@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 
 from lagrange_cli.native.state import Clock
+from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -15,9 +17,22 @@ if TYPE_CHECKING:
 
 DERIVATIVES = 6
 """The number of derivatives of arguments that are examined."""
+ORDERS = np.arange(1, DERIVATIVES + 2)
+SEEN = 2
+"""So many series are kept: the present ones, and those of an attempt at other modes."""
 SMALLEST = 2.0**-1022
 ROUNDING = 2.0**-44
 """A derivative that is so small beside the terms of the others is a rounding error."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is known of the series from a state in ``memory`` on: the ``rates`` of the rows, and the first
+    ``coefficients`` of the integrands of those behind the coordinates (rows, orders)."""
+
+    memory: Array
+    rates: Array
+    coefficients: Array
 
 
 class Modes:
@@ -36,6 +51,7 @@ class Modes:
         marks = self._rows.fresh(self._layout)
         self.marks = memory[marks : marks + count]
         self.count = len(program.guards)
+        self._seen: list[Seen] = []
 
     def set_parameters(self, parameters: Array) -> None:
         """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
@@ -57,6 +73,10 @@ class Modes:
     def _series(self) -> Array:
         """The series from here on; the rates of velocities and integrals."""
         self.prepare()
+        for seen in reversed(self._seen):  # an attempt at other modes, and back
+            if np.array_equal(seen.memory.view(np.int64), self.memory.view(np.int64)):
+                self._here = seen
+                return seen.rates
         self._work[:] = 0.0  # what is not finite would spread
         rates = np.empty(self._layout.rows)
         self.machine.accelerate(
@@ -66,6 +86,12 @@ class Modes:
             self._work.ctypes.data,
             rates.ctypes.data,
         )
+        first, step, term = self.machine.program.series_at
+        start = first + step * self._layout.v.start + term
+        shape, strides = (self._layout.rows - self._layout.v.start, len(ORDERS)), (8 * step, 8 * term)
+        coefficients = as_strided(self._work[start:], shape, strides, writeable=False) * ORDERS
+        self._here = Seen(self.memory.copy(), rates, coefficients)
+        self._seen = [*self._seen[1 - SEEN :], self._here]
         return rates
 
     def _arguments(self) -> Array:
@@ -80,12 +106,10 @@ class Modes:
         return found
 
     def _coefficients_of(self, start: int, stop: int) -> Array:
-        """Those of some rows (rows, coefficients)."""
-        first, step, term = self.machine.program.series_at
-        orders = np.arange(1, DERIVATIVES + 2)
-        places = first + step * np.arange(start, stop)
-        found: Array = self._work[places[:, None] + orders * term] * orders
-        return found
+        """Those of some rows behind the coordinates (rows, coefficients), where ``_series`` was called
+        last."""
+        first = self._layout.v.start
+        return self._here.coefficients[start - first : stop - first]
 
     def coefficients_of(self, *rows: int) -> list[Array]:
         """The coefficients of rows at the present place of the motion."""
@@ -95,9 +119,7 @@ class Modes:
     def values_of(self, rows: Sequence[int]) -> Array:
         """The rates of some rows."""
         self._series()
-        first, step, term = self.machine.program.series_at
-        found: Array = self._work[first + step * np.array(rows) + term]
-        return found
+        return np.array([self._coefficients(row)[0] for row in rows])
 
     def coefficients_between(self, start: int, stop: int) -> Array:
         """The same of the rows from one to before another (rows, coefficients)."""

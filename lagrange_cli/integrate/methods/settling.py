@@ -237,7 +237,7 @@ class Settling(Leading):
                 _, j = max(loose)
                 self.modes[j] = first.get(j) or (1.0 if self._multiplier(j) > 0.0 else -1.0)
                 self._series()
-                if not self._leads(j):
+                if self._misled([j]):
                     self.modes[j] = -self.modes[j]
                 continue
             wrong = self._misled([j for j in guards if self.modes[j] != 0.0])

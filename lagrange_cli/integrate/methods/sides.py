@@ -146,16 +146,17 @@ class Sides:
             self.memory[layout.at(number)] = 0.0
         self.settling.prepare()
 
-    def choose_side(self, event: int, values: Array, noise: float, rate: float) -> None:
+    def choose_side(self, event: int, values: Array, noise: float, rate: float) -> bool:
         """The side of an event at the state as it is. Its argument's coefficients are ``values``, and up to
-        ``noise`` it is 0; its rate's terms are as large as ``rate``."""
+        ``noise`` it is 0; its rate's terms are as large as ``rate``. Returns whether it does not stay 0."""
         settling, j = self.settling, event + self.first
         settling.marks[j] = 0.0
-        leads = float(values[0])
-        if not abs(leads) > noise:
+        leads: float | None = float(values[0])
+        if not abs(values[0]) > noise:
             settling.mark([j])
-            leads = float(next(self.counting(values, rate), -settling.modes[j]))
-        settling.modes[j] = 1.0 if leads > 0.0 else -1.0
+            leads = next(self.counting(values, rate), None)
+        settling.modes[j] = 1.0 if (-settling.modes[j] if leads is None else leads) > 0.0 else -1.0
+        return leads is not None
 
     def counting(self, values: Array, rate: float) -> Iterator[float]:
         """The ``values`` of an argument's coefficients behind the first that are more than rounding, where

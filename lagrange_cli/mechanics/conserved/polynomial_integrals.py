@@ -17,6 +17,7 @@ from lagrange_cli.expression.modular import Equations
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.residues import SMALL
 from lagrange_cli.expression.text import joined
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.conserved.ansatz import (
     Material,
     Powers,
@@ -26,6 +27,7 @@ from lagrange_cli.mechanics.conserved.ansatz import (
     has_smooth_forces,
     material_of,
     own_variables,
+    powers,
     terms,
     variables_in_space,
 )
@@ -36,7 +38,9 @@ from lagrange_cli.mechanics.conserved.pairs import sums_of_pairs
 from lagrange_cli.mechanics.conserved.reasons import term as term_text
 from lagrange_cli.mechanics.conserved.residue_states import States
 from lagrange_cli.mechanics.conserved.separable import functions_of, separable
+from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
@@ -159,6 +163,8 @@ class PolynomialIntegrals:
                 given, ansatz = separable(model, self.noether, functions)
                 if len(ansatz) <= MOST_TERMS:
                     yield given, ansatz
+        if not all(one.holonomic for one in model.constraints):
+            yield self._uncoupled()
         if model.spec is not None and model.spec.bodies:
             from lagrange_cli.mechanics.conserved.body_terms import terms_of_body, variables_of_body
 
@@ -176,7 +182,24 @@ class PolynomialIntegrals:
                 found += [terms(given, material, degree, highest) for highest in range(most + 1)]
         mirrors = self._mirrors(given, material)
         parts = [part for one in found for part in separated(one, mirrors)]
-        return sorted((one for one in parts if len(one) <= MOST_TERMS), key=len)
+        return sorted((one for one in parts if len(one) <= MOST_TERMS), key=size)
+
+    def _uncoupled(self) -> tuple[Variables, list[Term]]:
+        """Energies of coordinates with constant masses, which constraints on velocities may leave alone: that
+        of a ball that rolls in a horizontal cylinder, across its axis."""
+        model, moving = self.model, variables(self.model)
+        rows = zip(model.coordinates, model.v, self.states.matrix)
+        steady = [
+            (v, velocity_name(name)) for name, v, row in rows if not any(m.symbols & moving for m in row)
+        ]
+        given = Variables((), [v for v, _ in steady], (), [name for _, name in steady])
+        still = dict.fromkeys(model.v, self.graph.zero)
+        (potential,) = substituted(self.graph, [self.noether.energetics.lagrangian], still)
+        places = [term for term, _ in terms_of_sum(potential, 1.0) if term.symbols & moving]
+        functions = dict.fromkeys(self.graph.split_parameters(term, moving)[1] for term in places)
+        ansatz = [Term((0,) * len(steady), (), (one,)) for one in functions]
+        ansatz += [Term(one, ()) for one in powers(len(steady), 2)]
+        return given, independent(self.states, given, ansatz)
 
     def _mirrors(self, given: Variables, material: Material) -> list[int]:
         """Coordinates whose sign may be changed without a change of L and the forces, together with those of
@@ -226,3 +249,8 @@ def separated(ansatz: Sequence[Term], mirrors: Sequence[int]) -> list[list[Term]
     for term in ansatz:
         found.setdefault(tuple((term.speeds[k] + term.places[k]) % 2 for k in mirrors), []).append(term)
     return [*found.values()]
+
+
+def size(ansatz: Sequence[Term]) -> tuple[int, int]:
+    """The degree in the velocities, and the number of terms."""
+    return max(sum(term.speeds) for term in ansatz), len(ansatz)

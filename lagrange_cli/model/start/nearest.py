@@ -24,7 +24,7 @@ Values = tuple[Sequence[Any], Sequence[Row]]
 """f, and its slopes."""
 ROUNDS = 80
 FAR = 0.5
-"""A step is at most this part of the scale."""
+"""A step is at most this part of the scale where functions are not linear."""
 ROUND = 2.0**-52
 """The rounding error of values, relative to their scale, in doubles."""
 LONG_ROUND = 2.0**-106
@@ -49,7 +49,7 @@ class Surface:
     """Where the functions ``at`` are 0 that have the numbers ``kept``, for changes of the ``unknown``
     coordinates; ``scale`` is that of each coordinate, and ``unit`` what rounding makes of 1. The nearest
     point is found by so many ``descents`` at most, and Newton's method ends after so many rounds,
-    its ``patience``, in which no values became smaller."""
+    its ``patience``, in which no values became smaller. A step is at most the part ``far`` of the scale."""
 
     at: Callable[[Sequence[Any]], Values]
     kept: Sequence[int]
@@ -59,6 +59,7 @@ class Surface:
     unit: float
     descents: int = DESCENTS
     patience: int = ROUNDS
+    far: float = FAR
 
     def reach(self, x: Sequence[Any], enough: float | None = None, rounds: int = ROUNDS) -> list[Any] | None:
         """A point of it, by Newton's method from ``x``; None where there is none. A step as small as is
@@ -81,7 +82,7 @@ class Surface:
             if not math.isfinite(size):
                 return None
             halved = halved + 1 if 0.4 < size / last < 0.6 else 0
-            factor = 2.0 if halved > 2 else min(1.0, FAR / size) if size else 1.0  # 2: at a double root
+            factor = 2.0 if halved > 2 else min(1.0, self.far / size) if size else 1.0  # 2: at a double root
             found = self.moved(found, step, factor)
             if size <= enough or (size >= last / 2 and last <= self.unit * 2**12):
                 return found
@@ -132,7 +133,7 @@ class Surface:
             if part < FORGET and curvature:
                 curvature.forget()
                 step, part = slide, 1.0
-            part = min(part, FAR / self.size(step))
+            part = min(part, self.far / self.size(step))
             enough = max(self.unit, min(ROUGHLY, SMALLER * length))
             trial = self.reach(self.moved(found, step, part), enough, TRIAL_ROUNDS)
             other, rest = ({}, math.inf) if trial is None else self.slide(start, trial)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ from lagrange_cli.model.start.linear import steepness
 from lagrange_cli.model.start.nearest import ROUND
 from lagrange_cli.spec.bodies.norms import norm_name
 from lagrange_cli.spec.problems import MOST
-from lagrange_cli.spec.source import Source
+from lagrange_cli.spec.source import Place, Source
 from lagrange_cli.spec.spec import Expression, Spec
 
 SATISFIED = 1e-12
@@ -34,23 +35,33 @@ class Refusal:
     def residuals(
         self, values: Sequence[Any], rows: Sequence[Any], scale: Sequence[float], hint: str, *, speeds: bool
     ) -> SpecError:
-        """One problem for each constraint that is not satisfied."""
-        names = [*self.spec.all_constraints]
-        worst = [
-            (name, float(value))
-            for name, value, steep in zip(names, values, steepness(rows, scale))
-            if abs(float(value)) > SATISFIED * steep
-        ]
+        """One problem for each constraint that is not satisfied; one for all members of a family that are
+        written alike, with those that are off most, relative to their terms."""
+        together: dict[Place, list[tuple[float, str, float]]] = {}
+        for name, value, steep in zip(self.spec.all_constraints, values, steepness(rows, scale)):
+            off = abs(float(value))
+            if off > SATISFIED * steep:
+                part = off / steep if steep else math.inf
+                together.setdefault(self.written(name).place, []).append((part, name, float(value)))
         problems = []
-        for name, value in worst[:MOST]:
-            what = "its rate of change" if speeds and name in self.spec.constraints else "it"
-            when = "velocities" if speeds else "values"
-            message = (
-                f"constraint '{name}' is not satisfied by the initial {when}: {what} is {value:.3g}, not 0"
-            )
-            problems.append(self.source.problem(self.written(name).place, message, hint))
+        for place, members in [*together.items()][:MOST]:
+            problems.append(self.source.problem(place, self._unsatisfied(members, speeds=speeds), hint))
             hint = ""
         return SpecError(self.spec.filename, problems)
+
+    def _unsatisfied(self, members: Sequence[tuple[float, str, float]], *, speeds: bool) -> str:
+        """That constraints which are written alike are not satisfied: by which part of their terms, their
+        names, and values."""
+        worst = sorted(members, key=lambda one: -one[0])[:MOST_SHOWN]
+        names, more = [f"'{name}'" for _, name, _ in worst], len(members) - len(worst)
+        when, rates = "velocities" if speeds else "values", speeds and members[0][1] in self.spec.constraints
+        if len(members) == 1:
+            noun, verb, what = "constraint", "is", "its rate of change is" if rates else "it is"
+        else:
+            noun, verb, what = "constraints", "are", "their rates of change are" if rates else "they are"
+        which = enumerated(names + [f"{more} more"] * (more > 0))
+        numbers = ", ".join([f"{value:.3g}" for _, _, value in worst] + ["..."] * (more > 0))
+        return f"{noun} {which} {verb} not satisfied by the initial {when}: {what} {numbers}, not 0"
 
     def far_off(
         self,
@@ -186,6 +197,11 @@ class Refusal:
         name, value = self.spec.coordinates[differs].name, digits(found[0][differs])
         hint = f"give one of them, as in --set {name}={value} or {name}: {{initial: {value}}}"
         return self.source.error(first.place, said + listed, hint)
+
+
+def enumerated(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def digits(x: float) -> str:

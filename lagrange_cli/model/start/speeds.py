@@ -12,6 +12,7 @@ from lagrange_cli.model.start.linear import scales, steepness
 from lagrange_cli.model.start.moved import moved, tried
 from lagrange_cli.model.start.nearest import Surface, Values
 from lagrange_cli.model.start.search import Search
+from lagrange_cli.records import replace
 
 
 def speeds(
@@ -29,7 +30,8 @@ def speeds(
         return values, rates.rows
 
     def surface(kept: Sequence[int], unknown: Sequence[int], size: Sequence[float]) -> Surface:
-        return Surface(at, kept, unknown, masses, size, search.unit)
+        """They are linear functions: however long, the first step leads there."""
+        return Surface(at, kept, unknown, masses, size, search.unit, far=math.inf)
 
     everything = [*range(len(v))]
     whole = tried(surface(kept, everything, scale).reach, v) or v
@@ -41,7 +43,7 @@ def speeds(
         if not all(own[k] > 0 for k in unknown):
             own = [1.0 / size**2 for size in scale]
         alone = Masses({k: {k: own[k]} for k in unknown})
-        free = Surface(at, [kept[i] for i in some], unknown, alone, size, search.unit)
+        free = replace(surface([kept[i] for i in some], unknown, size), masses=alone)
         found = tried(free.nearest, v)
         v = v if found is None else found
     return moved(

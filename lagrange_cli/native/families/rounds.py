@@ -10,7 +10,6 @@ from __future__ import annotations
 from lagrange_cli.native.board import LINE
 from lagrange_cli.native.families.sharing import line
 from lagrange_cli.native.families.spans import smaller
-from lagrange_cli.native.families.tiling import Tiling
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.records import dataclass
@@ -28,11 +27,6 @@ class Rounds:
     columns: int
     threads: int
     all_count: bool = False
-
-
-def rounds_of(tiling: Tiling) -> Rounds:
-    """Those of a tiling."""
-    return Rounds(tiling.rounds + tiling.ring, tiling.orders, tiling.flight)
 
 
 @dataclass(frozen=True)

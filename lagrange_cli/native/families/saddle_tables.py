@@ -102,7 +102,8 @@ class SaddleTables:
         self.forward = self._rows(
             terms.of(early[np.argsort(known[early], kind="stable")]), np.arange(size), zero
         )
-        terms, by_row = Terms(known, self._numbers, reverse), self._by_row()
+        terms = Terms(known, self._numbers, reverse)
+        by_row = np.lexsort((self._later, self._places[self._earlier]))  # by the one eliminated earlier
         blocks = np.arange(self.tail_at // LANES)[::-1]
         self.backward = self._rows(terms.of(by_row[known[by_row] < self.tail_at]), blocks, zero, every=True)
         self.within = {pair: place for place, pair in kept if pair[1] in self.tail}
@@ -126,10 +127,6 @@ class SaddleTables:
         self.places = dict(zip(sizes, accumulate(sizes.values(), initial=0)))
         self.size = sum(sizes.values())
         """The doubles of all arrays."""
-
-    def _by_row(self) -> Places:
-        """The entries of L by the unknown that is eliminated earlier, then by the other one's number."""
-        return np.lexsort((self._later, self._places[self._earlier]))
 
     def _factoring(self, ends: Places, pair_ends: Places) -> EliminationRounds:
         """The tables of factoring: what entries of D and of L are given by earlier pivots."""

@@ -10,7 +10,7 @@ from lagrange_cli.native.board import Board
 from lagrange_cli.native.families.chunks import Chunks, add_chunks, chunks_of
 from lagrange_cli.native.families.diagonal import DiagonalJet
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.rounds import rounds_of, turn_of
+from lagrange_cli.native.families.rounds import Rounds, turn_of
 from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.sharing import STRIP, Parts, given
 from lagrange_cli.native.families.stage import SeriesWriter
@@ -41,7 +41,8 @@ class SharedJet(DiagonalJet):
     def rounds(self, tiling: Tiling) -> int:
         if tiling.flight == 1:
             return super().rounds(tiling)
-        number, rounds = len(self.parts.listed), rounds_of(tiling)
+        number = len(self.parts.listed)
+        rounds = Rounds(tiling.rounds + tiling.ring, tiling.orders, tiling.flight)
         outer, inner = self.f, Function(STRIP.format(number))
         outer.call(None, f"share{number}", *given(outer))
         self.enter(inner)

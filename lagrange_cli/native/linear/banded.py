@@ -60,7 +60,7 @@ class Banded:
 
     @property
     def length(self) -> int:
-        """Doubles of a right-hand side. Behind its numbers are zeros."""
+        """Doubles of a right-hand side, and of what is behind its numbers."""
         return whole(self.size)
 
     @property
@@ -217,8 +217,11 @@ class _Solve(_Elimination):
         self.places = [self.f.place("%x", k * band.length, "double") for k in range(parts)]
 
     def write(self) -> Function:
-        """``x`` becomes M^-1 x."""
+        """``x`` becomes M^-1 x. What is behind its numbers becomes 0 first: another ``x`` that was not finite
+        has left its traces there."""
         f, band = self.f, self.band
+        for place in self.places:
+            f.store_row(f.zero(LANES), place, f.count(band.size))
         with f.loop(0, band.size, tested=False) as k:
             other, value = f.load_integer(self.pivots, k), self._x(k)
             known = self._x(other)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import reduce
 from operator import or_
 
 from lagrange_cli.native.guards import AT_REST, GuardRows, Role
+from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.actions import ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.roots import NONE
+from lagrange_cli.native.stepping.roots import NONE, Roots
 from lagrange_cli.records import dataclass
 
 SMALLEST = 2.0**-1022
@@ -25,6 +27,8 @@ RADIUS = 0.5
 back, at most: beyond it the series diverges, however weak the force is."""
 WIDER = 2.0**16
 """After a zero, a step is longer than the one before by no more than this factor."""
+MANY = 32
+"""From so many guards on a vector of them is looked at together."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 
@@ -40,6 +44,11 @@ class GuardSearch:
     """Where records are, behind ``%trial``."""
     interpolated: bool = False
     """Whether arguments are polynomials through values of theirs, instead of series."""
+
+    @property
+    def roots(self) -> Roots:
+        """The code for roots of arguments."""
+        return Roots(self.lengths.order, self.lengths.term, self.interpolated)
 
     @property
     def actions(self) -> ActionCode:
@@ -104,7 +113,7 @@ class GuardSearch:
                 which.set(j)
                 reach.set(f.larger(f.constant(0.0), f.smaller(found, reach.get())))
 
-        with f.loop(0, rows.count, tested=False) as j:
+        with self._suspects(f, reach) as j:
             if self.actions.any:
                 self._decide(f, j)
             mark = f.load("%state", j + rows.fresh(layout))
@@ -132,6 +141,39 @@ class GuardSearch:
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())
         return f
+
+    @contextmanager
+    def _suspects(self, f: Function, reach: Variable[Real]) -> Iterator[Integer]:
+        """Guards one by one; where there are many, without those of which nothing is due, vector by vector,
+        in the part of the step that is left to ``reach``."""
+        count, rows = self.rows.count, [one.row for one in self.rows.guards]
+        beside = next((j for j, row in enumerate(rows) if row != rows[0] + j), count)
+        whole = beside - beside % LANES
+        if whole < MANY or self.lengths.row != 1:
+            with f.loop(0, count, tested=False) as j:
+                yield j
+            return
+        with f.loop(0, count, LANES, tested=False) as first:
+            suspect = f.variable(Bit(f, "true"))
+            with f.when(first < whole):
+                suspect.set(f.any(self._suspect(f, first, reach.get())))
+            end = first + LANES
+            last = f.select(end > count, f.count(count), end)
+            with f.when(suspect.get()), f.loop(first, last, tested=False) as j:
+                yield j
+
+    def _suspect(self, f: Function, first: Integer, reach: Real) -> Bit:
+        """Which guards of a vector have to be looked at: whose arguments are near 0, or not known, in a step
+        of ``reach``."""
+        layout, term = self.layout, self.lengths.term
+        row = self.lengths.place(f, first + self.rows.guards[0].row)
+        mode = f.load_row("%state", first + self.rows.mode(layout), LANES)
+        mark = f.load_row("%state", first + self.rows.fresh(layout), LANES)
+        apart = self.roots.apart(f, row, reach, mode) & (mark <= 0.0) & (f.magnitude(mode) > 0.0)
+        if self._rooted:
+            u, rate = (f.load_row(row, m * term, LANES) * mode for m in (1, 2))
+            apart = apart & ((rate <= 0.0) | (u / (rate + rate) * RADIUS >= f.splat(reach, LANES)))
+        return ~apart
 
     def _look_at_multiplier(
         self, f: Function, j: Integer, look: Callable[[Pointer, Real, Real, Bit, Integer], None]

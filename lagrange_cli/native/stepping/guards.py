@@ -18,7 +18,6 @@ from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.actions import LEFT
 from lagrange_cli.native.stepping.guard_search import GuardSearch
-from lagrange_cli.native.stepping.roots import Roots
 from lagrange_cli.records import dataclass
 
 AWAY, CHANGED, NOTED = range(3)
@@ -37,7 +36,7 @@ class GuardCode(GuardSearch):
 
     def functions(self) -> list[str]:
         """The functions."""
-        roots = Roots(self.lengths.order, self.lengths.term, self.interpolated)
+        roots = self.roots
         own = [self._first(), self._flip(), self._settled()]
         actions = self.actions.functions() if self.actions.any else []
         own += [roots.side()] if self.actions.any else []

@@ -111,6 +111,33 @@ class Roots:
         f.give(length.get())
         return f
 
+    def apart(self, f: Function, row: Pointer, h: Real, side: Real) -> Bit:
+        """Of which arguments, whose rows from ``row`` on are side by side, ``@known`` would give all of a
+        step of ``h``, and ``@first_root`` no root at a glance."""
+        lanes = side.lanes
+        power, zero = f.variable(f.constant(1.0)), f.zero(lanes)
+        total, last, before, shown = (f.variable(zero) for _ in range(4))
+
+        def add(m: Integer) -> None:
+            factor, now = (f.splat(one, lanes) for one in ((m + 1).to_real(), power.get()))
+            one = f.magnitude(f.load_row(row, (m + 1) * self.term, lanes) * factor * now)
+            total.set(total.get() + one)
+            power.set(f.smaller(power.get() * h, f.constant(HUGE)))
+            if not self.interpolated:
+                before.set(last.get())
+                last.set(one)
+                later = f.splat(m >= (self.degree + 1) // 2, lanes)
+                shown.set(f.select((one > 0.0) & later, one, shown.get()))
+
+        self._each(f, add)
+        begins = f.load_row(row, self.term, lanes) * side
+        apart = begins + begins > total.get()
+        if self.interpolated:
+            return apart
+        tail = f.larger(last.get(), before.get())
+        tail = f.select(tail > 0.0, tail, shown.get())
+        return apart & ~(tail > total.get() * CONVERGED)
+
     def _bernstein(self) -> Function:
         """``@bernstein(p, b, a, w)``: the coefficients ``b`` of ``p`` on [a, a + w]: how often they change
         their sign, and the smallest one."""

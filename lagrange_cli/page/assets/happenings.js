@@ -52,9 +52,10 @@ class Happenings {
     const { values, sizes } = this.actOn(this.state(this.memory));
     for (const [e, [size, rate]] of sizes.entries()) {
       const { direction } = this.rows.guards[e + this.first], u = this.seriesOf(e);
-      this.chooseSide(e, u, ROUNDING * size, rate);
+      const leads = this.chooseSide(e, u, ROUNDING * size, rate);
       const still = this.atZero(e) && Math.abs(u[1]) <= ROUNDING * rate;
-      if (still && direction && this.side(e) === direction) {
+      if (!leads && direction) this.settling.modes[e + this.first] = -direction; // bodies touch, and move together
+      else if (still && direction && this.side(e) === direction) {
         if (this.rests.has(e)) this.hold(e, -direction);
         else if (this.changesNothing(e, values)) return `${this.name(e)} happens again and again at the same time`;
       }
@@ -197,10 +198,10 @@ class Happenings {
       settling.series();
       const factor = Math.min(rate, speed) > 0 ? rate / speed : 1, scale = settling.scale().map((one) => one * factor);
       const sizes = [rate, ...scale.slice(1, -1).map((one, m) => Math.max(one, scale[m + 2]))];
-      const counting = values.slice(1).find((one, m) => !(Math.abs(one) <= ROUNDING * sizes[m]));
-      leads = counting ?? -settling.modes[j];
+      leads = values.slice(1).find((one, m) => !(Math.abs(one) <= ROUNDING * sizes[m]));
     }
-    settling.modes[j] = leads > 0 ? 1 : -1;
+    settling.modes[j] = (leads ?? -settling.modes[j]) > 0 ? 1 : -1;
+    return leads !== undefined;
   }
 
   // Let the motion rest if all further impacts together take no time that counts.

@@ -42,7 +42,10 @@ def schema() -> dict[str, Any]:
 
 def of_table(table: Table) -> dict[str, Any]:
     """A mapping with the keys of a table."""
-    properties = {word: of_row(row) for word, row in table.by_word.items()}
+    properties = {
+        word: {"description": plain(row.meaning), **enriched(row, of_reader(row.read))}
+        for word, row in table.by_word.items()
+    }
     twice = [{"required": [row.key, row.alias]} for row in table.rows if row.alias]
     return {
         "type": "object",
@@ -50,11 +53,6 @@ def of_table(table: Table) -> dict[str, Any]:
         "additionalProperties": False,
         **({"not": {"anyOf": twice}} if twice else {}),
     }
-
-
-def of_row(row: Row) -> dict[str, Any]:
-    """The value of a key, with its meaning."""
-    return {"description": plain(row.meaning), **enriched(row, of_reader(row.read))}
 
 
 def enriched(row: Row, found: Schema) -> Schema:

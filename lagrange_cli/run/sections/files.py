@@ -166,9 +166,7 @@ class MotionFile(OfOneMotion):
         self.output.keep(self._checkpoint(kept))
 
     def _checkpoint(self, kept: Kept, *, inside: bool = False) -> Checkpoint:
-        from lagrange_cli.integrate.ensemble.method import reached_in
-
-        reached, arrays = reached_in(kept), {f"{KEPT}{name}": one for name, one in kept.items()}
+        reached, arrays = kept["states"].shape[1], {f"{KEPT}{name}": one for name, one in kept.items()}
         return self._start.checkpoint({"reached": reached, "crossings": reached}, arrays, inside=inside)
 
     def close(

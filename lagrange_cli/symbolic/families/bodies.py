@@ -11,10 +11,10 @@ from typing import Any, TypeAlias
 
 import sympy
 
+from lagrange_cli.expression.operations import cross
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.families.applied import ON_BODIES
 from lagrange_cli.families.groups import group_of
-from lagrange_cli.model.orientation import cross
 from lagrange_cli.model.rigid_body import equimomental
 from lagrange_cli.spec.spec import grouped
 from lagrange_cli.symbolic.families.builder import Oriented, WrittenBuilder

@@ -7,42 +7,34 @@ that component is meant.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, TypeAlias
 
 import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.vocabulary import (
-    AXES_COMPONENTS,
-    AXES_RATES,
-    BODY_COMPONENTS,
-    BODY_SPIN,
-    COMPONENTS,
-    SPACE_SPIN,
-    velocity_name,
-)
+from lagrange_cli.expression.vocabulary import BODY_COMPONENTS, COMPONENTS, velocity_name
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.groups import Group, particle_families
-from lagrange_cli.model.orientation import Turning
+from lagrange_cli.families.groups import particle_families
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.families.bodies import orienting
-from lagrange_cli.symbolic.families.builder import Oriented
 from lagrange_cli.symbolic.families.chains import Path
-from lagrange_cli.symbolic.families.derivatives import Part, parts
-from lagrange_cli.symbolic.families.frames import Frame
+from lagrange_cli.symbolic.families.derivatives import Part, parts, spans_within, within
 from lagrange_cli.symbolic.families.given import Given
 from lagrange_cli.symbolic.families.kinds import LETTERS
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.families.places import RATES, NamedPlace, WrittenPlaces
+from lagrange_cli.symbolic.families.places import RATES, NamedPlace
+from lagrange_cli.symbolic.families.space import InSpace
 from lagrange_cli.symbolic.families.sums import finished
-from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.conditions import Condition, Loop, changed, decided, relation
 from lagrange_cli.symbolic.indexed.members import KNOWN, Summed, member, renamed
 from lagrange_cli.symbolic.indexed.whole import Whole
 
 FORCE = "R"
+Written: TypeAlias = "tuple[tuple[Loop, ...], tuple[Whole, ...], sympy.Expr]"
+"""The loops through members that are written alike, the indices of one, and what a component of it is."""
 
 
 @dataclass(frozen=True)
@@ -53,47 +45,6 @@ class ReactionForm:
     lines: tuple[Line, ...]
     places: tuple[NamedPlace, ...]
     paths: tuple[Path, ...]
-
-
-class InSpace(WrittenPlaces):
-    """A builder for which every component of a particle's place is a quantity of its own, and so are the
-    orientations of bodies."""
-
-    def __init__(self, spec: Spec, components: Mapping[str, int]) -> None:
-        super().__init__(spec, naming=False)
-        self.components = components
-
-    def of_group(self, group: Group, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame) -> Any:
-        name = group.family.name
-        if name not in self.components:
-            return super().of_group(group, wholes, values, frame)
-        found = tuple(placed(name, k, 0, wholes) for k in range(self.components[name]))
-        return found if len(found) > 1 else found[0]
-
-    def oriented(self, name: str, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame) -> Oriented:
-        def symbols(names: Sequence[str]) -> tuple[sympy.Expr, ...]:
-            return tuple(member(f"{name}.{one}", wholes) for one in names)
-
-        axes, rates = (
-            tuple(symbols(names[k::3]) for k in range(3)) for names in (AXES_COMPONENTS, AXES_RATES)
-        )
-        return Oriented("", Turning(axes, rates, symbols(SPACE_SPIN), symbols(BODY_SPIN)), (), {})
-
-    def rate(self, expression: sympy.Expr) -> sympy.Expr:
-        """The velocity of a component, by its name."""
-        base, wholes = KNOWN.get(expression.name, ("", ())) if expression.is_Symbol else ("", ())
-        name, _, axis = base.partition(".")
-        if name in self.components and axis in RATES[0]:
-            return placed(name, RATES[0].index(axis), 1, wholes)
-        if axis in AXES_COMPONENTS:
-            return member(f"{name}.v{axis}", wholes)
-        return super().rate(expression)
-
-
-def placed(name: str, axis: int, rate: int, wholes: Sequence[Whole]) -> sympy.Symbol:
-    """The symbol of a component of a place (``rate`` 0) or a velocity (1)."""
-    base = f"{name}.{RATES[rate][axis]}"
-    return member(base, wholes) if wholes else sympy.Symbol(base)
 
 
 def reactions_of(system: FamilySystem, spec: Spec | None = None) -> ReactionForm:
@@ -114,6 +65,7 @@ class _Reactions(Given):
         counts = {name: len(listed[0][1]) for name, listed in self.kinds_of.items()}
         if any(len(one[1]) != counts[name] for name, listed in self.kinds_of.items() for one in listed):
             raise Unsuited
+        self._written: dict[str, Sequence[Written]] = {}
         self.space = InSpace(self.spec, counts)
         self.acting = self.applied_in_space()
         lines = [line for family in self.families for line in self.of_particles(family)]
@@ -227,48 +179,101 @@ class _Reactions(Given):
             f"'{family.members[0]}'; write it in positions, such as {self.families[0].members[0]}.x"
         )
 
-    def actual(self, found: Iterator[Part] | Sequence[Part]) -> Iterator[Part]:
-        """Parts with the places that particles have, where these are no sums."""
+    def actual(self, found: Iterable[Part]) -> Iterator[Part]:
+        """Parts with the places that particles have, where these are no sums; of particles that are written
+        in several ways a part for each of these."""
         for part in found:
-            yield Part(self.inserted(part.factor), part.loops, part.indices)
+            names = {loop.index for loop in part.loops} | self.lines.sizes.keys()
+            symbols = sorted(symbols_of(part.factor), key=str)
+            several = [one for one in symbols if len(self.written_kinds(one.name)) > 1]
+            if not several:
+                yield Part(self.inserted(part.factor), part.loops, part.indices)
+                continue
+            _, wholes = KNOWN[several[0].name]
+            if any(not one.names <= names for one in wholes):
+                raise Unsuited
+            alike = [one for one in several if same_member(one.name, several[0].name)]
+            for number, (loops, indices, _) in enumerate(self.written_kinds(several[0].name)):
+                chosen = self.among(part.loops, [*places_within(loops, indices, wholes)])
+                if chosen is None:
+                    continue
+                known = {one: self.value_of(self.written_kinds(one.name)[number], wholes) for one in alike}
+                yield from self.actual([Part(part.factor.xreplace(known), chosen, part.indices)])
+
+    def among(self, loops: tuple[Loop, ...], conditions: Sequence[Condition]) -> tuple[Loop, ...] | None:
+        """Loops with conditions besides; None where these never hold."""
+        spans = spans_within(loops, self.lines.sizes)
+        known = [decided(one, spans) for one in conditions]
+        if False in known:
+            return None
+        more = tuple(one for one, holds in zip(conditions, known) if holds is None)
+        if not more:
+            return loops
+        *others, last = loops
+        return *others, Loop(last.index, last.start, last.stop, last.step, (*last.conditions, *more))
 
     def inserted(self, expression: sympy.Expr) -> sympy.Expr:
         """An expression with what components are in place of their names."""
         if isinstance(expression, Summed):
             return Summed(self.inserted(expression.body), expression.args[1])
         if expression.is_Symbol:
-            return self.meaning(expression)
+            written = self.written_kinds(expression.name)
+            if len(written) > 1:
+                raise Unsuited
+            wholes = KNOWN.get(expression.name, ("", ()))[1]
+            return self.value_of(written[0], wholes) if written else expression
         return expression.func(*map(self.inserted, expression.args)) if expression.args else expression
 
-    def meaning(self, symbol: sympy.Symbol) -> sympy.Expr:
-        """What a component of a place or a velocity is: a name where that is a sum."""
-        base, wholes = KNOWN.get(symbol.name, (symbol.name, ()))
-        name, _, axis = base.partition(".")
-        if name not in self.kinds_of or not axis:
-            return symbol
-        if axis in BODY_COMPONENTS:
-            return self.turned(name, axis, wholes)
-        if len(self.kinds_of[name]) > 1:
-            raise Unsuited
-        ((_, place, _, indices),) = self.kinds_of[name]
-        rate = next(r for r, listed in enumerate(RATES) if axis in listed)
-        made = place[RATES[rate].index(axis)]
-        for _ in range(rate):
-            made = self.builder.rate(made)
+    def value_of(self, written: Written, wholes: Sequence[Whole]) -> sympy.Expr:
+        """What a component of the member with these indices is, if that is written so."""
+        _, indices, made = written
         return renamed(made, {one.text: whole for one, whole in zip(indices, wholes)}, self.lines.sizes)
 
-    def turned(self, name: str, component: str, wholes: Sequence[Whole]) -> sympy.Expr:
-        """A component of how a body turns."""
-        kinds = [*self.builder.of_family(self.builder.bodies[name])]
-        found = [
-            one.turning.component(component)
-            for kind in kinds
-            for _, one in self.builder.kinds(kind.loops, kind.frame, orienting(self.builder, name, kind))
-        ]
-        if len(found) > 1:
-            raise Unsuited
-        indices = dict(zip((one.text for one in kinds[0].indices), wholes))
-        return renamed(found[0], indices, self.lines.sizes)
+    def written_kinds(self, symbol: str) -> Sequence[Written]:
+        """In which ways a component of a place, a velocity or an orientation is written; none of other
+        symbols."""
+        base, _ = KNOWN.get(symbol, (symbol, ()))
+        if base not in self._written:
+            self._written[base] = [*self.found_kinds(*base.partition(".")[::2])]
+        return self._written[base]
+
+    def found_kinds(self, name: str, axis: str) -> Iterator[Written]:
+        """The same by the name of a particle and of its component: a name where that is a sum."""
+        builder = self.builder
+        if axis in BODY_COMPONENTS:
+            for kind in builder.of_family(builder.bodies[name]):
+                for loops, one in builder.kinds(kind.loops, kind.frame, orienting(builder, name, kind)):
+                    yield loops, kind.indices, one.turning.component(axis)
+        elif axis and name in self.kinds_of:
+            rate = next(r for r, listed in enumerate(RATES) if axis in listed)
+            for loops, place, _, indices in self.kinds_of[name]:
+                made = place[RATES[rate].index(axis)]
+                for _ in range(rate):
+                    made = builder.rate(made)
+                yield loops, indices, made
+
+
+def same_member(one: str, other: str) -> bool:
+    """Whether two symbols are of places, or of orientations, of one member."""
+    (base, wholes), (second, others) = KNOWN[one], KNOWN[other]
+    (name, _, axis), (another, _, further) = base.partition("."), second.partition(".")
+    turning = (axis in BODY_COMPONENTS) == (further in BODY_COMPONENTS)
+    return name == another and wholes == others and turning
+
+
+def places_within(
+    loops: Sequence[Loop], indices: Sequence[Whole], wholes: Sequence[Whole]
+) -> Iterator[Condition]:
+    """That the members with indices ``wholes`` are among those with ``indices``, as loops run."""
+    known = {one.text: whole for one, whole in zip(indices, wholes)}
+    running = {loop.index: loop for loop in loops}
+    for index, whole in zip(indices, wholes):
+        if index.text not in running:
+            yield relation(whole, "==", index)
+            continue
+        loop = running[index.text]
+        yield from within(loop, whole)
+        yield from (changed(one, lambda own: own.with_names(known)) for one in loop.conditions)
 
 
 def nothing(base: str, wholes: Sequence[Whole]) -> None:

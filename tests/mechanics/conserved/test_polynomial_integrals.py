@@ -258,6 +258,13 @@ def test_coefficients_are_functions_of_the_parameters(coefficient):
     assert search.rank([*search.known, published]) == search.rank(search.known) == 2
 
 
+def test_integrals_of_low_degree_come_first():
+    """Winternitz's oscillator has shorter ones of the third degree."""
+    search, _ = searched(SPACE.format("potential: (x**2 + y**2 + z**2)/2 + a/x**2 + b/y**2 + c/z**2"))
+    search.known += (one.node for one in symmetries(search.model) if one.conserved.quantity[:2] == "h_")
+    assert [one.degree for one in search.found()] == [2, 2]
+
+
 def test_what_is_not_conserved_is_not_proven():
     search, _ = searched(CASES["Holt 1982"][0])
     (one,) = search.found()

@@ -427,6 +427,10 @@ CASES = {
     "a ball in a cylinder, by the ratio of radii": (ROLLING_WITH_A_RATIO, {"p_s", "p_al", "C_1"}),
     "a body with decimal products of inertia": (DECIMAL, {"L_x", "L_z"}),
     "a satellite with a rotor and an arm": (WITH_A_ROTOR, {"L_x", "L_y", "L_z", "K_x", "K_y", "K_z"}),
+    "a ball in a horizontal cylinder (Routh)": (
+        ROLLING_IN_A_CYLINDER.replace("m*g*ball.z", "-m*g*ball.x"),
+        {"I_1"},
+    ),
     "Routh's ball": (ON_ITS_TIP, {"C_1"}),
     "Routh's ball, with names": (ROUTH, {"C_1", "I_1"}),
     "Kirchhoff's body in a fluid": (IN_A_FLUID, {"C_1", "C_2", "C_3"}),

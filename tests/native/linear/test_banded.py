@@ -12,12 +12,14 @@ from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import QUICK, load
 from lagrange_cli.native.linear.banded import Banded
+from lagrange_cli.native.state import LANES
 
 SHAPES = [(1, 0), (2, 1), (3, 2), (7, 6), (9, 8), (33, 32), (40, 0), (40, 1), (41, 2), (43, 4), (64, 9)]
 
 
 def solver(band: Banded, parts: int) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """(matrix, right-hand side) -> solution."""
+    """(matrix, right-hand side) -> solution. What is behind the numbers of the right-hand side is not finite,
+    as it is after another one that was not."""
     text = "\n".join(f.text().replace("internal ", "") for f in band.functions(parts))
     loaded, pointer = load(compile_text(text, QUICK)), ctypes.c_void_p
     factor = ctypes.CFUNCTYPE(None, pointer)(loaded.address(f"factor_{parts}"))
@@ -31,13 +33,14 @@ def solver(band: Banded, parts: int) -> Callable[[np.ndarray, np.ndarray], np.nd
             work[k * band.doubles : (k + 1) * band.doubles] = 0.0
             for i, j in zip(*np.nonzero(plane)):
                 work[k * band.doubles + band.first + i * band.stride + j] = plane[i, j]
-        x[:] = 0.0
+        x[:] = np.nan
         for k, plane in enumerate((right.real, right.imag)[:parts]):
             x[k * band.length : k * band.length + band.size] = plane
         factor(work.ctypes.data)
         solve(work.ctypes.data, x.ctypes.data)
         found = [x[k * band.length : k * band.length + band.size] for k in range(parts)]
-        assert not any(x[k * band.length + band.size : (k + 1) * band.length].any() for k in range(parts))
+        behind = [k * band.length + band.size for k in range(parts)]
+        assert not any(x[first : first + LANES].any() for first in behind)
         return found[0] + 1j * found[1] if parts == 2 else found[0].copy()
 
     return solution

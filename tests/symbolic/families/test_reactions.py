@@ -68,6 +68,15 @@ dissipation: sum(c*b[i].at(0, 0, l).vx**2/2 for i in range(N))
 forces: {{"b[i in range(N)]": ["sin(t)", "-c*b[i].vy", 0]}}
 torques: {{"b[i in range(N)]": [0, 0, c]}}
 """,
+    "on two lines": f"""{HEAD}
+coordinates: {{"q[i in range(N)]": {{initial: 0.5}}}}
+masses: {{"b[i in range(N)]": "m[i]"}}
+positions:
+  b[0]: [l*sin(q[0]), -l*cos(q[0])]
+  b[i in range(1, N)]: ["i + where(i % 2 == 0, 1, c)*sin(q[i])", "-2*l*cos(q[i])"]
+potential: sum(m[i]*g*b[i].y for i in range(N)) + sum(k*norm(b[i] - b[i - 1])**2/2 for i in range(1, N))
+dissipation: sum(c*(b[i].vx - b[0].vx)**2/2 for i in range(N))
+""",
     "on a cart": f"{HUNG}potential: sum(m[i]*g*b[i].y + k*dot(b[i] - cart, b[i] - cart) for i in range(N))",
 }
 
