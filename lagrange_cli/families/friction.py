@@ -16,15 +16,25 @@ import numpy as np
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, total_of
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.switching.switches import where_it_vanishes
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.expression.graph import Graph
     from lagrange_cli.expression.index_arrays import Places
+
+    Numbers = NDArray[np.float64]
+
+
+SEED, CHOICES = 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +92,43 @@ def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool
     if system.joints is not None or system.bonds is not None:
         return False
     return any(np.array_equal(slot.table, term.targets) for _, slot in linear_in(system, argument, moving))
+
+
+def passing(system: FamilySystem, listed: Sequence[Friction]) -> bool:
+    """Whether motions pass where forces jump with one argument u of places: where u and du/dt are 0, d2u/dt2
+    is the same on both sides, as for a dashpot in a contact, whose force vanishes with the velocity."""
+    slots, graph, (domain, u) = system.slots, system.slots.graph, (listed[0].term.domain, listed[0].argument)
+    inside = [(s, slot) for s, slot in slots.inside(u) if slot.array is not system.given]
+    inside = [(s, slot) for s, slot in inside if slot.array is not system.whole]
+    if system.joints or system.bonds or any(slot.array is not system.q for _, slot in inside):
+        return False
+    speeds = {s: slots.symbol(domain, system.v, slot.table) for s, slot in inside}
+    rates = [(graph.diff(u, system.time), graph.one)] + [(graph.diff(u, s), v) for s, v in speeds.items()]
+    change, mass, masses = graph.zero, masses_at_random(system), dict[bytes, Node]()
+    for one in listed:
+        jump, targets = one.side(graph, 1).node - one.side(graph, 2).node, one.term.targets
+        for symbol, slot in inside:
+            if np.array_equal(slot.table, targets):
+                weight = mass[:, targets].tobytes()
+                own = masses.setdefault(weight, slots.symbol(domain, system.masses, targets))
+                change += graph.diff(u, symbol) * jump / own
+            elif np.any(slot.table == targets):
+                return False
+    for slope, v in rates[1:]:
+        if not slope.is_zero:
+            others = graph.sum([(part / slope * by, -1.0) for part, by in rates if by is not v])
+            change = substituted(graph, [change], {v: others})[0]
+            return any(map(is_zero, (change, *where_it_vanishes(graph, change, u))))
+    return False
+
+
+def masses_at_random(system: FamilySystem) -> Numbers:
+    """The masses of coordinates for some parameters, a row for each choice: those that are equal in all rows
+    are equal."""
+    chance, none = np.random.default_rng(SEED), np.zeros(system.q.count)
+    choices = chance.uniform(0.5, 1.5, (CHOICES, system.given.count))
+    with np.errstate(all="ignore"):
+        return np.array([FamilyValues(system, 0.0, none, none, one).of(system.masses) for one in choices])
 
 
 def linear_in(system: FamilySystem, argument: Node, moving: int) -> list[tuple[Node, Slot]]:

@@ -7,9 +7,9 @@ from functools import cached_property
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.families.arrays import Term, Total
+from lagrange_cli.families.arrays import Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.friction import Friction, holds
+from lagrange_cli.families.friction import Friction, holds, passing
 from lagrange_cli.families.jumps import is_root, jumps, partial, refuse_angles, symbols_of
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
@@ -17,7 +17,7 @@ from lagrange_cli.records import replace
 JUMPS = (
     "forces that jump other than with a coordinate, a velocity or a difference of these",
     "write friction as -F*sign(x_dot[i]) on x[i], or as dissipation: F*abs(x_dot[i] - x_dot[j]), without "
-    "constraints, and let other forces not jump",
+    "constraints, and let other forces not jump, or only where they vanish with the relative velocity",
 )
 """What members are written out for, and how to do without."""
 
@@ -79,9 +79,10 @@ class Switched:
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
         acting = self.system.forces, self.system.applied, self.system.slopes, self.system.gradient
-        others = [term.node for one in self.totals if one not in acting for term in self.merged(one)]
+        aside = {*acting, *self._idle}
+        others = [term.node for one in self.totals if one not in aside for term in self.merged(one)]
         inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
-        rubbing = {friction.argument for friction in self.friction}
+        rubbing = {friction.argument for friction in self.friction} | self.passed
         decisive = switches(nodes, self.moving)
         refuse_angles(self.slots, [one.arguments[0] for one in decisive])
         for one in decisive:
@@ -105,12 +106,33 @@ class Switched:
             jumping: dict[Node, list[Node]] = {}
             for one in switches([term.node], self.moving):
                 argument = one.arguments[0]
-                if argument.symbols & self.places and jumps(self.graph, one):
+                if argument not in self.passed and argument.symbols & self.places and jumps(self.graph, one):
                     if not holds(system, term, argument, self.moving):
                         raise Unsuited(*JUMPS)
                     jumping.setdefault(argument, []).append(one)
             found += [Friction(term, argument, listed) for argument, listed in jumping.items()]
         return found
+
+    @property
+    def _idle(self) -> set[Total]:
+        """Totals that no force contains, such as the whole power of the dissipation."""
+        needed = {*self.system.needed}
+        roots = [term.node for one in self.totals if one not in needed for term in one.terms]
+        made = self.slots.made_of([self.system.potential, *roots])
+        return needed - {slot.array for node in made for _, slot in self.slots.inside(node)}
+
+    @cached_property
+    def passed(self) -> set[Node]:
+        """The arguments at which forces jump that cannot hold them (``passing``)."""
+        acting: dict[tuple[Domain, Node], list[Friction]] = {}
+        for term in self.merged(self.system.forces):
+            jumping: dict[Node, list[Node]] = {}
+            for one in switches([term.node], self.moving):
+                if one.arguments[0].symbols & self.places and jumps(self.graph, one):
+                    jumping.setdefault(one.arguments[0], []).append(one)
+            for argument, listed in jumping.items():
+                acting.setdefault((term.domain, argument), []).append(Friction(term, argument, listed))
+        return {argument for (_, argument), given in acting.items() if passing(self.system, given)}
 
     def _within(self, node: Node) -> Iterator[Node]:
         """The switches in an expression, and in what it is made of."""

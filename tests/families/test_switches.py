@@ -54,6 +54,22 @@ embedding: {{"bead[i in range(N)]": ["R*sin(x[i])", "R*cos(x[i])"]}}
 potential: sum(g*bead[i].y + max(0, bead[i].x)**2 for i in range(N)) + {potential}
 """
 """Each bead has one coordinate, and a constant mass."""
+GRAINS = """
+sizes: {{N: {count}}}
+parameters: {{k: 30, c: 2, d: 0.9}}
+coordinates:
+  x[i in range(N)]: {{initial: "1.05*i + 0.1*sin(7*i)", velocity: "1.5*cos(3*i)"}}
+  y[i in range(N)]: {{initial: "0.2*sin(5*i)", velocity: "0.5*cos(5*i)"}}
+masses: {{"p[i in range(N)]": 1 + i/7}}
+embedding: {{"p[i in range(N)]": ["x[i]", "y[i]"]}}
+definitions:
+  dx[i in range(N), j in range(N)]: x[i] - x[j]
+  dy[i in range(N), j in range(N)]: y[i] - y[j]
+  u[i in range(N), j in range(N)]: x_dot[i] - x_dot[j]
+  w[i in range(N), j in range(N)]: y_dot[i] - y_dot[j]
+potential: sum(k/2*max(0, d - norm(p[i] - p[j]))**2 for i in range(N) for j in range(i))
+{potential}
+"""
 RODS = PENDULUM.replace("\nevents: {events}", " + {potential}")
 STOPS = "sum(k*max(0, x[i] - gap[i])**2 + k*max(0, -x[i] - gap[i])**2 for i in range(N))"
 KINK = "sum(max(0, x[i])**2 for i in range(N))"
@@ -119,6 +135,26 @@ CASES = {
     "jumps that bring to rest": (
         BEADS,
         "sum(3*abs(x[i]) for i in range(N))\ndissipation: sum(k*x_dot[i]**2 for i in range(N))",
+    ),
+    "dashpots": (
+        GRAINS,
+        "dissipation: sum(where(norm(p[i] - p[j]) < d, c*(u[i, j]**2 + w[i, j]**2), 0)"
+        " for i in range(N) for j in range(i))",
+    ),
+    "dashpots along the normal": (
+        GRAINS,
+        "dissipation: sum(where(norm(p[i] - p[j]) < d, c/2*(dx[i, j]*u[i, j] + dy[i, j]*w[i, j])**2, 0)"
+        " for i in range(N) for j in range(i))",
+    ),
+    "drag in a round region and behind a moving wall": (
+        GRAINS,
+        "dissipation: sum(where(norm(p[i]) < 1.3, c*(x_dot[i]**2 + y_dot[i]**2), 0)"
+        " + where(x[i] > 2 - t/9, (x_dot[i] + 1/9)**4, 0) for i in range(N))",
+    ),
+    "brakes before the next one": (
+        BEADS,
+        '0\ngeneralized_forces: {{"x[i in range(N)]": '
+        '"-where(x[(i + 1) % N] - x[i] < gap[i], k*max(0, x_dot[i] - x_dot[(i + 1) % N]), 0)"}}',
     ),
     "poles on a circle": (CIRCLE, "sum(1/norm(bead[i] - bead[j]) for i in range(N) for j in range(i))/9"),
     "rods": (RODS, "sum(3*max(0, th[i] - 0.2)**2 + max(0, 0.5 - bob[i].x)**2 for i in range(N))"),
@@ -201,14 +237,14 @@ def test_switches_in_steps_on_rates(
 
 @pytest.mark.exhaustive(keep=0.25)
 @pytest.mark.parametrize(
-    "case", ["stops on both sides", "drag", "jumps with places", "distances on one axis"]
+    "case", ["stops on both sides", "drag", "dashpots", "jumps with places", "distances on one axis"]
 )
 def test_ledgers_have_switches_too(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, LEDGERS)
 
 
 @pytest.mark.exhaustive(keep=1)
-@pytest.mark.parametrize("case", ["a ring", "drag", "times", "events", "rods"])
+@pytest.mark.parametrize("case", ["a ring", "drag", "times", "events", "dashpots", "rods"])
 def test_switches_change_backward_as_well(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, stop=-1.0, backward=True)
 

@@ -19,6 +19,7 @@ from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
 from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.switching.switches import vanishes_with
 from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
@@ -159,6 +160,8 @@ def refuse_jumps_in_numbers(model: Model[Node], whose: str = "this run") -> None
             if not own or one.is_avoided(graph, u, variables(model)):
                 continue
             above, below = sides(graph, part, u)
+            if vanishes_with(graph, above - below, u):
+                continue
             if is_certain(graph, above, below, u, variables(model)) or jumps_at_a_root(above, below, u, own):
                 raise one.refusal(f"with the parameters of {whose}, ")
 

@@ -6,7 +6,7 @@ is a switch between powers, each of which has a series where it is taken."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -37,17 +37,23 @@ def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
     node = without_powers(graph, node, argument)
     if node.is_zero:
         return True
+    for left in where_it_vanishes(graph, node, argument):
+        if left.is_zero or (left.kind is Kind.NUMBER and abs(left.data) <= ROUNDED * largest(node)):
+            return True
+    return False
+
+
+def where_it_vanishes(graph: Graph, node: Node, argument: Node) -> Iterator[Node]:
+    """``node`` where ``argument`` is 0, in several ways: one of its terms is put in terms of the others."""
     _, argument = graph.split_coefficient(argument)
     if argument.kind is not Kind.SUM:
-        return where_zero(graph, node, argument).is_zero
+        yield where_zero(graph, node, argument)
+        return
     for term, coefficient in zip(argument.arguments, argument.data[1]):
         rest = [(a, -k / coefficient) for a, k in zip(argument.arguments, argument.data[1]) if a is not term]
         others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
         if term not in reachable([others]):
-            left = substituted(graph, [node], {term: others})[0]
-            if left.is_zero or (left.kind is Kind.NUMBER and abs(left.data) <= ROUNDED * largest(node)):
-                return True
-    return False
+            yield substituted(graph, [node], {term: others})[0]
 
 
 def where_zero(graph: Graph, node: Node, argument: Node) -> Node:
