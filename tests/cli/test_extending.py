@@ -8,7 +8,7 @@ import h5py
 import pytest
 
 from lagrange_cli.cli.main import main
-from tests.cli.test_resume import folder, interrupted_after  # noqa: F401 - fixtures
+from tests.cli.test_resume import interrupted_after  # noqa: F401 - fixture
 from tests.support.command import SYSTEMS
 
 PENDULUM, DOUBLE = (str(SYSTEMS / f"{name}.yaml") for name in ("pendulum", "double_pendulum"))
