@@ -18,7 +18,7 @@ from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.native.guards import EXPLICIT, PLACED, SIMPLE
-from lagrange_cli.native.stepping import guards
+from lagrange_cli.native.stepping import guard_search
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
@@ -389,7 +389,7 @@ def test_switches_that_are_passed_over_together_are_not_due(
     keep_families(monkeypatch, whole=True)
     text = written(case, 35)
     together = ready(text, method=method)
-    monkeypatch.setattr(guards, "MANY", 10**9)
+    monkeypatch.setattr(guard_search, "MANY", 10**9)
     apart = ready(text, method=method)
     assert together.machine.program.text != apart.machine.program.text
     found, expected = (followed(one, text, 0.4) for one in (together, apart))
