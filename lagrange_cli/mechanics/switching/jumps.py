@@ -19,7 +19,6 @@ from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.switching.switches import vanishes_with
 from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
@@ -153,6 +152,8 @@ def addends(graph: Graph, node: Node) -> list[tuple[Node, float]]:
 def refuse_jumps_in_numbers(model: Model[Node], whose: str = "this run") -> None:
     """Raises ``InfiniteForce`` where an energy jumps, in a model that has numbers in place of parameters:
     those of ``whose``."""
+    from lagrange_cli.mechanics.switching.switches import vanishes_with  # seldom needed
+
     graph = graph_of(model)
     for one in continuous(model):
         for u, part in parts(graph, one.node).items():
