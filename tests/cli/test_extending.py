@@ -22,7 +22,7 @@ MOTIONS = {
 
 
 @pytest.fixture(autouse=True)
-def systems(folder):  # noqa: F811
+def systems(folder):
     for name, lagrangian in MOTIONS.items():
         text = f"coordinates: {{x: {{initial: 0.3, velocity: 1}}}}\nlagrangian: {lagrangian}\n"
         Path(name).write_text(text, encoding="utf-8")
