@@ -19,6 +19,7 @@ from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
@@ -30,7 +31,7 @@ from lagrange_cli.mechanics.residual import Contact, Residual
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.multiple_zeros import with_simple_zeros
-from lagrange_cli.mechanics.switching.switches import switches, vanishes_with
+from lagrange_cli.mechanics.switching.switches import switches, vanishes_with, where_it_vanishes
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
@@ -124,14 +125,20 @@ def _direction(
     for k, node in after.items():
         rates = graph.gradient(node - model.v[k], speeds)
         direction[k] = graph.sum([(rate * slopes[j], -1.0) for j, rate in rates.items() if j in slopes])
-    # what depends on the sign of dg/dt, as abs(y_dot), is as it is before g = 0
-    decided: dict[Node, Node] = {}
+    # what depends on the sign of dg/dt, as abs(y_dot), is as it is before g = 0; and what compares it with a
+    # size, as min(abs(x_dot), f*abs(y_dot)), as it is where dg/dt is small
+    decided, known = dict[Node, Node](), dict[Node, Sign]()
     for one in switches(direction.values(), reduce(or_, (v.symbols for v in model.v), 0)):
-        u, above, below = one.arguments
+        u, above, below = substituted(graph, one.arguments, decided)
         rates = graph.gradient(u, speeds)
         rise = graph.sum([(rate * slopes[j], 1.0) for j, rate in rates.items() if j in slopes])
         if not is_zero(rise) and vanishes_with(graph, u, approach + drift):
             decided[one] = graph.switch(-(rise * side), above, below)
+            continue
+        slow = [*where_it_vanishes(graph, u, approach + drift)]
+        for branch, sign in ((above, 1.0), (below, -1.0)):
+            if any(not x.is_zero and signs(sign * x, known) is not Sign.ANY for x in slow):
+                decided[one] = branch
     direction = dict(zip(direction, substituted(graph, direction.values(), decided)))
     if all(map(is_zero, direction.values())):
         return None

@@ -133,3 +133,56 @@ def test_impulses_of_friction_have_its_force_as_their_limit(when: str, along: st
     motion = follow(text, 6.0, 7)
     assert motion.outcome.ending is Ending.COMPLETE and abs(motion["q/y"][-1]) < 1e-15
     assert motion["v/x"][-3:] == pytest.approx(3.0 - 0.2 * 2.0 * motion.t[-3:], abs=1e-9)
+
+
+STOPPED = """
+parameters: {e: 0.5, mu: 0.3, g: 9.81, a: 0, c: 0}
+coordinates: {x: {initial: 0, velocity: SPEED}, y: {initial: 1}}
+masses: {ball: 1}
+positions: {ball: [x, y]}
+potential: g*y - a*x
+generalized_forces: {x: FORCE}
+events:
+  floor:
+    when: y
+    direction: falling
+    action: {set: {y_dot: -e*y_dot, x_dot: "x_dot - sign(x_dot)*min(abs(x_dot), mu*(1 + e)*abs(y_dot))"}}
+"""
+
+
+def slid(v: float, push: float, limit: float, time: float) -> float:
+    """The velocity after a time, under a push and dry friction of this limit."""
+    if v != 0.0:
+        slows = push - math.copysign(limit, v)
+        if v * slows >= 0.0 or -v / slows >= time:
+            return v + slows * time
+        time += v / slows
+    return math.copysign(max(abs(push) - limit, 0.0), push) * time
+
+
+@pytest.mark.parametrize(("method", "count"), [("taylor", 4), ("ias15", 1), ("DOP853", 1), ("Radau", 1)])
+@pytest.mark.parametrize("beside", [False, True])
+def test_what_impulses_of_friction_have_stopped_rests_unless_it_is_pushed_by_more(
+    method: str, count: int, beside: bool, request: pytest.FixtureRequest
+) -> None:
+    """Its impulses one by one, with the flights between; then mu g, ``beside`` a force of dry friction."""
+    chance = random.Random(f"{request.config.option.seed} {method} {beside}")
+    for case in range(count):
+        e, mu, g = chance.uniform(0.3, 0.7), chance.uniform(0.1, 0.6), chance.uniform(5.0, 12.0)
+        c, v = beside * chance.uniform(0.1, 1.0), chance.uniform(-6.0, 6.0)
+        a = (case + beside) % 2 * chance.uniform(-1.5, 1.5) * (mu * g + c)
+        text = STOPPED.replace("SPEED", f"{v}").replace("FORCE", "-c*sign(x_dot)" if beside else "0")
+        sets = {"e": e, "mu": mu, "g": g, "a": a, "c": c}
+        motion = follow(text, 8.0, 33, sets=sets, method=method, tolerance=TOLERANCES[method])
+        assert motion.outcome.ending is Ending.COMPLETE, (v, sets)
+        speed = math.sqrt(2.0 * g)
+        at, flight = 0.0, speed / g
+        while flight > 1e-15:
+            v, at = slid(v, a, c, flight), at + flight
+            v -= math.copysign(min(abs(v), mu * (1.0 + e) * speed), v)
+            speed *= e
+            flight = 2.0 * speed / g
+        later = motion.t > at + 1e-6
+        assert np.count_nonzero(later) > 8
+        expected = [slid(v, a, mu * g + c, t - at) for t in motion.t[later]]
+        assert motion["v/x"][later] == pytest.approx(expected, abs=1e-6), (v, sets)

@@ -24,7 +24,7 @@ def by_forces(
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     """``rows`` and ``quadratures`` with forces in place of multipliers of switches, where multipliers of
     constraints are their factors."""
-    bound = reduce(or_, (one.symbols for one in modes.residual.multipliers), 0)
+    bound = reduce(or_, (one.symbols for one in _reactions(modes)), 0)
     graph, nodes = modes.graph, [*rows, *quadratures]
     for original, guard in modes.guards.items():
         if guard.auxiliary is None or not bound:
@@ -46,9 +46,15 @@ def by_forces(
     return tuple(nodes[: len(rows)]), tuple(nodes[len(rows) :])
 
 
+def _reactions(modes: Modes) -> list[Node]:
+    """The multipliers of constraints, and those of resting contact."""
+    residual = modes.residual
+    return [*residual.multipliers, *(contact.multiplier for contact in residual.contacts)]
+
+
 def mixes(modes: Modes, nodes: Sequence[Node], m: Node) -> bool:
     """Whether a multiplier is multiplied with one of a constraint."""
-    bound = reduce(or_, (one.symbols for one in modes.residual.multipliers), 0)
+    bound = reduce(or_, (one.symbols for one in _reactions(modes)), 0)
     both = [x for x in nodes if x.symbols & bound and x.symbols & m.symbols] if bound else []
     rates = (modes.graph.diff(x, m) for x in both if not has_rates(x, m))
     return any(rate.symbols & bound for rate in rates)
@@ -69,7 +75,7 @@ def _where_held(graph: Graph, node: Node, mode: Node) -> Node:
 def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Node]] | None:
     """A limit, and factors without multipliers of constraints that give ``held`` when multiplied with it;
     None where there are none."""
-    graph, multipliers = modes.graph, modes.residual.multipliers
+    graph, multipliers = modes.graph, _reactions(modes)
     first = next(iter(held.values()))
     one = next((one for one in multipliers if first.symbols & one.symbols), None)
     if one is None:
