@@ -127,6 +127,12 @@ class Arrangement:
                 self.resting = Closure(sampled, self.lasting)
             elif self.balance is not None and sampled is not system:
                 self.resting = Balance(sampled, self.lasting.arranged)
+        if self.balance is not None:
+            for both in zip(self.balance.found.nodes, self.balance.found.rates):
+                if not self.lasting.changed.keys().isdisjoint(both):  # of a place, the velocity is followed, too
+                    for one in both:
+                        if one is not None:
+                            self.lasting.arranged(one)
         everyone = np.arange(self.degrees)
         force, mass = (
             self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)
