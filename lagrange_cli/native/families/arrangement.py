@@ -129,7 +129,8 @@ class Arrangement:
                 self.resting = Balance(sampled, self.lasting.arranged)
         if self.balance is not None:
             for both in zip(self.balance.found.nodes, self.balance.found.rates):
-                if not self.lasting.changed.keys().isdisjoint(both):  # of a place, the velocity is followed, too
+                # a place and its velocity are followed together
+                if not self.lasting.changed.keys().isdisjoint(both):
                     for one in both:
                         if one is not None:
                             self.lasting.arranged(one)
