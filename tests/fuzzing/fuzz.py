@@ -60,6 +60,9 @@ WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 FORBIDDEN = ("os.system", "os.exec", "os.posix_spawn", "os.fork", "subprocess.Popen", "socket.connect",
              "os.mkdir", "os.symlink", "os.link", "os.chmod", "shutil.rmtree")  # fmt: skip
 
+PARSER = "sympy_parser.py"
+"""Where sympy runs the texts that it is given, also in a sum with an expression."""
+
 
 class Hang(BaseException):
     """A command took too long; no command catches this."""
@@ -103,6 +106,8 @@ class Guard:
             self._note_file(os.fsdecode(arguments[0]))
         elif event.startswith(FORBIDDEN):
             self.seen.append(event)
+        elif event == "compile" and sys._getframe(1).f_code.co_filename.endswith(PARSER):
+            self.seen.append(f"sympy runs {arguments[0]!r}")
 
     def _note_file(self, name: str) -> None:
         if not os.path.basename(name).startswith(SAFE[:2]) and name != SAFE[2]:

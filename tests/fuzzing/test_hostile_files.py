@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from random import Random
 
 import pytest
+import sympy
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -25,6 +26,14 @@ def folder(tmp_path, monkeypatch):
         fuzz, "PATIENCE", 1
     )  # what would take long is interrupted soon, and has as long to end
     return tmp_path
+
+
+@pytest.mark.parametrize("text", ["1 + 1", "__import__('os').getcwd()", ("x", "y")])
+def test_the_guard_sees_what_sympy_runs(text):
+    with fuzz.GUARD.watching(), suppress(TypeError, ValueError, SyntaxError, sympy.SympifyError):
+        sympy.sympify(text)
+    seen, fuzz.GUARD.seen = fuzz.GUARD.seen, []
+    assert any(one.startswith("sympy runs") for one in seen)
 
 
 @settings(

@@ -127,6 +127,13 @@ class Arrangement:
                 self.resting = Closure(sampled, self.lasting)
             elif self.balance is not None and sampled is not system:
                 self.resting = Balance(sampled, self.lasting.arranged)
+        if self.balance is not None:
+            for both in zip(self.balance.found.nodes, self.balance.found.rates):
+                # a place and its velocity are followed together
+                if not self.lasting.changed.keys().isdisjoint(both):
+                    for one in both:
+                        if one is not None:
+                            self.lasting.arranged(one)
         everyone = np.arange(self.degrees)
         force, mass = (
             self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)

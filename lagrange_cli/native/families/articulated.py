@@ -36,9 +36,9 @@ class ArticulatedJet(CorrectedJet):
         return (balance.forces, *balance.loads), balance.arrays, balance.series
 
     def prepared(self) -> Sequence[Total]:
-        balance, fixed = self.balance, self.lasting.fixed
-        nodes = [self.lasting.arranged(one) for one in balance.found.nodes]
-        rates = [self.lasting.arranged(one) if one is not None else None for one in balance.found.rates]
+        balance, fixed, arranged = self.balance, self.lasting.fixed, self.lasting.changed
+        nodes = [arranged.get(one, one) for one in balance.found.nodes]
+        rates = [one and arranged.get(one, one) for one in balance.found.rates]
         given = {one: None for one in (*nodes, *rates) if one is not None}
         forces, arrays, series = self.of_joints()
         roots = [one for one in forces if one not in fixed]
