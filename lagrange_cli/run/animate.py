@@ -101,24 +101,11 @@ def write(reel: Reel, target: Target, kind: str, progress: Progress, interrupted
         if kind == FRAMES:
             into_folder(target, fill)
         else:
-            into_file(target, fill)
+            with target.filled() as path:
+                fill(path)
     finally:
         progress.clear()
     return Made(done, reel.count, done / reel.fps)
-
-
-def into_file(target: Target, fill: Callable[[Path], None]) -> None:
-    """Fill a file that gets its name when it is complete."""
-    with target.claimed():
-        try:
-            fill(target.temporary)
-        except OSError as error:
-            target.discard()
-            raise unwritable(target.shown, error) from error
-        except BaseException:
-            target.discard()
-            raise
-        target.publish()
 
 
 def into_folder(target: Target, fill: Callable[[Path], None]) -> None:
