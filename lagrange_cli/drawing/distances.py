@@ -10,7 +10,7 @@ import numpy as np
 from lagrange_cli.drawing.probe import equal
 from lagrange_cli.drawing.scene import Place, Scene, lengths
 from lagrange_cli.expression.arrays import Array
-from lagrange_cli.expression.node import Kind, Node, bits, reachable
+from lagrange_cli.expression.node import Kind, Node, bits, reachable, union
 
 MOST = 10
 """Particles that are compared with one expression."""
@@ -24,7 +24,7 @@ def owners_of(scene: Scene) -> dict[int, list[str]]:
     """Which particles depend on which coordinate."""
     found: dict[int, list[str]] = {}
     for name, place in scene.positions.items():
-        for bit in bits(scene.symbols(place) & scene.moving):
+        for bit in bits(union(place) & scene.moving):
             found.setdefault(bit, []).append(name)
     return found
 
@@ -40,7 +40,7 @@ def near(scene: Scene, node: Node, owners: Owners) -> list[str]:
 def candidates(scene: Scene, node: Node, owners: Owners) -> list[str]:
     """Particles whose places depend only on coordinates that ``node`` depends on, too."""
     others = scene.moving & ~node.symbols
-    found = [name for name in near(scene, node, owners) if not scene.symbols(scene.positions[name]) & others]
+    found = [name for name in near(scene, node, owners) if not union(scene.positions[name]) & others]
     return found[:MOST]
 
 
@@ -48,12 +48,12 @@ def pairs(scene: Scene, node: Node, owners: Owners) -> Iterator[tuple[End, str]]
     """The possible ends of the distance ``node``: two particles, or one and a fixed point."""
     moving = node.symbols & scene.moving
     names = candidates(scene, node, owners)
-    whole = [name for name in names if scene.symbols(scene.positions[name]) & scene.moving == moving]
+    whole = [name for name in names if union(scene.positions[name]) & scene.moving == moving]
     for name in whole:
         for centre in centres(scene, node, scene.positions[name]):
             yield centre, name
     for a, b in combinations(names, 2):
-        if (scene.symbols(scene.positions[a]) | scene.symbols(scene.positions[b])) & scene.moving == moving:
+        if (union(scene.positions[a]) | union(scene.positions[b])) & scene.moving == moving:
             yield a, b
     for name in whole:
         yield scene.zero, name

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.records import dataclass
@@ -45,10 +45,8 @@ def terms_of(
     rows: Iterable[Node], residual: Residual, accelerations: Sequence[Node] = ()
 ) -> tuple[tuple[Node, ...], ...]:
     """The terms of each row that are not linear in time and ``accelerations``, nor constant."""
-    moving, exact = residual.variables, residual.model.time.symbols
-    for one in accelerations:
-        moving |= one.symbols
-        exact |= one.symbols
+    found = union(accelerations)
+    moving, exact = residual.variables | found, residual.model.time.symbols | found
     return tuple(tuple(terms(row, moving, exact)) for row in rows)
 
 

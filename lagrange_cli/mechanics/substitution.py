@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 
 
 def substituted(graph: Graph, nodes: Iterable[Node], values: Mapping[Node, Node]) -> tuple[Node, ...]:
     """``nodes`` with expressions in place of symbols, or of other nodes. What holds none of them stays."""
-    nodes, gone = tuple(nodes), 0
-    for symbol in values:
-        gone |= symbol.symbols
+    nodes, gone = tuple(nodes), union(values)
     made = dict(values)
     for node in reachable(nodes, lambda node: bool(node.symbols & gone)):
         if node not in made and any(argument in made for argument in node.arguments):

@@ -8,7 +8,7 @@ continuous, and their difference is the same.
 from __future__ import annotations
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
+from lagrange_cli.expression.node import Kind, Node, reachable, terms_of, union
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.switches import vanishes_with
 from lagrange_cli.mechanics.variables import graph_of, numbered
@@ -17,9 +17,7 @@ from lagrange_cli.model.model import Model
 
 def jumps_at_times(graph: Graph, node: Node, model: Model[Node]) -> bool:
     """Whether a switch below the node jumps at times that do not depend on the motion."""
-    moving = 0
-    for symbol in (*model.q, *model.v):
-        moving |= symbol.symbols
+    moving = union((*model.q, *model.v))
     for one in reachable([node], lambda one: bool(one.symbols & model.time.symbols)):
         if one.kind is Kind.SWITCH and one.arguments[0].symbols & model.time.symbols:
             u, above, below = one.arguments

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Array, Domain, Slot, Source, Term, Total
 from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
@@ -199,9 +199,7 @@ class Closure:
         held = self.nodes if bound.holonomic else self.rates
         nodes = [self.slots.symbol(domain, held[one.component], one.places) for one in bound.holds]
         symbols = [*bound.symbols, *nodes]
-        moving = self.system.time.symbols
-        for one in places:
-            moving |= one.symbols
+        moving = union((self.system.time, *places))
         pulled = [(rows, self.pull, 1.0) for rows in bound.rows]
         pulled += [(one.places, self.pulls[one.component], -1.0) for one in bound.holds]
         arrays = (*self.slopes[number], *self.holds[number])

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
@@ -191,9 +191,7 @@ class AlongMotion(Restraint):
 
         own, multiplier = simple(bound.node), self.own(number, self.multipliers)
         node, places = in_series(self.slots, own, domain, {self.system.v: self.system.q})
-        moving = self.system.time.symbols
-        for one in places:
-            moving |= one.symbols
+        moving = union((self.system.time, *places))
         rate = graph.ddt(node)
         terms: list[tuple[Term, Array]] = [
             (Term(domain, graph.ddt(rate) if bound.holonomic else rate, bound.numbers), self.rest)
