@@ -5,8 +5,6 @@ And whether it has to be bounded, since something may hide between the places th
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.explicit import expanded
@@ -71,7 +69,7 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
     """Whether something in the equations, or in other expressions, may hide from the series of a step."""
     roots = residual.residual if roots is None else roots
     nodes = reachable(roots)
-    speeds = reduce(or_, (one.symbols for one in residual.state_v), 0)
+    speeds = union(residual.state_v)
     return hides(nodes, residual.variables, speeds, large=len(nodes) > MANY)
 
 
