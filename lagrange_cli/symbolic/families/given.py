@@ -21,7 +21,7 @@ from lagrange_cli.symbolic.families.places import RATES, WrittenPlaces
 from lagrange_cli.symbolic.families.sums import exchanged
 from lagrange_cli.symbolic.grouping import neat
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Ranks, Summed, opened, summed_of
+from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Ranks, Summed, opened, rate_of, summed_of
 from lagrange_cli.symbolic.indexed.whole import Spans
 from lagrange_cli.symbolic.order import Order, Role
 
@@ -85,17 +85,12 @@ class Given:
 
     def explicit_rate(self, expression: sympy.Expr) -> sympy.Expr:
         """The partial derivative by t."""
-        plain, sums = opened(expression)
-        made = plain.diff(sympy.Symbol(TIME))
-        for symbol in sorted(plain.free_symbols, key=str):
-            if symbol in sums:
-                one = sums[symbol]
-                made += plain.diff(symbol) * Summed(self.explicit_rate(one.body), one.args[1])
-                continue
+
+        def rate(symbol: sympy.Symbol) -> sympy.Expr | None:
             meaning = self.builder.meaning(*KNOWN[symbol.name]) if symbol.name in KNOWN else None
-            if meaning is not None:
-                made += plain.diff(symbol) * self.explicit_rate(meaning)
-        return made.xreplace(sums)
+            return None if meaning is None else self.explicit_rate(meaning)
+
+        return rate_of(expression, rate)
 
     def constraints(self) -> Iterator[tuple[Line, bool]]:
         """The expressions that constraints keep at 0, and whether these are holonomic. Raises ``Unsuited``
