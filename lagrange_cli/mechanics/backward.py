@@ -17,7 +17,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
-from lagrange_cli.mechanics.substitution import rewritten
+from lagrange_cli.mechanics.substitution import rebuilt, rewritten
 from lagrange_cli.records import replace
 
 
@@ -64,8 +64,8 @@ def reversed_nodes(residual: Residual, nodes: Iterable[Node]) -> tuple[Node, ...
     """Functions of q, q_dot, t and time derivatives as functions of x, dx/ds, s and d/ds."""
     graph, model = residual.graph, residual.model
 
-    def change(node: Node, arguments: list[Node]) -> Node | None:
-        return reversed_rate(graph, *arguments) if node.kind is Kind.DDT else None
+    def change(node: Node, arguments: list[Node]) -> Node:
+        return reversed_rate(graph, *arguments) if node.kind is Kind.DDT else rebuilt(graph, node, arguments)
 
     return rewritten(graph, nodes, change, {symbol: -symbol for symbol in (*model.v, model.time)})
 
