@@ -170,6 +170,26 @@ class Given:
             found += Summed(own, Loops(loops))
         return sympy.Add(found, *(Summed(own, Loops(loops)) for loops, own in turning.items()))
 
+    def even(self, expression: sympy.Expr) -> sympy.Expr:
+        """A Lagrangian without its terms that are linear in velocities."""
+        plain, sums = opened(expression)
+        back = {one: -one for one in plain.free_symbols - sums.keys() if self.is_moving(one)}
+        inside = {symbol: Summed(self.even(one.body), one.args[1]) for symbol, one in sums.items()}
+        return sympy.expand((plain + plain.xreplace(back)) / 2).xreplace(inside)
+
+    def energy(self, expression: sympy.Expr) -> sympy.Expr:
+        """h = sum of p v - L of a given L: its terms that are quadratic in velocities, minus the others."""
+        if expression.is_Add:
+            return sympy.Add(*map(self.energy, expression.args))
+        if isinstance(expression, Summed):
+            return Summed(self.energy(sympy.expand_mul(expression.body)), expression.args[1])
+        moving = [one for one in sympy.Mul.make_args(expression) if self.order.role(one) >= Role.VELOCITY]
+        if not moving:
+            return -expression
+        if len(moving) == 1 and (moving[0].is_Add or isinstance(moving[0], Summed)):
+            return expression / moving[0] * self.energy(moving[0])
+        return expression
+
     def neat(self, expression: sympy.Expr, around: Spans | None = None) -> sympy.Expr:
         """An expression and the bodies of its sums in textbook form; ``around`` has the bounds of indices."""
         spans = self.lines.sizes if around is None else around
