@@ -106,8 +106,8 @@ class Graph(NormalForms):
         decides = self._vanishes_by(rate) if most else None
         if decides is None:
             return self.product([(slope, 1), (rate, 1)])
-        sides = (self._chained(slope, self._on_side(rate, decides, side), most - 1) for side in (1, 2))
-        return self.switch(decides, *sides)
+        above, below = (self._chained(slope, self._on_side(rate, decides, side), most - 1) for side in (1, 2))
+        return self.switch(decides, above, below)
 
     def _vanishes_by(self, node: Node) -> Node | None:
         """The argument of a switch that has to be on one side for ``node`` to be 0 all along, if any has."""
@@ -133,7 +133,8 @@ class Graph(NormalForms):
             u, above, below = node.arguments
             if u is decides:
                 return node.arguments[side]
-            return self.switch(u, *(self._on_side(one, decides, side) for one in (above, below)), node.data)
+            above, below = (self._on_side(one, decides, side) for one in (above, below))
+            return self.switch(u, above, below, node.data)
         parts = [self._on_side(one, decides, side) for one in node.arguments]
         if node.kind is Kind.SUM:
             return self.sum([(self.constant(node.data[0]), 1.0), *zip(parts, node.data[1])])

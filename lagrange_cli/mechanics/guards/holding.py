@@ -9,10 +9,8 @@ largest is let go first, as in ``integrate.methods.settling``.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
-from operator import or_
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.explicit import Holder, Unknowns, at_rates, unknowns
 from lagrange_cli.mechanics.guards.equations import guarded_values
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
@@ -34,7 +32,7 @@ def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns
         return None
     accelerations, plain = at_rates(smooth.residual.model, frozen)
     solved_for = (*accelerations, *smooth.residual.multipliers, *multipliers)
-    bits = reduce(or_, (symbol.symbols for symbol in solved_for), 0)
+    bits = union(solved_for)
     needed = [bool(node.symbols & bits) for node in plain]
     if not any(needed):
         return None
