@@ -107,6 +107,9 @@ def places(
         ExpressionError: where an index or a range is none, or where there are more than ``most``.
     """
     loops = [Loop(one.index, one.bounds, one.conditions, one.span) for one in axes if one.index]
+    if not loops:
+        yield tuple(integer(one.bounds[0], indices) for one in axes), {}
+        return
     for own in repeated(loops, indices, most):
         known = {**indices, **own}
         yield tuple(own[one.index] if one.index else integer(one.bounds[0], known) for one in axes), own

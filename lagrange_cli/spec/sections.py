@@ -83,7 +83,7 @@ SECTIONS = Table(
                 "definitions may use coordinates, velocities, t, parameters, multipliers and other "
                 "definitions, but no particles",
             ),
-            family="all",
+            family="some",
         ),
         named(
             "masses",

@@ -505,7 +505,7 @@ def test_a_key_is_a_name_or_members_of_a_family(text: str, name: str, label: str
         ("u[i in range(2), i in range(3)]", 17, 30, "the index 'i' is used twice"),
         ("u[t in range(2)]", 2, 3, "the name 't' is reserved"),
         ("u[2 in range(2)]", 2, 3, "an index must be a name"),
-        ("u[i in range(2) if i]", 16, 18, "condition outside"),
+        ("u[i in range(2) if]", 18, 19, "missing value after 'if'"),
         ("u[i < 2]", 4, 5, "comparison"),
         ("u[x[i in range(2)]]", 6, 8, "'in' outside a sum"),
         ("u[0].x", 0, 6, "neither a name nor a family"),

@@ -9,9 +9,9 @@ from lagrange_cli.expression.listed import places
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span
 from lagrange_cli.expression.vocabulary import family_name, member_name, velocity_name
-from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.draft import Draft, Entry, WrittenEvent
+from lagrange_cli.spec.families import MAX_MEMBERS
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
@@ -102,7 +102,7 @@ class _Checker:
                 if axis.index in known:
                     message = f"the index '{axis.index}' is already used"
                     raise ExpressionError(axis.span, message, "give the index another name")
-        for place, own in places(axes, known, whole("members")):
+        for place, own in places(axes, known, MAX_MEMBERS):
             member = member_name(base, place) if axes else base
             if member not in self.names.values:
                 if self.names.table[base].value is None:
