@@ -9,7 +9,7 @@ infinite at a time, and no rule integrates them to rounding.
 from __future__ import annotations
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of, union
 from lagrange_cli.expression.switch_forms import whole
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.switches import vanishes_with
@@ -20,9 +20,7 @@ from lagrange_cli.model.model import Model
 def jumps_at_times(graph: Graph, node: Node, model: Model[Node]) -> bool:
     """Whether a switch below the node jumps at times that do not depend on the motion, or the rate of a root
     is infinite at such a time."""
-    moving = 0
-    for symbol in (*model.q, *model.v):
-        moving |= symbol.symbols
+    moving = union((*model.q, *model.v))
 
     def timed(argument: Node) -> bool:
         return bool(argument.symbols & model.time.symbols) and not argument.symbols & moving
