@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.node import Kind, Node, bits, in_order, reachable
@@ -81,32 +81,30 @@ class Graph(NormalForms):
                 if not rate.is_zero:
                     parts = zip(node.arguments, node.data)
                     lower = [(a, self.tidy(e - 1) if a is argument else e) for a, e in parts]
-                    if exponent < 1 and not whole(exponent):
-                        rest = self._chained(self.product(lower), rate)
-                    else:
-                        rest = self.product([*lower, (rate, 1)])
+                    steep = exponent < 1 and not whole(exponent)
+                    rest = self._chained(lower, rate, MOST if steep else 0)
                     terms.append((rest, self.number(exponent)))
             return self.sum(terms)
         if node.kind is Kind.SWITCH:
             u, above, below = node.arguments
             return self.switch(u, inner(above), inner(below), node.data)
-        steep = node.kind is Kind.POWER or node.data in STEEP
-        slopes = [
-            (partial, inner(argument)) for argument, partial in zip(node.arguments, self.partials(node))
-        ]
-        return self.sum([
-            (self._chained(*one) if steep else self.product([(factor, 1) for factor in one]), 1.0)
-            for one in slopes
-            if not one[1].is_zero
-        ])  # fmt: skip
+        most = MOST if node.kind is Kind.POWER or node.data in STEEP else 0
+        return self.sum(
+            [
+                (self._chained([(partial, 1)], inner(argument), most), 1.0)
+                for argument, partial in zip(node.arguments, self.partials(node))
+                if not inner(argument).is_zero
+            ]
+        )
 
-    def _chained(self, slope: Node, rate: Node, most: int = MOST) -> Node:
-        """``slope * rate``, 0 on the sides of switches where the rate is 0: a constant may have any function
-        of it, as max(0, u)**0.5 is 0 where u < 0, where the slope of the root is infinite."""
+    def _chained(self, slope: Sequence[tuple[Node, Any]], rate: Node, most: int) -> Node:
+        """The product of the factors ``slope`` and a ``rate``, 0 on the sides of switches where the rate is
+        0: there the argument is a constant, and the slope may be infinite, as that of max(0, u)**0.5 is.
+        Only so many switches of the rate are looked at."""
         decides = self._vanishes_by(rate) if most else None
         if decides is None:
-            return self.product([(slope, 1), (rate, 1)])
-        above, below = (self._chained(slope, self._on_side(rate, decides, side), most - 1) for side in (1, 2))
+            return self.product([*slope, (rate, 1)])
+        above, below = (self._chained(slope, self._on_side(rate, decides, k), most - 1) for k in (1, 2))
         return self.switch(decides, above, below)
 
     def _vanishes_by(self, node: Node) -> Node | None:
@@ -129,16 +127,18 @@ class Graph(NormalForms):
 
     def _on_side(self, node: Node, decides: Node, side: int) -> Node:
         """``node`` with the branch ``side`` of switches by this argument, in terms, factors and branches."""
-        if node.kind is Kind.SWITCH:
-            u, above, below = node.arguments
-            if u is decides:
-                return node.arguments[side]
-            above, below = (self._on_side(one, decides, side) for one in (above, below))
-            return self.switch(u, above, below, node.data)
-        parts = [self._on_side(one, decides, side) for one in node.arguments]
-        if node.kind is Kind.SUM:
-            return self.sum([(self.constant(node.data[0]), 1.0), *zip(parts, node.data[1])])
-        return self.product(zip(parts, node.data)) if node.kind is Kind.PRODUCT else node
+        made: dict[Node, Node] = {}
+        for one in reachable([node], lambda inner: inner.kind in (Kind.SWITCH, Kind.SUM, Kind.PRODUCT)):
+            parts = [made.get(argument, argument) for argument in one.arguments]
+            if one.kind is Kind.SWITCH:
+                u, above, below = parts
+                made[one] = parts[side] if u is decides else self.switch(u, above, below, one.data)
+            elif one.kind is Kind.SUM:
+                constant, coefficients = one.data
+                made[one] = self.sum([(self.constant(constant), 1.0), *zip(parts, coefficients)])
+            else:
+                made[one] = self.product(zip(parts, one.data))
+        return made.get(node, node)
 
     def partials(self, node: Node) -> tuple[Node, ...]:
         """Partial derivatives of a function, power or switch with respect to its arguments.

@@ -21,6 +21,8 @@ ends."""
 BRIEF, NOWHERE = 2.0**-38, 2.0**-50
 """A step that is so small a fraction of the one before it, or of t, changes nothing: what was 0 up to
 rounding, still is."""
+SMALLEST, TRIED = 2.0**-1022, 2.0**-1040
+"""The least mark of an argument that is 0, and that of one from which no way across was found."""
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""

@@ -50,6 +50,7 @@ class Stop(IntEnum):
     GUARD = 6
     CRAWL = 7  # told by the caller of ``@advance``
     STUCK = 8
+    ROOT = 9  # steps on rates: a force has no series here
 
 
 ARRAYS = 8

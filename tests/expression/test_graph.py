@@ -395,3 +395,19 @@ def test_parameters_are_split_off() -> None:
     assert fixed is 3.0 * m**2
     assert moving is x * algebra.function("sin", (x,))
     assert algebra.graph.split_parameters(m + 1.0, x.symbols) == (m + 1.0, algebra.graph.one)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["max(0, x)**0.5", "max(0, x)**z", "(max(0, x)**2 + max(0, y)**2)**0.75", "asin(min(1, x + 1.5))",
+     "acos(1 - max(0, 2*x))", "atan2(max(0, x), max(0, y))", "(max(0, x) + max(0, y))**0.5"],
+)  # fmt: skip
+def test_where_a_switch_is_constant_so_is_any_function_of_it(text: str) -> None:
+    """Its slope may be infinite there: the derivative is a switch of derivatives, not a product."""
+    algebra = GraphAlgebra()
+    slope = algebra.graph.diff(node_of(text, algebra), algebra.symbol("x"))
+    constant = {"x": 0.3 if "asin" in text else -0.3, "y": -0.2, "z": 0.4}
+    assert evaluate([slope], constant)[0][slope] == 0.0
+    inside = {"x": -0.7 if "asin" in text else 0.3, "y": 0.2, "z": 0.4}
+    above, below = (known(text, {**inside, "x": inside["x"] + change}) for change in (1e-5, -1e-5))
+    assert close(slope, (above - below) / 2e-5, inside, 1e-8)

@@ -313,3 +313,23 @@ def test_a_large_cradle_in_small_units() -> None:
     motion = follow(text, 0.4, 5)
     assert motion.outcome.ending is Ending.COMPLETE
     assert motion.outcome.h_drift < 1e-14 * motion.outcome.h_size
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("taylor", FULL), ("ias15", FULL), ("DOP853", 1e-10), ("Radau", 1e-10)]
+)
+def test_two_beads_that_touch_exchange_their_speeds(method: str, tolerance: float) -> None:
+    """The force is as steep as depth**0.25 where the motion begins: no step may begin there."""
+    p, k, m, v, stop = 1.25, 1e4, 0.1, 0.5, 0.3
+    text = f"""
+    coordinates: {{x: {{initial: 0, velocity: 0}}, y: {{initial: 0.1, velocity: {-v}}}}}
+    masses: {{a: {m}, b: {m}}}
+    embedding: {{a: [x], b: [y]}}
+    potential: {k}*max(0, x - y + 0.1)**{p}
+    """
+    motion = follow(text, stop, 3, method=method, tolerance=tolerance)
+    after = v * (stop - contact_time(k * p / (m / 2), p, v))
+    error = 1e-13 if tolerance == FULL else 1e-8
+    assert motion["q/y"][-1] - motion["q/x"][-1] == pytest.approx(0.1 + after, abs=error)
+    assert motion["v/x"][-1] == pytest.approx(-v, abs=error)
+    assert motion["v/y"][-1] == pytest.approx(0.0, abs=error)

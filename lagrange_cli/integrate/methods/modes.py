@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
+from lagrange_cli.native.guards import SMALLEST
 from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
@@ -20,7 +21,6 @@ DERIVATIVES = 6
 ORDERS = np.arange(1, DERIVATIVES + 2)
 SEEN = 2
 """So many series are kept: the present ones, and those of an attempt at other modes."""
-SMALLEST = 2.0**-1022
 ROUNDING = 2.0**-44
 """A derivative that is so small beside the terms of the others is a rounding error."""
 

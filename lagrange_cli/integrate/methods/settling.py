@@ -14,9 +14,9 @@ import numpy as np
 
 from lagrange_cli.integrate.methods.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.methods.leading import Leading, few_or_all
-from lagrange_cli.integrate.methods.modes import ROUNDING, SMALLEST
+from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.pivoting import Pivoting, dip
-from lagrange_cli.native.guards import HELD, Role
+from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
 
@@ -78,11 +78,20 @@ class Settling(Leading):
             return not self.breaks(due) and self.passes(due)
         if stop is Stop.GUARD:
             return self.settle(due) or self.rest() or self.cross()
+        if stop is Stop.ROOT:
+            return self.rest() or self.cross() or self.tries()
         if stop not in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
             return False
         if self.rests_on() or self.rest() or self.cross():
             return True
         return self.rests_on() or self.goes_farther() or self.leave_out() or self.blur()
+
+    def tries(self) -> bool:
+        """Go on with steps where no way leads across a root."""
+        rooted = [one.rooted for one in self._rows.guards] & (self.marks[: self.count] > 0.0)
+        self.marks[: self.count][rooted] = TRIED
+        self.prepare()
+        return True
 
     def begins_beyond(self) -> bool:
         """Whether the motion begins at y = 0 and leads below, where an energy jumps."""

@@ -30,10 +30,8 @@ def jumps_at_times(graph: Graph, node: Node, model: Model[Node]) -> bool:
             u, above, below = one.arguments
             if not vanishes_with(graph, above - below, u):
                 return True
-        elif one.kind is Kind.POWER:
-            if timed(one.arguments[0]):
-                return True
-        elif any(timed(base) and exponent < 1 and not whole(exponent) for base, exponent in factors_of(one)):
+        roots = [base for base, exponent in factors_of(one) if exponent < 1 and not whole(exponent)]
+        if any(map(timed, one.arguments[:1] if one.kind is Kind.POWER else roots)):
             return True
     return False
 

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.stepping.parts import ALLOWED, ENDED, KNOWN, NAN, RATES, StepPart, StepParts, choice
-from lagrange_cli.native.stepping.power_laws import FARTHER, follow_powers
+from lagrange_cli.native.stepping.power_laws import BENT, FARTHER, follow_powers
 from lagrange_cli.native.stepping.rounding_errors import measure_rounding
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.native.stepping.sums import HighLow, difference, moved_on
@@ -183,7 +183,8 @@ class Division:
             apart = f.magnitude(found - row.at(parts.array(RATES)))
             wrong = lax & ~short & apart.compared("ugt", allowed * NOISY)
             strange = short & ~row.at(parts.array(KNOWN)).equals(1.0)
-            steeply = (~finite & last) | (finite & steep & ~little)
+            even = apart <= allowed * BENT  # as beside a root, however small the integral is by chance
+            steeply = (~finite & last) | (finite & steep & ~little & ~even)
             lost = row.moving(wrong | (strange & (unknown | steeply)))
             row.put(f.select(lost, none, row.at(ended)), ended)
             unseen.set(unseen.get() | row.moving(strange & ~finite & ~last & old.equals(old)))

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.native.guards import AT_REST, GuardRows, Role
+from lagrange_cli.native.guards import AT_REST, SMALLEST, GuardRows, Role
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -17,7 +17,6 @@ from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.roots import NONE, Roots
 from lagrange_cli.records import dataclass
 
-SMALLEST = 2.0**-1022
 NO_GUARD = -1
 BEYOND = 2.0**-44
 """The part of a step by which it goes beyond the cut of a function: whether it is there, rounding must not
@@ -58,7 +57,21 @@ class GuardSearch:
     @property
     def _rooted(self) -> bool:
         """Whether forces contain roots of guards' arguments, whose series do not converge beyond 0."""
-        return not self.interpolated and any(one.rooted for one in self.rows.guards)
+        return not self.interpolated and self.rooted
+
+    @property
+    def rooted(self) -> bool:
+        """Whether forces contain roots of guards' arguments."""
+        return any(one.rooted for one in self.rows.guards)
+
+    def at_root(self, f: Function) -> Bit:
+        """Whether the motion is where such an argument is 0, and no way across has been tried."""
+        found = f.variable(f.never(1))
+        with f.loop(0, self.rows.count, tested=False) as j:
+            mark, mode = (f.load("%state", j + one(self.layout)) for one in (self.rows.fresh, self.rows.mode))
+            fresh = (mark >= SMALLEST) & ~mode.equals(0.0)
+            found.set(found.get() | (fresh & f.load_integer("@guard_roots", j).equals(1)))
+        return found.get()
 
     @property
     def _breaks(self) -> tuple[Role, ...]:

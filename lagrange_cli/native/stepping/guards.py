@@ -51,7 +51,7 @@ class GuardCode(GuardSearch):
                 else []
             ),
             table("guard_directions", [one.direction for one in guards]),
-            *([table("guard_roots", [int(one.rooted) for one in guards])] if self._rooted else []),
+            *([table("guard_roots", [int(one.rooted) for one in guards])] if self.rooted else []),
         ]
         return [*tables, roots.text(), *actions, *(f.text() for f in own)]
 

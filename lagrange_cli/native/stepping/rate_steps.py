@@ -160,6 +160,9 @@ class RateSteps(RatesAtNodes):
         return now, regular
 
     def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
+        if self.guards and self.guards.rooted:
+            with f.when(self.guards.at_root(f)):
+                fail(Stop.ROOT)
         h = self.retried(f, f.constant(0.0))
         with f.when(h < 0.0):
             fail(Stop.STUCK)
