@@ -17,7 +17,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, total_of
+from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, placed, total_of
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.values import FamilyValues
@@ -44,6 +44,25 @@ class Friction:
     term: Term
     argument: Node
     switches: Sequence[Node]
+
+    @property
+    def place(self) -> tuple[Domain, Node]:
+        """Whose numbers are 0 where it jumps."""
+        return self.term.domain, self.argument
+
+    def like(self, other: Friction, slots: Slots) -> Friction | None:
+        """The same in the domain of another one, if the arguments of both have the same numbers there."""
+        domain, count = other.term.domain, self.term.domain.count
+        if domain is self.term.domain:
+            return self if other.argument is self.argument else None
+        if domain.count != count:
+            return None
+        members = np.arange(count)
+        argument, node, *listed = (
+            placed(slots, one, domain, members) for one in (self.argument, self.term.node, *self.switches)
+        )
+        term = replace(self.term, domain=domain, node=node)
+        return Friction(term, argument, listed) if argument is other.argument else None
 
     def side(self, graph: Graph, which: int) -> Term:
         """The term where the argument is positive (1), or negative (2)."""
@@ -86,39 +105,57 @@ class Held:
     loose: Total | None = None
 
 
-def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool:
+def holds(system: FamilySystem, one: Friction, moving: int) -> bool:
     """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
     velocity is that of others or of a belt there, or its place that of others or of a wall."""
     if system.joints is not None or system.bonds is not None:
         return False
-    return any(np.array_equal(slot.table, term.targets) for _, slot in linear_in(system, argument, moving))
+    inside, targets = linear_in(system, one.argument, moving), one.term.targets
+    return any(np.array_equal(slot.table, targets) for _, slot in inside)
 
 
 def passing(system: FamilySystem, listed: Sequence[Friction]) -> bool:
     """Whether motions pass where forces jump with one argument u of places: where u and du/dt are 0, d2u/dt2
     is the same on both sides, as for a dashpot in a contact, whose force vanishes with the velocity."""
-    slots, graph, (domain, u) = system.slots, system.slots.graph, (listed[0].term.domain, listed[0].argument)
-    inside = [(s, slot) for s, slot in slots.inside(u) if slot.array is not system.given]
-    inside = [(s, slot) for s, slot in inside if slot.array is not system.whole]
-    if system.joints or system.bonds or any(slot.array is not system.q for _, slot in inside):
+    slots, graph, (domain, u) = system.slots, system.slots.graph, listed[0].place
+    if system.joints or system.bonds:
         return False
-    speeds = {s: slots.symbol(domain, system.v, slot.table) for s, slot in inside}
-    rates = [(graph.diff(u, system.time), graph.one)] + [(graph.diff(u, s), v) for s, v in speeds.items()]
     change, mass, masses = graph.zero, masses_at_random(system), dict[bytes, Node]()
     for one in listed:
         jump, targets = one.side(graph, 1).node - one.side(graph, 2).node, one.term.targets
-        for symbol, slot in inside:
+        for symbol, slot in slots.inside(u):
+            if slot.array is not system.q:
+                continue
             if np.array_equal(slot.table, targets):
                 weight = mass[:, targets].tobytes()
                 own = masses.setdefault(weight, slots.symbol(domain, system.masses, targets))
                 change += graph.diff(u, symbol) * jump / own
             elif np.any(slot.table == targets):
                 return False
+    return vanishes_at_rest(system, listed[0], change)
+
+
+def yields(system: FamilySystem, one: Friction) -> bool:
+    """Whether a force that jumps with an argument u of places is the same on both sides where u and du/dt are
+    0, as that of a magnetic field that begins at a line."""
+    graph = system.slots.graph
+    return vanishes_at_rest(system, one, one.side(graph, 1).node - one.side(graph, 2).node)
+
+
+def vanishes_at_rest(system: FamilySystem, one: Friction, node: Node) -> bool:
+    """Whether an expression is 0 where the argument u of a force that jumps is one of places, and u and du/dt
+    are 0."""
+    slots, graph, (domain, u) = system.slots, system.slots.graph, one.place
+    inside = [(s, slot) for s, slot in slots.inside(u) if slot.array not in (system.given, system.whole)]
+    if any(slot.array is not system.q for _, slot in inside):
+        return False
+    speeds = {s: slots.symbol(domain, system.v, slot.table) for s, slot in inside}
+    rates = [(graph.diff(u, system.time), graph.one)] + [(graph.diff(u, s), v) for s, v in speeds.items()]
     for slope, v in rates[1:]:
         if not slope.is_zero:
             others = graph.sum([(part / slope * by, -1.0) for part, by in rates if by is not v])
-            change = substituted(graph, [change], {v: others})[0]
-            return any(map(is_zero, (change, *where_it_vanishes(graph, change, u))))
+            left = substituted(graph, [node], {v: others})[0]
+            return any(map(is_zero, (left, *where_it_vanishes(graph, left, u))))
     return False
 
 

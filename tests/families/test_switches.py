@@ -70,6 +70,14 @@ definitions:
 potential: sum(k/2*max(0, d - norm(p[i] - p[j]))**2 for i in range(N) for j in range(i))
 {potential}
 """
+CHARGES = """
+sizes: {{N: {count}}}
+parameters: {{"B[i in range(N)]": 2 + i/9, s: 0.1}}
+coordinates:
+  x[i in range(N)]: {{initial: "0.4*sin(7*i + 1)", velocity: "1.5*cos(3*i)"}}
+  y[i in range(N)]: {{initial: "i", velocity: "0.5*cos(5*i)"}}
+lagrangian: sum((x_dot[i]**2 + y_dot[i]**2)/2 - x[i]**2/3 - y[i]**2/9 for i in range(N)) + {potential}
+"""
 RODS = PENDULUM.replace("\nevents: {events}", " + {potential}")
 STOPS = "sum(k*max(0, x[i] - gap[i])**2 + k*max(0, -x[i] - gap[i])**2 for i in range(N))"
 KINK = "sum(max(0, x[i])**2 for i in range(N))"
@@ -150,6 +158,16 @@ CASES = {
         GRAINS,
         "dissipation: sum(where(norm(p[i]) < 1.3, c*(x_dot[i]**2 + y_dot[i]**2), 0)"
         " + where(x[i] > 2 - t/9, (x_dot[i] + 1/9)**4, 0) for i in range(N))",
+    ),
+    "dashpots of each particle": (
+        GRAINS,
+        'forces: {{"p[i in range(N)]": ["-c*x_dot[i]/9 - sum(where(norm(p[i] - p[j]) < d, c*u[i, j], 0)'
+        ' for j in range(N) if j != i)", "sum(where(norm(p[i] - p[j]) < d, -c*w[i, j], 0)'
+        ' for j in range(N) if j != i)"]}}',
+    ),
+    "fields that begin at a line": (
+        CHARGES,
+        "sum(where(x[i] > s, B[i], 0)*(x[i] - s)*y_dot[i] for i in range(N))",
     ),
     "brakes before the next one": (
         BEADS,
