@@ -169,6 +169,15 @@ CASES = {
         CHARGES,
         "sum(where(x[i] > s, B[i], 0)*(x[i] - s)*y_dot[i] for i in range(N))",
     ),
+    "fields in a strip, beside others": (
+        CHARGES,
+        "sum(x[i]*y_dot[i] + B[i]*min(max(x[i], -0.1), 0.1)*y_dot[i] for i in range(N))"
+        " - sum((x[i] - x[i - 1])**2 for i in range(1, N))",
+    ),
+    "forces in strips": (
+        BEADS,
+        "sum(k*min(max(x[i], -0.1), 0.2) + c*where(x[i] > 0.5, x[i] - 0.5, 0) for i in range(N))",
+    ),
     "brakes before the next one": (
         BEADS,
         '0\ngeneralized_forces: {{"x[i in range(N)]": '
@@ -440,9 +449,11 @@ def test_switches_that_are_passed_over_together_are_not_due(
 @pytest.mark.parametrize(
     "potential",
     [
-        "sum(k*abs(x[i]) + where(x[i] > 1, x[i] - 1, 0) for i in range(N))",
         '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*sign(x_dot[i] - x_dot[0])"}}',
         "sum(max(0, sqrt(0.1 + abs(x[i])**3) - 0.4)**2 for i in range(N))",
+        "sum(k*min(max(x[i], -c), c) for i in range(N))",
+        "sum(abs(x[i] - 0.3) + max(0, x[i] - 0.1 - 0.2) for i in range(N))",
+        "sum(abs(x[i]) for i in range(N))\ndissipation: sum(abs(x_dot[i]) for i in range(N))",
         "sum((atan2(x[i], x[0] - 3) - 1)**2 for i in range(N))",
         "sum(max(0, atan2(x[i], x[0] - 3))**2 for i in range(N))",
         '0\ndissipation: "sum(atan2(x_dot[i], x[0] - 3)**2 for i in range(N))"',
