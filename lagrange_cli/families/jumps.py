@@ -16,18 +16,9 @@ PARTIAL = "log", "asin", "acos", "acosh", "atanh"
 """Functions that do not have a value everywhere."""
 
 
-def symbols_of(slots: Slots, *arrays: Array) -> int:
-    """The symbols of numbers of these arrays, and of sums."""
-    found = 0
-    for symbol, slot in slots.of.items():
-        if slot.array in arrays or isinstance(slot.array, Total):
-            found |= symbol.symbols
-    return found
-
-
 def may_jump(slots: Slots, node: Node, *arrays: Array) -> bool:
     """Whether an expression, or a sum in it, may jump as numbers of these arrays change."""
-    moving = symbols_of(slots, *arrays)
+    moving = slots.symbols_of(*arrays, totals=True)
     if any(jumps(slots.graph, one) for one in switches(Merging(slots.graph, moving).merged([node]), moving)):
         return True
     inner = (slot.array for _, slot in slots.inside(node) if isinstance(slot.array, Total))

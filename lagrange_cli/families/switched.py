@@ -10,7 +10,7 @@ from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.friction import Friction, holds, passing, yields
-from lagrange_cli.families.jumps import is_root, jumps, partial, pole, refuse_angles, symbols_of
+from lagrange_cli.families.jumps import is_root, jumps, partial, pole, refuse_angles
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
 
@@ -27,7 +27,7 @@ class Switched:
 
     def __init__(self, system: FamilySystem, listed: Sequence[Total] = ()) -> None:
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
-        self.places = symbols_of(self.slots, system.q, system.v)
+        self.places = self.slots.symbols_of(system.q, system.v, totals=True)
         """What moves, but t."""
         self.moving = self.places | system.time.symbols
         events = [] if system.events is None else [system.events.arguments]

@@ -18,7 +18,7 @@ from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, pla
 from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.families.friction import Decision, Held, Rest, held, linear_in
 from lagrange_cli.families.switched import Switched
-from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.substitution import rewritten, substituted
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -235,17 +235,15 @@ class Switching(Switched):
 
     def _frozen(self, root: Node, domain: Domain) -> Node:
         """An expression of the members of a domain, with modes."""
-        slots, made, passed = self.slots, dict[Node, Node](), {*self.followed([root])}
-        for node in reachable([root]):
-            arguments = [made[one] for one in node.arguments]
-            slot = slots.of.get(node)
+        passed = {*self.followed([root])}
+
+        def change(node: Node, arguments: list[Node]) -> Node | None:
+            slot = self.slots.of.get(node)
             if node in passed:
                 mode = self._mode(domain, node.arguments[0])
-                made[node] = self.graph.switch(mode, arguments[1], arguments[2], -1)
-            elif slot is not None and isinstance(slot.array, Total):
-                made[node] = slots.symbol(domain, self.of(slot.array), slot.table)
-            elif all(a is b for a, b in zip(arguments, node.arguments)):
-                made[node] = node
-            else:
-                made[node] = rebuilt(self.graph, node, arguments)
-        return made[root]
+                return self.graph.switch(mode, arguments[1], arguments[2], -1)
+            if slot is not None and isinstance(slot.array, Total):
+                return self.slots.symbol(domain, self.of(slot.array), slot.table)
+            return None
+
+        return rewritten(self.graph, [root], change)[0]

@@ -5,10 +5,8 @@ And whether it has to be bounded, since something may hide between the places th
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import reduce
-from operator import or_
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.records import dataclass
@@ -47,10 +45,8 @@ def terms_of(
     rows: Iterable[Node], residual: Residual, accelerations: Sequence[Node] = ()
 ) -> tuple[tuple[Node, ...], ...]:
     """The terms of each row that are not linear in time and ``accelerations``, nor constant."""
-    moving, exact = residual.variables, residual.model.time.symbols
-    for one in accelerations:
-        moving |= one.symbols
-        exact |= one.symbols
+    found = union(accelerations)
+    moving, exact = residual.variables | found, residual.model.time.symbols | found
     return tuple(tuple(terms(row, moving, exact)) for row in rows)
 
 
@@ -75,7 +71,7 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
     """Whether something in the equations, or in other expressions, may hide from the series of a step."""
     roots = residual.residual if roots is None else roots
     nodes = reachable(roots)
-    speeds = reduce(or_, (one.symbols for one in residual.state_v), 0)
+    speeds = union(residual.state_v)
     return hides(nodes, residual.variables, speeds, large=len(nodes) > MANY)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
 from lagrange_cli.expression.signs import proportional
-from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.substitution import rebuilt, rewritten, substituted
 
 ROUNDED = 2.0**-45
 """Constants that cancel up to rounding leave at most this fraction of their size."""
@@ -236,24 +236,13 @@ class Merging:
     def _on_side(self, node: Node, argument: Node, side: int) -> Node:
         """``node`` where its switches by ``argument`` take the branch ``side``."""
 
-        def by_argument(one: Node) -> bool:
-            return one.kind is Kind.SWITCH and one.arguments[0] is argument
+        def change(one: Node, arguments: list[Node]) -> Node | None:
+            if one.kind is Kind.SWITCH and one.arguments[0] is argument:
+                return arguments[side]
+            derived = one.kind is Kind.DDT and arguments[0] is not one.arguments[0]
+            return self.graph.ddt(arguments[0]) if derived else None
 
-        inner = reachable([node])
-        if not any(map(by_argument, inner)):
-            return node
-        made: dict[Node, Node] = {}
-        for one in inner:
-            arguments = [made[a] for a in one.arguments]
-            if by_argument(one):
-                made[one] = arguments[side]
-            else:
-                made[one] = (
-                    self.graph.ddt(arguments[0])
-                    if one.kind is Kind.DDT
-                    else rebuilt(self.graph, one, arguments)
-                )
-        return made[node]
+        return rewritten(self.graph, [node], change)[0]
 
     def _ratio(self, node: Node, argument: Node) -> Node:
         """The number by which an argument is multiplied in ``node``, a sum of the same terms or itself."""
