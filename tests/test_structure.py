@@ -30,15 +30,9 @@ def statements(inside: ast.AST) -> Iterator[ast.AST]:
             yield from statements(one)
 
 
-@cache
-def parsed(path: Path) -> ast.Module:
-    """A module of the package; several tests look at some."""
-    return ast.parse(path.read_text(encoding="utf-8"))
-
-
 def imported(path: Path) -> Iterator[str]:
     """What a module imports of the package, wherever in it: in a function, or for type checkers only, too."""
-    for node in statements(parsed(path)):
+    for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             named = [f"{node.module}.{alias.name}" for alias in node.names]
             yield from (one if one in MODULES else node.module for one in named)
@@ -117,7 +111,7 @@ def test_no_text_is_evaluated():
     for path in package.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
         lines = text.splitlines()
-        for node in ast.walk(parsed(path)) if any(name in text for name in EVALUATING) else ():
+        for node in ast.walk(ast.parse(text)) if any(name in text for name in EVALUATING) else ():
             if isinstance(node, ast.Call):
                 called, owner = node.func, ""
                 if isinstance(called, ast.Attribute):
