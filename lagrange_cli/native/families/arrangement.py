@@ -26,7 +26,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.motions import RATES, highest
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
 
@@ -206,7 +206,7 @@ class Arrangement:
     @property
     def scalars(self) -> int:
         """Constants of the motion, in whole vectors."""
-        return LANES * -(-len(self.tables.constants.slots) // LANES)
+        return whole_vectors(len(self.tables.constants.slots))
 
     def scratch(self, vectors: Vectors) -> Pointer:
         """Where arrays begin in ``%constants``."""

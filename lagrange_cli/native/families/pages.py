@@ -20,6 +20,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
+from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.spec.content import names_of
 
 PLACES = "@places"
@@ -42,7 +43,7 @@ def write_deriving(
     """``@derive``, and the doubles that it fills: what is ``given`` of each parameter, as an expression in
     ``parameters``, and the ``state`` behind it; the rest is scratch."""
     writer = _Writer(system, state, "state")
-    before = LANES * -(-(len(given) + sum(one.count for one in state)) // LANES)
+    before = whole_vectors(len(given) + sum(one.count for one in state))
     return writer.text(writer.derive(parameters, given, before)), before + writer.room
 
 
@@ -65,7 +66,7 @@ class _Writer:
     @property
     def scalars(self) -> int:
         """Constants that are no arrays, in whole vectors."""
-        return LANES * -(-len(self.tables.constants.slots) // LANES)
+        return whole_vectors(len(self.tables.constants.slots))
 
     @property
     def room(self) -> int:

@@ -43,8 +43,3 @@ class Tables:
         content = self.places.tobytes() or bytes(8)
         text = "\\" + content.hex("\\").upper()
         return f'@places = private constant [{len(content)} x i8] c"{text}", align 64\n'
-
-
-def count(members: Sequence[object]) -> int:
-    """How many blocks of eight they take."""
-    return -(-len(members) // LANES)
