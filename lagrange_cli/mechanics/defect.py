@@ -14,6 +14,8 @@ from lagrange_cli.records import dataclass
 SINGULAR = frozenset({"exp", "tanh", "sinh", "cosh", "tan", "atan", "asin", "acos", "log", "atan2"})
 """Functions that change by orders of magnitude where their argument does, or that have singularities, which
 may lie arbitrarily close to the real line. (Sine and cosine look alike everywhere.)"""
+ROUND = frozenset({"sin", "cos"})
+"""Functions that become 0 as their arguments do: half a chord of a circle is the sine of half an angle."""
 MANY = 1000
 """Terms and factors of a system from which on softened distances count as distances: to enclose all of them
 would take more time than their motion."""
@@ -75,7 +77,8 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
 
 def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> bool:
     """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``, some
-    of which are ``speeds``. In a ``large`` system no sum hides that something softens."""
+    of which are ``speeds``. In a ``large`` system no sum hides that something softens, and no chord of a
+    circle."""
     degrees = growth(nodes, variables)
     for node in nodes:
         if not node.symbols & variables:
@@ -91,7 +94,7 @@ def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> boo
                 steepness = abs(exponent) * degrees[base]
                 if steepness >= (HIGH if exponent > 0 else STEEP):
                     return True
-                softened = large and base.kind is Kind.SUM
+                softened = large and (base.kind is Kind.SUM or base.data in ROUND)
                 singular = exponent < 0 or exponent != int(exponent)
                 shown = is_distance(base, variables) or (exponent > 0 and is_depth(base, variables, speeds))
                 if singular and not softened and not shown:

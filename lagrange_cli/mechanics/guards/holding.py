@@ -37,7 +37,8 @@ def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns
     if not any(needed):
         return None
     found = replace(unknowns(smooth.residual), holders=holders_of(smooth, multipliers))
-    return found, tuple(new if held else old for new, old, held in zip(plain, nodes, needed))
+    of_state = [at_rates(residual.model, [node])[1][0] if has_rates(node) else node for node in nodes]
+    return found, tuple(new if held else old for new, old, held in zip(plain, of_state, needed))
 
 
 def may_depend_on_modes(residual: Residual, node: Node) -> bool:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
 from lagrange_cli.expression.signs import proportional
 from lagrange_cli.mechanics.substitution import rebuilt, rewritten, substituted
 
@@ -33,7 +33,10 @@ def has_rates(node: Node, multiplier: Node | None = None) -> bool:
 
 def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
     """Whether ``node`` is 0 wherever ``argument`` is, by its normal form: one term of the argument is put in
-    terms of the others."""
+    terms of the others. A product is 0 where a factor is."""
+    factors = factors_of(graph.split_coefficient(argument)[1])
+    if len(factors) > 1 and all(exponent > 0 for _, exponent in factors):
+        return all(vanishes_with(graph, node, one) for one, _ in factors)
     node = without_powers(graph, node, argument)
     if node.is_zero:
         return True
