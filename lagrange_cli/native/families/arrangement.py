@@ -26,7 +26,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.motions import RATES, highest
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import StateLayout, whole_vectors
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
 
@@ -202,11 +202,6 @@ class Arrangement:
         """How many whole numbers are needed."""
         listed = [one.table for one in self.slots.of.values() if one.array.source is Source.WHOLE]
         return 1 + max((int(table.max()) for table in listed), default=0)
-
-    @property
-    def scalars(self) -> int:
-        """Constants of the motion, in whole vectors."""
-        return whole_vectors(len(self.tables.constants.slots))
 
     def scratch(self, vectors: Vectors) -> Pointer:
         """Where arrays begin in ``%constants``."""
