@@ -67,8 +67,8 @@ def unchanged(noether: Noether, change: Change) -> str:
         return f"{same}{constrained}"
     work = graph_of(noether.model).sum([(xi * applied[k], 1.0) for k, xi in change.directions.items()])
     if is_zero(work):
-        return f"{same}, and the other forces do no work in it{constrained}"
-    return f"leaves T unchanged, and U changes by the work of the other forces{constrained}"
+        return f"{same}{constrained}; the other forces do no work in it"
+    return f"leaves T unchanged{constrained}; U changes by the work of the other forces"
 
 
 def current_text(model: Model[Node], change: Change, named: Named = ()) -> str:
