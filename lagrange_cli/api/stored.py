@@ -18,7 +18,7 @@ from lagrange_cli.errors import FileError, MissingPackage, UsageError
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.run.request import HDF5, format_of
 from lagrange_cli.store.find_target import find_target
-from lagrange_cli.store.target import Target, unwritable
+from lagrange_cli.store.target import Target
 
 if TYPE_CHECKING:
     from contextlib import ExitStack
@@ -132,15 +132,8 @@ class Stored(Pictured):
         name = os.fspath(path)
         if format_of(name) != HDF5:
             raise UsageError("many motions are written as HDF5: give a name that ends in .h5")
-        target = find_target(name, force=force)
-        with target.claimed():
-            target.discard()
-            try:
-                shutil.copyfile(self._path, target.temporary)
-            except OSError as error:
-                target.discard()
-                raise unwritable(target.shown, error) from error
-            target.publish()
+        with find_target(name, force=force).filled() as place:
+            shutil.copyfile(self._path, place)
 
     def _output(self, held: ExitStack) -> Path:
         """See ``plot.Drawable``."""

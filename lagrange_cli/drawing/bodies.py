@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lagrange_cli.drawing.scene import Place, Scene
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Body
 
@@ -35,8 +35,8 @@ def rolls(scene: Scene, name: str) -> bool:
     """Whether a body turns as it moves along, by the same coordinates."""
     turned = 0
     for axis in scene.scope.turning(name).axes:
-        turned |= scene.symbols(axis) & scene.moving
-    moved = scene.symbols(scene.positions[name]) & scene.moving
+        turned |= union(axis) & scene.moving
+    moved = union(scene.positions[name]) & scene.moving
     return bool(turned) and not turned & ~moved
 
 

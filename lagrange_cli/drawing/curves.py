@@ -12,7 +12,7 @@ from lagrange_cli.drawing.probe import equal, steady
 from lagrange_cli.drawing.scene import Place, Scene
 from lagrange_cli.drawing.upright import plane_of, up_of
 from lagrange_cli.expression.arrays import Array
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.records import dataclass
 
 TURN, RISE = (0.0, 2 * math.pi), (-math.pi / 2, math.pi / 2)
@@ -121,7 +121,7 @@ def _of_constraints(scene: Scene, held: set[str]) -> Iterator[Track]:
         if name in held or len(plain) < 2:
             continue
         for node in walls:
-            if node.symbols & scene.moving & ~scene.symbols(place):
+            if node.symbols & scene.moving & ~union(place):
                 continue
             solved = _solved(scene, node, plain[::-1])
             there, rise = (dict([solved]), None) if solved is not None else _round(scene, node, plain)
@@ -161,7 +161,7 @@ def _round(scene: Scene, node: Node, symbols: list[Node]) -> tuple[dict[Node, No
     used = [one for one in symbols if node.symbols & one.symbols]
     if len(used) < 2:
         return {}, None
-    (constant,) = scene.without((node,), scene.symbols(used))
+    (constant,) = scene.without((node,), union(used))
     whole, rest = constant, -constant
     found = []
     for symbol in used:

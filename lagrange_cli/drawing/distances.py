@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from lagrange_cli.drawing.probe import equal
 from lagrange_cli.drawing.scene import Place, Scene, lengths
 from lagrange_cli.expression.arrays import Array
-from lagrange_cli.expression.node import Kind, Node, bits, reachable
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, bits, reachable, union
 
 MOST = 10
 """Particles that are compared with one expression."""
@@ -24,7 +25,7 @@ def owners_of(scene: Scene) -> dict[int, list[str]]:
     """Which particles depend on which coordinate."""
     found: dict[int, list[str]] = {}
     for name, place in scene.positions.items():
-        for bit in bits(scene.symbols(place) & scene.moving):
+        for bit in bits(union(place) & scene.moving):
             found.setdefault(bit, []).append(name)
     return found
 
@@ -40,7 +41,7 @@ def near(scene: Scene, node: Node, owners: Owners) -> list[str]:
 def candidates(scene: Scene, node: Node, owners: Owners) -> list[str]:
     """Particles whose places depend only on coordinates that ``node`` depends on, too."""
     others = scene.moving & ~node.symbols
-    found = [name for name in near(scene, node, owners) if not scene.symbols(scene.positions[name]) & others]
+    found = [name for name in near(scene, node, owners) if not union(scene.positions[name]) & others]
     return found[:MOST]
 
 
@@ -48,12 +49,12 @@ def pairs(scene: Scene, node: Node, owners: Owners) -> Iterator[tuple[End, str]]
     """The possible ends of the distance ``node``: two particles, or one and a fixed point."""
     moving = node.symbols & scene.moving
     names = candidates(scene, node, owners)
-    whole = [name for name in names if scene.symbols(scene.positions[name]) & scene.moving == moving]
+    whole = [name for name in names if union(scene.positions[name]) & scene.moving == moving]
     for name in whole:
         for centre in centres(scene, node, scene.positions[name]):
             yield centre, name
     for a, b in combinations(names, 2):
-        if (scene.symbols(scene.positions[a]) | scene.symbols(scene.positions[b])) & scene.moving == moving:
+        if (union(scene.positions[a]) | union(scene.positions[b])) & scene.moving == moving:
             yield a, b
     for name in whole:
         yield scene.zero, name
@@ -63,7 +64,13 @@ def centres(scene: Scene, node: Node, place: Place) -> Iterator[Place]:
     """The points from which ``node`` may be the distance of a particle at ``place``, as it is written."""
     inner = [node, *(one.arguments[0] for one in reachable([node]) if is_root(one))]
     for one in inner:
-        centre = _centre(scene, one, place)
+        centre = centre_of(
+            scene.graph,
+            one,
+            place,
+            lambda one: bool(one.symbols & scene.moving),
+            scene.coordinates.__contains__,
+        )
         if centre is not None:
             yield centre
 
@@ -73,23 +80,28 @@ def is_root(node: Node) -> bool:
     return node.kind is Kind.PRODUCT and node.data in ((0.5,), (-0.5,)) and node.arguments[0].kind is Kind.SUM
 
 
-def _centre(scene: Scene, node: Node, place: Place) -> Place | None:
-    """The centre c if ``node`` is |r - c|^2 with a factor, in coordinates that are the components of r."""
-    graph, found = scene.graph, []
+def centre_of(
+    graph: Graph,
+    node: Node,
+    place: Place,
+    moves: Callable[[Node], bool],
+    is_coordinate: Callable[[Node], bool],
+) -> Place | None:
+    """The fixed point c if ``node`` is |r - c|^2 with a factor, in coordinates that are the components of the
+    ``place`` r."""
+    found = list[Node]()
     for component in place:
-        if not component.symbols & scene.moving:
+        if not moves(component):
             found.append(component)
             continue
-        if component not in scene.coordinates:
+        if not is_coordinate(component):
             return None
         slope = graph.diff(node, component)
         curvature = graph.diff(slope, component)
-        if curvature.is_zero or curvature.symbols & scene.moving:
+        if curvature.is_zero or moves(curvature):
             return None
         found.append(component - slope / curvature)
-    if any(one.symbols & scene.moving for one in found):
-        return None
-    return tuple(found)
+    return None if any(map(moves, found)) else tuple(found)
 
 
 def place_of(scene: Scene, end: End) -> Place:

@@ -13,6 +13,7 @@ from lagrange_cli.drawing.scene import Place, Scene
 from lagrange_cli.drawing.section import Section
 from lagrange_cli.drawing.sheet import Sheet
 from lagrange_cli.drawing.springs import Spring, springs_of
+from lagrange_cli.expression.node import union
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values
 
@@ -89,7 +90,7 @@ def _sheet(scene: Scene, section: Section) -> Sheet:
 
 def _trailing(scene: Scene, tracked: set[str]) -> list[str]:
     """The particles that leave a trail; one on a curve that is drawn does not."""
-    free = [name for name, place in scene.positions.items() if scene.symbols(place) & scene.moving]
+    free = [name for name, place in scene.positions.items() if union(place) & scene.moving]
     found = [name for name in free if name not in tracked and name not in scene.flat]
     return found if len(found) <= TRAILS else found[-1:]
 

@@ -17,7 +17,7 @@ from lagrange_cli.drawing.bodies import rolls
 from lagrange_cli.drawing.distances import End, distance_in, owners_of
 from lagrange_cli.drawing.probe import equal, steady
 from lagrange_cli.drawing.scene import Place, Scene, lengths
-from lagrange_cli.expression.node import Node, bits
+from lagrange_cli.expression.node import Node, bits, union
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec
 
@@ -65,13 +65,13 @@ def _hanging(scene: Scene) -> list[Rod]:
     places = {place: name for name, place in reversed(scene.positions.items())}
     alike: dict[int, list[str]] = {}
     for place, name in places.items():
-        alike.setdefault(scene.symbols(place) & scene.moving, []).append(name)
-    used = Counter(bit for place in scene.positions.values() for bit in bits(scene.symbols(place)))
+        alike.setdefault(union(place) & scene.moving, []).append(name)
+    used = Counter(bit for place in scene.positions.values() for bit in bits(union(place)))
     for name, place in scene.positions.items():
         if name in scene.flat:
             continue
-        rare = nsmallest(TRIES, bits(scene.symbols(place) & scene.moving), key=used.__getitem__)
-        own = [scene.coordinates[scene.bits[1 << bit]] for bit in rare]
+        rare = nsmallest(TRIES, bits(union(place) & scene.moving), key=used.__getitem__)
+        own = [scene.coordinates[scene.bits[bit]] for bit in rare]
         rod = next((rod for q in own if (rod := _rod_along(scene, name, place, q, places, alike))), None)
         if rod is not None:
             found.append(rod)
@@ -94,11 +94,11 @@ def _rod_along(
         return None
     owner = places.get(joint)
     if owner is None:
-        others = alike.get(scene.symbols(joint) & scene.moving, ())
+        others = alike.get(union(joint) & scene.moving, ())
         owner = next((one for one in others if _same(scene, scene.positions[one], joint)), None)
     if owner is not None:
         return Rod(owner, name)
-    if scene.symbols(joint) & scene.moving:
+    if union(joint) & scene.moving:
         return None
     if _on_a_hoop(scene, name, place, joint) or _rolls_around(scene, name, joint):
         return None
@@ -123,7 +123,7 @@ def _on_a_hoop(scene: Scene, name: str, place: Place, joint: Place) -> bool:
     """Whether a point at a fixed distance from ``joint`` slides on a hoop rather than swings on a rod."""
     if slides(scene.spec, name):
         return True
-    turned = scene.symbols(scene.difference(place, joint)) & scene.time
+    turned = union(scene.difference(place, joint)) & scene.time
     return bool(turned) and len(scene.depends(place)) == 1
 
 
@@ -134,7 +134,7 @@ def _pairs(scene: Scene, held: set[str]) -> list[tuple[str, str]]:
     found = []
     for a, b in pairs:
         one, other = scene.positions[a], scene.positions[b]
-        turning = scene.symbols(one) & scene.symbols(other) & scene.moving
+        turning = union(one) & union(other) & scene.moving
         if not turning or (a in held and b in held):
             continue
         values = scene.at(one) - scene.at(other)

@@ -13,7 +13,7 @@ from lagrange_cli.expression.arrays import Array, evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.indices import integer
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, bits, union
 from lagrange_cli.expression.syntax import Name
 from lagrange_cli.expression.vocabulary import TIME, member_name
 from lagrange_cli.model.scope import Scope
@@ -39,11 +39,9 @@ class Scene:
         self.scope: Scope[Node] = Scope(spec, self.algebra)
         self.probe = Probe(spec, values, start)
         self.coordinates = self.scope.q
-        self.bits = {q.symbols: k for k, q in enumerate(self.coordinates)}
+        self.bits = {q.symbols.bit_length() - 1: k for k, q in enumerate(self.coordinates)}
         self.number = {one.name: k for k, one in enumerate(spec.coordinates)}
-        self.moving = 0
-        for q in self.coordinates:
-            self.moving |= q.symbols
+        self.moving = union(self.coordinates)
         self.time = self.graph.symbol(TIME).symbols
         given = {name: cast(Place, self.scope.values[name]) for name in spec.embedding}
         wanted = () if spec.draw is None else self._wanted(spec.draw)
@@ -110,22 +108,9 @@ class Scene:
             place = (*(zero,) * (self.dimension - 1), place[0])
         return (*place, *(zero,) * self.dimension)[: self.dimension]
 
-    def symbols(self, place: Sequence[Node]) -> int:
-        """The set of symbols that a place depends on."""
-        mask = 0
-        for component in place:
-            mask |= component.symbols
-        return mask
-
     def depends(self, place: Sequence[Node]) -> tuple[int, ...]:
         """The numbers of the coordinates that a place depends on."""
-        mask = self.symbols(place) & self.moving
-        found = []
-        while mask:
-            lowest = mask & -mask
-            found.append(self.bits[lowest])
-            mask ^= lowest
-        return tuple(sorted(found))
+        return tuple(sorted(self.bits[bit] for bit in bits(union(place) & self.moving)))
 
     def at(self, place: Place) -> Array:
         """The place at the random states (dimension, STATES)."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from lagrange_cli.drawing.drawing import Dot, Drawing, Line, Locus, Pivot, Solid
 from lagrange_cli.drawing.scene import Place, Scene
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 
 
 class Sheet:
@@ -72,7 +72,7 @@ class Sheet:
     def held(self, place: Place) -> int:
         """The number of a place, which is a pivot if no coordinate moves it."""
         number = self.point(place)
-        if not self.scene.symbols(place) & self.scene.moving:
+        if not union(place) & self.scene.moving:
             self.pivots.setdefault(number, Pivot(number))
         return number
 
@@ -87,7 +87,7 @@ class Sheet:
         """Add a curve or a surface."""
         along = tuple(along)
         others = tuple(k for k in self.scene.depends(place) if k not in along)
-        moves = bool(self.scene.symbols(place) & self.scene.time)
+        moves = bool(union(place) & self.scene.time)
         number = self.point(place, seen=False)
         self.curves.append(Locus(number, along, tuple(ranges), others, moves, name, colour))
 

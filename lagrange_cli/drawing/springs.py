@@ -13,7 +13,7 @@ import numpy as np
 from lagrange_cli.drawing.distances import MOST, End, Owners, apart, near, owners_of, pairs, place_of
 from lagrange_cli.drawing.probe import equal, steady
 from lagrange_cli.drawing.scene import Place, Scene
-from lagrange_cli.expression.node import Kind, Node, factors_of
+from lagrange_cli.expression.node import Kind, Node, factors_of, union
 from lagrange_cli.records import dataclass
 
 
@@ -45,7 +45,7 @@ def springs_of(scene: Scene) -> list[Spring]:
     for ends, components in parts.items():
         across = scene.difference(place_of(scene, ends[0]), place_of(scene, ends[1]))
         due = {i for i, one in enumerate(across) if one.symbols & scene.moving}
-        if due <= components and not scene.symbols(across) & crooked:
+        if due <= components and not union(across) & crooked:
             found.setdefault(ends, Spring(*ends, slack=True))
     return list(found.values())
 
@@ -117,7 +117,7 @@ def _reached(scene: Scene, stretch: Node, owners: Owners) -> Iterator[tuple[End,
     for b in names:
         joint = scene.without(scene.positions[b], stretch.symbols & scene.moving)
         owner = next((name for name, other in scene.positions.items() if other == joint), None)
-        if owner is not None or not scene.symbols(joint) & scene.moving:
+        if owner is not None or not union(joint) & scene.moving:
             yield joint if owner is None else owner, b
     for a, b in combinations(names, 2):
         yield a, b
@@ -140,7 +140,7 @@ def _along_a_line(scene: Scene, stretch: Node, owners: Owners) -> Spring | None:
         return None
     for name in near(scene, x, owners)[:MOST]:
         place = scene.positions[name]
-        if not scene.symbols(place) & scene.moving & ~x.symbols and place.count(x) == 1:
+        if not union(place) & scene.moving & ~x.symbols and place.count(x) == 1:
             wall = scene.graph.sum([(y, -c) for (y, c), value in zip(fixed, values) if value < 0])
             return Spring(tuple(wall if one is x else one for one in place), name)
     return None

@@ -8,6 +8,7 @@ from lagrange_cli.drawing.drawing import Camera
 from lagrange_cli.drawing.probe import equal, steady
 from lagrange_cli.drawing.scene import Scene
 from lagrange_cli.drawing.springs import terms
+from lagrange_cli.expression.node import union
 from lagrange_cli.records import replace
 
 MOST = 60
@@ -56,7 +57,7 @@ def plane_of(scene: Scene) -> str:
 
 def _stays(scene: Scene, name: str, k: int) -> bool:
     """Whether a particle does not move along an axis, and a body turns about it only."""
-    if scene.symbols((scene.positions[name][k],)) & (scene.moving | scene.time):
+    if union((scene.positions[name][k],)) & (scene.moving | scene.time):
         return False
     if name not in scene.spec.bodies:
         return True

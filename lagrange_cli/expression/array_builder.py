@@ -21,8 +21,8 @@ from lagrange_cli.expression.index_arrays import (
     holding,
     inner,
     integers,
+    of_each_kind,
     one_if_equal,
-    split,
     taken,
     visited,
 )
@@ -124,20 +124,17 @@ class ArrayBuilder(Builder):
         self.used += count
         if self.used > self.most:
             raise Unsuited
-        pending = [np.arange(count)] if count else []
-        while pending:
-            which = pending.pop()
+
+        def alike(which: Places) -> tuple[Members, Value, Places]:
             here = {
                 name: one if isinstance(one, int) else one_if_equal(one)
                 for name, one in taken(found, which).items()
             }
             mine = Members(self.domain(len(which)), len(which), here)
-            try:
-                value = self._value(body, mine)
-            except Differ as differ:
-                pending += split(which, differ)
-                continue
-            yield mine, value, which
+            return mine, self._value(body, mine), which
+
+        if count:
+            yield from of_each_kind(np.arange(count), alike)
 
     def _key(self, tree: Tree, indices: Indices) -> tuple[int, ...]:
         raise Unsuited

@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.expression.node import Kind, Node, bits, in_order
+from lagrange_cli.expression.node import Kind, Node, bits, in_order, reachable
 from lagrange_cli.expression.normal_forms import NormalForms
+from lagrange_cli.expression.switch_forms import whole
 
 WIDE = 8
 """Arguments from which on it pays to know which symbols each of them holds."""
+STEEP = {"asin", "acos", "atan2"}
+"""Functions with infinite slopes where they have values."""
+MOST = 6
+"""Switches of a rate that are looked at one by one."""
 
 
 class Graph(NormalForms):
@@ -20,6 +25,7 @@ class Graph(NormalForms):
         self._derivatives: dict[tuple[int, int], Node] = {}
         self._arguments: dict[Node, dict[int, list[tuple[Node, Any]]]] = {}
         self._split: dict[tuple[Node, int], tuple[Node, Node]] = {}
+        self._vanishing: dict[Node, Node | None] = {}
 
     # ------------------------------------------------------------------ derivatives
 
@@ -75,19 +81,64 @@ class Graph(NormalForms):
                 if not rate.is_zero:
                     parts = zip(node.arguments, node.data)
                     lower = [(a, self.tidy(e - 1) if a is argument else e) for a, e in parts]
-                    rest = self.product([*lower, (rate, 1)])
+                    if exponent < 1 and not whole(exponent):
+                        rest = self._chained(self.product(lower), rate)
+                    else:
+                        rest = self.product([*lower, (rate, 1)])
                     terms.append((rest, self.number(exponent)))
             return self.sum(terms)
         if node.kind is Kind.SWITCH:
             u, above, below = node.arguments
             return self.switch(u, inner(above), inner(below), node.data)
-        return self.sum(
-            [
-                (self.product([(partial, 1), (inner(argument), 1)]), 1.0)
-                for argument, partial in zip(node.arguments, self.partials(node))
-                if not inner(argument).is_zero
-            ]
-        )
+        steep = node.kind is Kind.POWER or node.data in STEEP
+        slopes = [
+            (partial, inner(argument)) for argument, partial in zip(node.arguments, self.partials(node))
+        ]
+        return self.sum([
+            (self._chained(*one) if steep else self.product([(factor, 1) for factor in one]), 1.0)
+            for one in slopes
+            if not one[1].is_zero
+        ])  # fmt: skip
+
+    def _chained(self, slope: Node, rate: Node, most: int = MOST) -> Node:
+        """``slope * rate``, 0 on the sides of switches where the rate is 0: a constant may have any function
+        of it, as max(0, u)**0.5 is 0 where u < 0, where the slope of the root is infinite."""
+        decides = self._vanishes_by(rate) if most else None
+        if decides is None:
+            return self.product([(slope, 1), (rate, 1)])
+        above, below = (self._chained(slope, self._on_side(rate, decides, side), most - 1) for side in (1, 2))
+        return self.switch(decides, above, below)
+
+    def _vanishes_by(self, node: Node) -> Node | None:
+        """The argument of a switch that has to be on one side for ``node`` to be 0 all along, if any has."""
+        known = self._vanishing
+        for one in reachable([node], lambda inner: inner not in known):
+            below = [known[argument] for argument in one.arguments]
+            found = next((u for u in below if u is not None), None)
+            if one.kind is Kind.SWITCH:
+                u, *branches = one.arguments
+                zero = any(a.is_zero or by is not None for a, by in zip(branches, below[1:]))
+                known[one] = u if zero else None
+            elif one.kind is Kind.SUM:
+                known[one] = found if not one.data[0] and None not in below else None
+            elif one.kind is Kind.PRODUCT:
+                known[one] = next((u for u, e in zip(below, one.data) if u is not None and e > 0), None)
+            else:
+                known[one] = None
+        return known[node]
+
+    def _on_side(self, node: Node, decides: Node, side: int) -> Node:
+        """``node`` with the branch ``side`` of switches by this argument, in terms, factors and branches."""
+        if node.kind is Kind.SWITCH:
+            u, above, below = node.arguments
+            if u is decides:
+                return node.arguments[side]
+            above, below = (self._on_side(one, decides, side) for one in (above, below))
+            return self.switch(u, above, below, node.data)
+        parts = [self._on_side(one, decides, side) for one in node.arguments]
+        if node.kind is Kind.SUM:
+            return self.sum([(self.constant(node.data[0]), 1.0), *zip(parts, node.data[1])])
+        return self.product(zip(parts, node.data)) if node.kind is Kind.PRODUCT else node
 
     def partials(self, node: Node) -> tuple[Node, ...]:
         """Partial derivatives of a function, power or switch with respect to its arguments.

@@ -6,8 +6,8 @@ then goes through the members one by one, and reports each mistake.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from lagrange_cli.limits import whole
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+T = TypeVar("T")
 Places: TypeAlias = "NDArray[np.int64]"
 Mask: TypeAlias = "NDArray[np.bool_]"
 Whole: TypeAlias = "int | Places"
@@ -166,6 +167,22 @@ def flat(places: Sequence[Whole], shape: Sequence[int], count: int) -> Places:
 def one_if_equal(values: Places) -> Whole:
     """One number for all if they are equal."""
     return int(values[0]) if len(values) and np.all(values == values[0]) else values
+
+
+def of_each_kind(which: Places, make: Callable[[Places], T]) -> Iterator[T]:
+    """What ``make`` gives for the members of each kind by themselves: those that ``Differ`` are split.
+
+    Raises ``Unsuited`` where they cannot be.
+    """
+    pending = [which]
+    while pending:
+        some = pending.pop()
+        try:
+            made = make(some)
+        except Differ as differ:
+            pending += split(some, differ)
+        else:
+            yield made
 
 
 def split(which: Places, differ: Differ) -> list[Places]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
-from operator import attrgetter
+from functools import reduce
+from operator import attrgetter, or_
 from typing import Any, Protocol
 
 from lagrange_cli.limits import Work
@@ -140,6 +141,11 @@ def factors_of(node: Node) -> list[tuple[Node, int | float]]:
 def in_order(nodes: Iterable[Node]) -> list[Node]:
     """The nodes in the order of their creation."""
     return sorted(nodes, key=_number)
+
+
+def union(nodes: Iterable[Node]) -> int:
+    """The symbols in any of the nodes, as a bit set."""
+    return reduce(or_, (node.symbols for node in nodes), 0)
 
 
 def bits(mask: int) -> Iterator[int]:

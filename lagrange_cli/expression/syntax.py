@@ -210,6 +210,14 @@ def sums(tree: Tree) -> Iterator[tuple[Sum, frozenset[str]]]:
         pending += ((child, bound) for child in reversed(children(node)))
 
 
+def parts(tree: Tree) -> Iterator[Tree]:
+    """``tree`` and all that it is made of, wherever it stands: whole ones before their parts."""
+    pending = [tree]
+    while pending:
+        yield (node := pending.pop())
+        pending += children(node)
+
+
 def equalities(tree: Tree) -> Iterator[Comparison]:
     """Every comparison by ``==`` or ``!=`` in the conditions of ``where``."""
     pending = [tree]
@@ -222,36 +230,17 @@ def equalities(tree: Tree) -> Iterator[Comparison]:
 
 def calls(tree: Tree, functions: Collection[str]) -> bool:
     """Whether one of the functions is called in ``tree``."""
-    pending = [tree]
-    while pending:
-        node = pending.pop()
-        if isinstance(node, Call) and node.function in functions:
-            return True
-        pending += children(node)
-    return False
+    return any(isinstance(one, Call) and one.function in functions for one in parts(tree))
 
 
 def has_decimals(tree: Tree) -> bool:
     """Whether a number in ``tree`` is not whole."""
-    pending = [tree]
-    while pending:
-        node = pending.pop()
-        if isinstance(node, Number) and not node.text.isdecimal():
-            return True
-        pending += children(node)
-    return False
+    return any(isinstance(one, Number) and not one.text.isdecimal() for one in parts(tree))
 
 
 def plain_names(tree: Tree) -> frozenset[str]:
     """All undotted names in ``tree``, wherever they stand."""
-    found: set[str] = set()
-    pending = [tree]
-    while pending:
-        node = pending.pop()
-        if isinstance(node, Name) and not node.indices:
-            found.add(node.identifier)
-        pending += children(node)
-    return frozenset(found)
+    return frozenset(one.identifier for one in parts(tree) if isinstance(one, Name) and not one.indices)
 
 
 def is_whole(tree: Tree, known: Callable[[Name], bool]) -> bool:

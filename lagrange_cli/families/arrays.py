@@ -17,7 +17,7 @@ import numpy as np
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Kind, Node, bits
+from lagrange_cli.expression.node import Kind, Node, bits, union
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass, field
 
@@ -133,6 +133,15 @@ class Slots:
             if bit in self.by_bit:
                 symbol = self.by_bit[bit]
                 yield symbol, self.of[symbol]
+
+    def symbols_of(self, *arrays: Array, totals: bool = False) -> int:
+        """The symbols of numbers of these arrays, and of all ``totals``, as a bit set."""
+        chosen = {*arrays}
+        return union(
+            symbol
+            for symbol, slot in self.of.items()
+            if slot.array in chosen or (totals and isinstance(slot.array, Total))
+        )
 
     def made_of(self, nodes: Iterable[Node]) -> list[Node]:
         """Expressions, and the terms of all sums that they contain."""

@@ -16,7 +16,7 @@ from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.build import Builder
 from lagrange_cli.expression.conditions import is_index
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.index_arrays import Differ, Places, Whole, flat, one_if_equal, split
+from lagrange_cli.expression.index_arrays import Places, Whole, flat, of_each_kind, one_if_equal
 from lagrange_cli.expression.indices import Indices, Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.syntax import Call, Comparison, Logic, Sum, is_whole, sums
@@ -218,15 +218,12 @@ class FamilyBuilder(ArrayBuilder):
 
     def pieces(self, group: Group, own: Places) -> Iterator[tuple[Domain, Value, Places]]:
         """The values of members of a group, of each kind by itself: their domain, and which they are."""
-        pending = [own]
-        while pending:
-            which = pending.pop()
+
+        def alike(which: Places) -> tuple[Domain, Value, Places]:
             domain = Domain(len(which))
-            try:
-                tree, members = group.members(which, self.sizes, domain)
-                yield domain, self.value(tree, members), which
-            except Differ as differ:
-                pending += split(which, differ)
+            return domain, self.value(*group.members(which, self.sizes, domain)), which
+
+        return of_each_kind(own, alike)
 
     def added(self, count: int, terms: Sequence[Term], tree: Tree | None = None) -> Total:
         """A total, which can be computed from here on."""

@@ -115,11 +115,8 @@ def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:
     refuse_angles(builder.slots, nodes)
     if any(node.kind is Kind.DDT for node in nodes):
         raise Unsuited
-    moving, speeds = builder.time.symbols, 0
-    for symbol, slot in builder.slots.of.items():
-        if slot.array in (builder.q, builder.v, *builder.totals):
-            moving |= symbol.symbols
-            speeds |= 0 if slot.array is builder.q else symbol.symbols
+    speeds = builder.slots.symbols_of(builder.v, *builder.totals)
+    moving = builder.time.symbols | builder.slots.symbols_of(builder.q) | speeds
     if hides(nodes, moving, speeds, large=False):
         raise Unsuited
 

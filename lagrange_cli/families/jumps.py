@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
 from lagrange_cli.families.arrays import Array, Slots, Total
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.switches import MOST, Merging, switches, vanishes_with
@@ -15,18 +16,9 @@ PARTIAL = "log", "asin", "acos", "acosh", "atanh"
 """Functions that do not have a value everywhere."""
 
 
-def symbols_of(slots: Slots, *arrays: Array) -> int:
-    """The symbols of numbers of these arrays, and of sums."""
-    found = 0
-    for symbol, slot in slots.of.items():
-        if slot.array in arrays or isinstance(slot.array, Total):
-            found |= symbol.symbols
-    return found
-
-
 def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
     """Raise ``Unsuited`` where an expression, or a sum in it, may jump as numbers of these arrays change."""
-    moving = symbols_of(slots, *arrays)
+    moving = slots.symbols_of(*arrays, totals=True)
     for one in switches(Merging(slots.graph, moving).merged([node]), moving):
         if jumps(slots.graph, one):
             raise Unsuited
@@ -46,21 +38,31 @@ def jumps(graph: Graph, switch: Node) -> bool:
     """Whether a switch may have two values where its argument is 0, on some side of the switches in it.
     Where both are infinite there, no motion passes."""
     argument, above, below = switch.arguments
-    if all(_has_pole(graph, one, argument) for one in (above, below)):
+    if all(max(_poles(graph, one, argument)) >= 0 for one in (above, below)):
         return False
     return _differ(graph, above - below, argument, most=MOST)
 
 
-def _has_pole(graph: Graph, node: Node, argument: Node) -> bool:
-    """Whether a term of an expression is infinite where the argument is 0."""
+def pole(graph: Graph, switch: Node) -> float:
+    """The order of the pole that all terms on both sides of a switch have at least where its argument is 0: 2
+    for k/u^2, 0 for a logarithm; -inf if a term is finite there."""
+    argument, *sides = switch.arguments
+    return min(order for one in sides for order in _poles(graph, one, argument))
+
+
+def _poles(graph: Graph, node: Node, argument: Node) -> list[float]:
+    """The orders of the poles of the terms of an expression where the argument is 0."""
     if node.kind is Kind.SUM:
-        return any(_has_pole(graph, one, argument) for one in node.arguments)
-    if node.kind is not Kind.PRODUCT:
-        return False
+        constant = [-math.inf] if node.data[0] else []
+        return constant + [order for one in node.arguments for order in _poles(graph, one, argument)]
     own = graph.split_coefficient(argument)[1]
-    factors = [(graph.split_coefficient(a)[1], e) for a, e in zip(node.arguments, node.data)]
-    poles = [a for a, e in factors if e < 0 and a is own]
-    return bool(poles) and not any(e > 0 and vanishes_with(graph, a, argument) for a, e in factors)
+    factors = [(graph.split_coefficient(a)[1], e) for a, e in factors_of(node)]
+    if any(e > 0 and vanishes_with(graph, a, argument) for a, e in factors):
+        return [-math.inf]
+    orders = [-e if e < 0 else -math.inf for a, e in factors if a is own]
+    inner = [graph.split_coefficient(a.arguments[0])[1] for a, e in factors if a.data == "log" and e > 0]
+    orders += [0.0 for one in inner if any(a is own for a, _ in factors_of(one))]
+    return [max(orders, default=-math.inf)]
 
 
 def _differ(graph: Graph, *both: Node, most: int) -> bool:

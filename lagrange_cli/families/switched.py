@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.indices import Unsuited
@@ -10,7 +10,7 @@ from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.friction import Friction, holds, passing
-from lagrange_cli.families.jumps import is_root, jumps, partial, refuse_angles, symbols_of
+from lagrange_cli.families.jumps import is_root, jumps, partial, pole, refuse_angles
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
 
@@ -27,7 +27,7 @@ class Switched:
 
     def __init__(self, system: FamilySystem, listed: Sequence[Total] = ()) -> None:
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
-        self.places = symbols_of(self.slots, system.q, system.v)
+        self.places = self.slots.symbols_of(system.q, system.v, totals=True)
         """What moves, but t."""
         self.moving = self.places | system.time.symbols
         events = [] if system.events is None else [system.events.arguments]
@@ -54,28 +54,45 @@ class Switched:
 
     @property
     def any(self) -> bool:
-        """Whether there are switches."""
-        return any(map(self.switched, (*self._others, self.system.potential, *self._nodes)))
+        """Whether there are switches that matter."""
+        others = switches(self.slots.made_of(self._others), self.moving)
+        return bool(others) or any(map(self.switched, (self.system.potential, *self._nodes)))
 
     @property
     def _nodes(self) -> list[Node]:
         """The expressions of all totals with one switch for each argument."""
         return [term.node for total in self.totals for term in self.merged(total)]
 
+    @cached_property
+    def _barred(self) -> set[Node]:
+        """The arguments whose zeros no motion passes, as energies are infinite there on both sides: those of
+        1/|u| and log|u|, or of forces from 1/u on."""
+        found = set[Node]()
+        for total in self.totals:
+            least = 0 if total in self.system.energies else 1
+            inside = switches([term.node for term in self.merged(total)], self.moving)
+            found.update(one.arguments[0] for one in inside if pole(self.graph, one) >= least)
+        return found
+
+    def followed(self, nodes: Iterable[Node]) -> list[Node]:
+        """The switches in these that a motion may pass."""
+        found = switches(nodes, self.moving)
+        return [one for one in found if one.arguments[0] not in self._barred or pole(self.graph, one) < 0]
+
     def within(self, total: Total) -> bool:
-        """Whether there are switches in it, or in what it is made of."""
-        return any(self.switched(term.node) for term in total.terms)
+        """Whether there are switches in it that a motion may pass, or in what it is made of."""
+        return any(self.switched(term.node) for term in self.merged(total))
 
     def switched(self, node: Node) -> bool:
-        """Whether there are switches in an expression, or in what it is made of."""
-        if switches([node], self.moving):
+        """Whether there are such switches in an expression, or in what it is made of."""
+        if self.followed(self._merging.merged([node])):
             return True
         arrays = (slot.array for _, slot in self.slots.inside(node))
         return any(isinstance(array, Total) and self.within(array) for array in arrays)
 
     def refuse(self) -> None:
         """Raise ``Unsuited`` for switches that have no modes here."""
-        if any(map(self.switched, self._others)):
+        if switches(self.slots.made_of(self._others), self.moving):
             raise Unsuited
         nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
         acting = self.system.forces, self.system.applied, self.system.slopes, self.system.gradient

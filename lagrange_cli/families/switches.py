@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.families.friction import Decision, Held, Rest, held, linear_in
 from lagrange_cli.families.switched import Switched
-from lagrange_cli.mechanics.substitution import rebuilt, substituted
-from lagrange_cli.mechanics.switching.switches import switches
+from lagrange_cli.mechanics.substitution import rewritten, substituted
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -72,7 +71,7 @@ class Switching(Switched):
         found: dict[tuple[Node, tuple[Array, ...]], dict[Use, Places]] = {}
         for total in self.totals:
             for term in self.merged(total):
-                for one in switches([term.node], self.moving):
+                for one in self.followed([term.node]):
                     argument = one.arguments[0]
                     inside = [
                         (node, slot) for node in reachable([argument]) if (slot := self.slots.of.get(node))
@@ -236,17 +235,15 @@ class Switching(Switched):
 
     def _frozen(self, root: Node, domain: Domain) -> Node:
         """An expression of the members of a domain, with modes."""
-        slots, made = self.slots, dict[Node, Node]()
-        for node in reachable([root]):
-            arguments = [made[one] for one in node.arguments]
-            slot = slots.of.get(node)
-            if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
+        passed = {*self.followed([root])}
+
+        def change(node: Node, arguments: list[Node]) -> Node | None:
+            slot = self.slots.of.get(node)
+            if node in passed:
                 mode = self._mode(domain, node.arguments[0])
-                made[node] = self.graph.switch(mode, arguments[1], arguments[2], -1)
-            elif slot is not None and isinstance(slot.array, Total):
-                made[node] = slots.symbol(domain, self.of(slot.array), slot.table)
-            elif all(a is b for a, b in zip(arguments, node.arguments)):
-                made[node] = node
-            else:
-                made[node] = rebuilt(self.graph, node, arguments)
-        return made[root]
+                return self.graph.switch(mode, arguments[1], arguments[2], -1)
+            if slot is not None and isinstance(slot.array, Total):
+                return self.slots.symbol(domain, self.of(slot.array), slot.table)
+            return None
+
+        return rewritten(self.graph, [root], change)[0]

@@ -274,10 +274,8 @@ def refuse_speeds(builder: FamilyBuilder, potential: Node, totals: Iterable[Tota
 def refuse_others(system: FamilySystem) -> None:
     """Raise ``Unsuited`` where energies and constraints jump with angles, and where forces have exponentials
     that have to be bounded."""
-    roots, moving = [*system.force_nodes, system.potential], system.time.symbols
-    for symbol, slot in system.slots.of.items():
-        if slot.array in (system.q, system.v, *system.totals):
-            moving |= symbol.symbols
+    roots = [*system.force_nodes, system.potential]
+    moving = system.time.symbols | system.slots.symbols_of(system.q, system.v, *system.totals)
     for node in reachable(roots):
         if node.kind is Kind.DDT:
             raise Unsuited

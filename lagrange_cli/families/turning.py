@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.index_arrays import Differ, Places, split
+from lagrange_cli.expression.index_arrays import Places, of_each_kind
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.operations import cross
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
@@ -83,13 +83,10 @@ class BodyGroup:
 
     def pieces(self, builder: Builds) -> Sequence[Turned]:
         """All members, those of each kind together."""
-        pending = [] if self.listed else [np.arange(self.group.count)]
-        while pending:
-            which = pending.pop()
-            try:
-                self.listed.append(self.turned(builder, which, Domain(len(which))))
-            except Differ as differ:
-                pending += split(which, differ)
+        if not self.listed:
+            every = np.arange(self.group.count)
+            made = of_each_kind(every, lambda which: self.turned(builder, which, Domain(len(which))))
+            self.listed = [*made]
         return self.listed
 
 

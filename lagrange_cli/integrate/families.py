@@ -222,9 +222,5 @@ def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] 
 
 def moving(system: FamilySystem) -> tuple[int, int]:
     """The symbols of t, q and v, and of what is made of them; those of v, and of what may contain them."""
-    found, speeds = system.time.symbols, 0
-    for symbol, slot in system.slots.of.items():
-        if slot.array in (system.q, system.v) or isinstance(slot.array, Total):
-            found |= symbol.symbols
-            speeds |= 0 if slot.array is system.q else symbol.symbols
-    return found, speeds
+    speeds = system.slots.symbols_of(system.v, totals=True)
+    return system.time.symbols | system.slots.symbols_of(system.q) | speeds, speeds

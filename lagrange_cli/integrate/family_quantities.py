@@ -126,10 +126,7 @@ class Quantities:
     def may_jump_at_times(self) -> bool:
         """Whether the potential contains switches that are decided by t, not by coordinates."""
         system = self.system
-        moving = 0
-        for symbol, slot in system.slots.of.items():
-            if slot.array in (system.q, system.v):
-                moving |= symbol.symbols
+        moving = system.slots.symbols_of(system.q, system.v)
         nodes = [system.potential, *(one.node for total in system.energies for one in total.terms)]
         switches = (one.arguments[0] for one in reachable(nodes) if one.kind is Kind.SWITCH)
         return any(u.symbols & system.time.symbols and not u.symbols & moving for u in switches)

@@ -14,10 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
-from lagrange_cli.mechanics.substitution import rebuilt
+from lagrange_cli.mechanics.substitution import rebuilt, rewritten
 from lagrange_cli.records import replace
 
 
@@ -63,15 +63,11 @@ def reversed_integrands(residual: Residual, integrands: Mapping[str, Node]) -> d
 def reversed_nodes(residual: Residual, nodes: Iterable[Node]) -> tuple[Node, ...]:
     """Functions of q, q_dot, t and time derivatives as functions of x, dx/ds, s and d/ds."""
     graph, model = residual.graph, residual.model
-    nodes = tuple(nodes)
-    made = {symbol: -symbol for symbol in (*model.v, model.time)}
-    for node in reachable(nodes):
-        if node not in made:
-            arguments = [made[argument] for argument in node.arguments]
-            made[node] = (
-                reversed_rate(graph, *arguments) if node.kind is Kind.DDT else rebuilt(graph, node, arguments)
-            )
-    return tuple(made[node] for node in nodes)
+
+    def change(node: Node, arguments: list[Node]) -> Node:
+        return reversed_rate(graph, *arguments) if node.kind is Kind.DDT else rebuilt(graph, node, arguments)
+
+    return rewritten(graph, nodes, change, {symbol: -symbol for symbol in (*model.v, model.time)})
 
 
 def reversed_rate(graph: Graph, node: Node) -> Node:

@@ -11,12 +11,10 @@ proven to be the same after as before, in whatever state; else the quantity is c
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from functools import reduce
-from operator import or_
+from collections.abc import Mapping
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import branches_on, deciding, independent, is_zero, zeros
 from lagrange_cli.mechanics.energetics import Energetics
@@ -107,11 +105,6 @@ def without_rounding(graph: Graph, node: Node, size: float) -> Node:
     number, coefficients = node.data
     terms = [(one, c) for one, c in zip(node.arguments, coefficients) if abs(c) > ROUNDED * size]
     return graph.sum([*terms, (graph.constant(number if abs(number) > ROUNDED * size else 0.0), 1.0)])
-
-
-def union(symbols: Iterable[Node]) -> int:
-    """The bits of several symbols."""
-    return reduce(or_, (symbol.symbols for symbol in symbols), 0)
 
 
 def kept_momentum(name: str, *, constrained: bool, idle: bool = False) -> Conserved:

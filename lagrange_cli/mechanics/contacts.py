@@ -14,11 +14,9 @@ beside the accelerations, found from d2g/dt2 = 0. Where it would have to pull, c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import is_zero
@@ -128,7 +126,7 @@ def _direction(
     # what depends on the sign of dg/dt, as abs(y_dot), is as it is before g = 0; and what compares it with a
     # size, as min(abs(x_dot), f*abs(y_dot)), as it is where dg/dt is small
     decided, known = dict[Node, Node](), dict[Node, Sign]()
-    for one in switches(direction.values(), reduce(or_, (v.symbols for v in model.v), 0)):
+    for one in switches(direction.values(), union(model.v)):
         u, above, below = substituted(graph, one.arguments, decided)
         rates = graph.gradient(u, speeds)
         rise = graph.sum([(rate * slopes[j], 1.0) for j, rate in rates.items() if j in slopes])

@@ -5,10 +5,8 @@ And whether it has to be bounded, since something may hide between the places th
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import reduce
-from operator import or_
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.records import dataclass
@@ -16,6 +14,8 @@ from lagrange_cli.records import dataclass
 SINGULAR = frozenset({"exp", "tanh", "sinh", "cosh", "tan", "atan", "asin", "acos", "log", "atan2"})
 """Functions that change by orders of magnitude where their argument does, or that have singularities, which
 may lie arbitrarily close to the real line. (Sine and cosine look alike everywhere.)"""
+ROUND = frozenset({"sin", "cos"})
+"""Functions that become 0 as their arguments do: half a chord of a circle is the sine of half an angle."""
 MANY = 1000
 """Terms and factors of a system from which on softened distances count as distances: to enclose all of them
 would take more time than their motion."""
@@ -45,10 +45,8 @@ def terms_of(
     rows: Iterable[Node], residual: Residual, accelerations: Sequence[Node] = ()
 ) -> tuple[tuple[Node, ...], ...]:
     """The terms of each row that are not linear in time and ``accelerations``, nor constant."""
-    moving, exact = residual.variables, residual.model.time.symbols
-    for one in accelerations:
-        moving |= one.symbols
-        exact |= one.symbols
+    found = union(accelerations)
+    moving, exact = residual.variables | found, residual.model.time.symbols | found
     return tuple(tuple(terms(row, moving, exact)) for row in rows)
 
 
@@ -73,13 +71,14 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
     """Whether something in the equations, or in other expressions, may hide from the series of a step."""
     roots = residual.residual if roots is None else roots
     nodes = reachable(roots)
-    speeds = reduce(or_, (one.symbols for one in residual.state_v), 0)
+    speeds = union(residual.state_v)
     return hides(nodes, residual.variables, speeds, large=len(nodes) > MANY)
 
 
 def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> bool:
     """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``, some
-    of which are ``speeds``. In a ``large`` system no sum hides that something softens."""
+    of which are ``speeds``. In a ``large`` system no sum hides that something softens, and no chord of a
+    circle."""
     degrees = growth(nodes, variables)
     for node in nodes:
         if not node.symbols & variables:
@@ -95,7 +94,7 @@ def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> boo
                 steepness = abs(exponent) * degrees[base]
                 if steepness >= (HIGH if exponent > 0 else STEEP):
                     return True
-                softened = large and base.kind is Kind.SUM
+                softened = large and (base.kind is Kind.SUM or base.data in ROUND)
                 singular = exponent < 0 or exponent != int(exponent)
                 shown = is_distance(base, variables) or (exponent > 0 and is_depth(base, variables, speeds))
                 if singular and not softened and not shown:

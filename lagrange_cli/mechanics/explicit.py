@@ -8,13 +8,11 @@ a(q, q_dot, t): from R(q, q_dot, a, t) = 0, M da/dx = -dR/dx at fixed a.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import reduce
-from operator import or_
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.substitution import rewritten, substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
@@ -44,15 +42,14 @@ def at_rates(model: Model[Node], nodes: Sequence[Node]) -> tuple[tuple[Node, ...
     accelerations = tuple(graph.symbol(acceleration_name(name)) for name in model.coordinates)
     rates = [*zip(model.q, model.v), *zip(model.v, accelerations), (model.time, graph.one)]
     numbers = numbered(symbol for symbol, _ in rates)
-    plain: dict[Node, Node] = {}
-    for node in reachable(nodes):
-        arguments = [plain[argument] for argument in node.arguments]
-        if node.kind is Kind.DDT:
-            slopes = graph.gradient(arguments[0], numbers).items()
-            plain[node] = graph.sum([(slope * rates[i][1], 1.0) for i, slope in slopes])
-        else:
-            plain[node] = rebuilt(graph, node, arguments)
-    return accelerations, tuple(plain[node] for node in nodes)
+
+    def change(node: Node, arguments: list[Node]) -> Node | None:
+        if node.kind is not Kind.DDT:
+            return None
+        slopes = graph.gradient(arguments[0], numbers).items()
+        return graph.sum([(slope * rates[i][1], 1.0) for i, slope in slopes])
+
+    return accelerations, rewritten(graph, nodes, change)
 
 
 def write_out(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
@@ -121,7 +118,7 @@ def at_a_state(residual: Residual, nodes: Iterable[Node]) -> tuple[Unknowns | No
         if node.kind is Kind.DDT or not rates.isdisjoint(node.arguments):
             rates.add(node)
     plain = tuple(new if node in rates else node for node, new in zip(given, found))
-    bits = reduce(or_, (symbol.symbols for symbol in (*accelerations, *residual.multipliers)), 0)
+    bits = union((*accelerations, *residual.multipliers))
     return unknowns(residual) if any(node.symbols & bits for node in plain) else None, plain
 
 

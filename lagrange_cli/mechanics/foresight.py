@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
+from lagrange_cli.expression.node import Kind, Node, reachable, terms_of, union
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
@@ -25,7 +25,7 @@ def least_convolutions(model: Model[Node], most: int) -> int:
     Lagrangian in which velocities stand beside t (it may contain a total time derivative).
     """
     graph = graph_of(model)
-    rates = bit_set(model.v)
+    rates = union(model.v)
     given = model.potential if model.lagrangian is None else model.lagrangian
     forces = [x for particle in model.particles for x in particle.force] + list(model.generalized_forces)
     beside = model.time.symbols
@@ -39,21 +39,13 @@ def least_convolutions(model: Model[Node], most: int) -> int:
     return count(model, [term for node in found for term, _ in terms_of(node) if not term.symbols & rates])
 
 
-def bit_set(symbols: Iterable[Node]) -> int:
-    """The symbols as a bit set."""
-    found = 0
-    for symbol in symbols:
-        found |= symbol.symbols
-    return found
-
-
 def count(model: Model[Node], nodes: Iterable[Node]) -> int:
     """Convolutions that the series of ``nodes`` take at least.
 
     Parameters are constants. A product of many factors counts as one, powers of one denominator too; t times
     a coordinate needs none.
     """
-    moving, coordinates = variables(model), bit_set(model.q)
+    moving, coordinates = variables(model), union(model.q)
     products: set[tuple[tuple[Node, object], ...]] = set()
     reciprocals: set[Node] = set()
     powers: set[tuple[Node, object]] = set()

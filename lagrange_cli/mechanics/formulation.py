@@ -6,11 +6,9 @@ R_k = d/dt dL/dq_dot_k - dL/dq_k - Q_k = 0 with M = d2L/dq_dot dq_dot.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node, terms_of
+from lagrange_cli.expression.node import Node, terms_of, union
 from lagrange_cli.mechanics.residual import CyclicMomentum
 from lagrange_cli.mechanics.rows import Matrix, Row
 from lagrange_cli.mechanics.substitution import substituted
@@ -72,7 +70,7 @@ def normalized(model: Model[Node], residual: Sequence[Node], matrix: Sequence[Ro
     (With forces of constraint the matrix would no longer be symmetric.)
     """
     graph, moving = graph_of(model), variables(model)
-    multipliers = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
+    multipliers = union(one.multiplier for one in model.constraints)
     rows, equations = [*matrix], [*residual]
     for k, row in enumerate(matrix):
         alone = nonzero(row, graph.zero, k) in ([], [k])

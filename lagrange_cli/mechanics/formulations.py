@@ -8,12 +8,10 @@ coordinates.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import reduce
-from operator import or_
 from typing import TypeVar
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.expression.node_table import MAX_NODES
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.constraints import Constraints
@@ -65,7 +63,7 @@ def formulations(model: Model[Node], graph: Graph, conserved: Iterable[Conserved
 def is_cartesian(model: Model[Node]) -> bool:
     """Whether the coordinates are the masses' places, and U does not depend on velocities: T is as short as
     can be, and Euler and Lagrange's equations are the embedding's."""
-    velocities = reduce(or_, (v.symbols for v in model.v), 0)
+    velocities = union(model.v)
     positions = {x for particle in model.particles for x in particle.position}
     return positions <= {*model.q} and not model.potential.symbols & velocities
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
@@ -73,9 +73,7 @@ def in_short(words: Sequence[str], most: int = 6) -> str:
 def _parameter_nodes(residual: Residual) -> set[Node]:
     """The largest expressions that hold parameters and nothing that moves, below the equations."""
     entries = [entry for row in residual.entries for entry in row.values()]
-    moving = residual.variables
-    for one in residual.cyclic_momenta:
-        moving |= one.symbol.symbols
+    moving = residual.variables | union(one.symbol for one in residual.cyclic_momenta)
     found: set[Node] = set()
     for node in reachable([*residual.residual, *entries]):
         inner = node.arguments if node.symbols & moving else ()

@@ -12,7 +12,7 @@ from functools import cached_property, reduce
 from operator import or_
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.matrices import connected
 from lagrange_cli.mechanics.rows import Matrix, Row
@@ -161,7 +161,7 @@ class Residual:
     @cached_property
     def bent(self) -> bool:
         """Whether the equations are not linear in the multipliers."""
-        bound = reduce(or_, (one.symbols for one in self.multipliers), 0)
+        bound = union(self.multipliers)
         return self.pushed and any(entry.symbols & bound for row in self.mass_matrix for entry in row)
 
     @property

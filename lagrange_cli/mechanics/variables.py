@@ -8,7 +8,7 @@ from operator import is_not
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.model.model import Model
 
@@ -21,18 +21,12 @@ def graph_of(model: Model[Node]) -> Graph:
 
 def variables(model: Model[Node]) -> int:
     """Bit set of the symbols that change along a motion: q, q_dot, t, and the multipliers of constraints."""
-    bits = state_symbols(model)
-    for one in model.constraints:
-        bits |= one.multiplier.symbols
-    return bits
+    return state_symbols(model) | union(one.multiplier for one in model.constraints)
 
 
 def state_symbols(model: Model[Node]) -> int:
     """Those of them that are not multipliers."""
-    bits = model.time.symbols
-    for symbol in (*model.q, *model.v):
-        bits |= symbol.symbols
-    return bits
+    return union((model.time, *model.q, *model.v))
 
 
 def nonzero(row: Sequence[Node], zero: Node, likely: int) -> list[int]:

@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of, union
 from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
@@ -30,7 +28,7 @@ def has_weak_singularity(model: Model[Node], state: Mapping[str, float]) -> bool
     Terms with multipliers of constraints are left out: their size follows from the equations.
     """
     moving = variables(model)
-    bound = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
+    bound = union(one.multiplier for one in model.constraints)
     terms = [term for term in energies(model, state) if not term.symbols & bound]
     values, _ = evaluate(terms, state)
     sizes = [abs(values[term]) for term in terms]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.rounding import size_of
@@ -41,7 +41,7 @@ def events_of(
     rests = {one.event: one.auxiliary for one in smooth.rests}
     few = not rests and not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
     few = few and not model.constraints
-    masses = reduce(or_, (one.mass.symbols for one in model.particles), 0)
+    masses = union(one.mass for one in model.particles)
     changed = _changed(model)
     found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
     for i, (event, bits) in enumerate(zip(model.events, changed)):
@@ -60,7 +60,7 @@ def _changed(model: Model[Node]) -> Sequence[int]:
     symbols = dict(zip(model.coordinates, model.q))
     symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
     symbols |= dict(model.parameters)
-    return [reduce(or_, (symbols[name].symbols for name in event.changes), 0) for event in model.events]
+    return [union(symbols[name] for name in event.changes) for event in model.events]
 
 
 def masses_of(model: Model[Node]) -> dict[str, Node]:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
-
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.explicit import Unknowns
 from lagrange_cli.native.linear.blocks import all_unrolled
 from lagrange_cli.native.numbers.kind import V, Written
@@ -20,6 +17,6 @@ def solved_for(
     rest = [*unknowns.rest]
     emit_values(kind, rest, known, constants)
     right = [kind.neg(known[node]) for node in rest]
-    modes = reduce(or_, (one.mode.symbols for one in unknowns.holders), 0)
+    modes = union(one.mode for one in unknowns.holders)
     factors, _ = factored(unknowns.residual, all_unrolled(kind), known, constants, modes)
     return solved(unknowns.residual, factors, right, kind.one)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import reduce
-from operator import or_
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import NotDefined
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.energetics import Energetics
@@ -57,7 +55,7 @@ class Planner:
         from lagrange_cli.mechanics.conserved.symmetries import symmetries
 
         found = symmetries(self.model, self.residual.conserved)
-        pushed = reduce(or_, (one.multiplier.symbols | one.rest.symbols for one in self.residual.contacts), 0)
+        pushed = union(x for one in self.residual.contacts for x in (one.multiplier, one.rest))
         return [(one.conserved, one.node) for one in found if not one.node.symbols & pushed]
 
     def kept_by_constraints(self) -> Sequence[tuple[Conserved, Node]]:
@@ -84,7 +82,7 @@ class Planner:
         """
         model = self.model
         found, constraints = model.observables, (*model.constraints, *model.redundant)
-        pulled = reduce(or_, (one.multiplier.symbols for one in constraints), 0)
+        pulled = union(one.multiplier for one in constraints)
         if not any(node.symbols & pulled for node in found.values()):
             return found
         self.need_forces("observables")

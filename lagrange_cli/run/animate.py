@@ -14,6 +14,7 @@ from lagrange_cli.figures.film import FORMATS, FRAMES, GIF_PIXELS, film
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.plot import PlotRequest, outputs_for
 from lagrange_cli.run.reel import FilmRequest, Reel, finer_than, usual_speed
+from lagrange_cli.store.find_target import check_folder
 from lagrange_cli.store.target import Target, unwritable
 
 if TYPE_CHECKING:
@@ -101,24 +102,11 @@ def write(reel: Reel, target: Target, kind: str, progress: Progress, interrupted
         if kind == FRAMES:
             into_folder(target, fill)
         else:
-            into_file(target, fill)
+            with target.filled() as path:
+                fill(path)
     finally:
         progress.clear()
     return Made(done, reel.count, done / reel.fps)
-
-
-def into_file(target: Target, fill: Callable[[Path], None]) -> None:
-    """Fill a file that gets its name when it is complete."""
-    with target.claimed():
-        try:
-            fill(target.temporary)
-        except OSError as error:
-            target.discard()
-            raise unwritable(target.shown, error) from error
-        except BaseException:
-            target.discard()
-            raise
-        target.publish()
 
 
 def into_folder(target: Target, fill: Callable[[Path], None]) -> None:
@@ -181,11 +169,7 @@ def find_folder(name: str, *, force: bool, origin: Origin | None = None) -> Targ
                 raise FileError(f"{name} already exists{found}: --force replaces its pictures")
     elif path.exists():
         raise FileError(f"{name} is a file: a film's name ends in {', '.join(FORMATS)}")
-    parent = path.parent
-    if not parent.is_dir():
-        raise FileError(f"{name} cannot be written: there is no directory {parent}")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise FileError(f"{name} cannot be written: no permission to write in {parent}")
+    check_folder(name, path)
     return Target(name, path, force, origin=origin, replaces=replaces)
 
 

@@ -50,18 +50,15 @@ def check_domain(spec: Spec, values: Values, t: float) -> None:
 
 def may_lack_value(tree: Tree) -> bool:
     """Whether an expression contains a quotient, a power or a function that has not a value everywhere."""
-    from lagrange_cli.expression.syntax import Binary, Call, Number, children
+    from lagrange_cli.expression.syntax import Binary, Call, Number, parts
 
-    pending = [tree]
-    while pending:
-        one = pending.pop()
+    for one in parts(tree):
         if isinstance(one, Binary) and one.operator in ("/", "**") and not isinstance(one.right, Number):
             return True
         if isinstance(one, Binary) and one.operator == "**" and not one.right.text.isdecimal():  # type: ignore[union-attr]
             return True
         if isinstance(one, Call) and one.function in ("sqrt", "norm", "log", "asin", "acos"):
             return True
-        pending += children(one)
     return False
 
 
@@ -233,13 +230,12 @@ def beyond(border: Border, value: float, known: Mapping[str, float]) -> bool:
 
 def conditional(tree: Tree, inner: Tree) -> bool:
     """Whether a part of an expression may not count, as it stands in a ``where``."""
-    from lagrange_cli.expression.syntax import Call, children
+    from lagrange_cli.expression.syntax import Call, parts
 
-    pending = [tree]
-    while pending:
-        one = pending.pop()
-        within = one.span.start <= inner.span.start and inner.span.stop <= one.span.stop
-        if within and isinstance(one, Call) and one.function == "where":
-            return True
-        pending += children(one) if within else ()
-    return False
+    return any(
+        isinstance(one, Call)
+        and one.function == "where"
+        and one.span.start <= inner.span.start
+        and inner.span.stop <= one.span.stop
+        for one in parts(tree)
+    )

@@ -154,7 +154,7 @@ def derive_families(
         if spec.constrained and system.joints is None and not small:
             return None
         from lagrange_cli.limits import Work
-        from lagrange_cli.symbolic.families.equations import family_equations
+        from lagrange_cli.symbolic.families.derive import family_equations
         from lagrange_cli.symbolic.work import counting
 
         work = Work(most)

@@ -56,15 +56,12 @@ def integrable(
     model: Model[Node], parameters: Mapping[str, float]
 ) -> tuple[Integrability | None, dict[str, str]]:
     """The same, whatever work it takes."""
-    from lagrange_cli.mechanics.constrained.frobenius import forms_of, integrability
+    from lagrange_cli.mechanics.constrained.frobenius import integrability, integrable_forms
     from lagrange_cli.mechanics.variables import graph_of
 
     found = integrability(model, parameters)
-    given = {one.name: form for one, form in zip(model.constraints, forms_of(model))}
-    forms = {name: given[name] for name, alone in found.alone.items() if alone}
-    forms |= {each.name: each.form for each in found.combinations}
     integrals = {}
-    for name, form in forms.items():
+    for name, form in integrable_forms(model, found).items():
         from lagrange_cli.symbolic.integrals import integral_of
 
         integral = integral_of(graph_of(model), form, (*model.q, model.time))

@@ -222,15 +222,8 @@ def check_format(name: str) -> str:
 
 def write(picture: bytes, target: Target) -> None:
     """Write a picture to its file, whole or not at all; raises ``FileError`` where that fails."""
-    from lagrange_cli.store.target import unwritable
-
-    with target.claimed():
-        try:
-            target.temporary.write_bytes(picture)
-        except OSError as error:
-            target.discard()
-            raise unwritable(target.shown, error) from error
-        target.publish()
+    with target.filled() as path:
+        path.write_bytes(picture)
 
 
 @contextmanager

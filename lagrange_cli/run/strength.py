@@ -7,7 +7,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.syntax import Number, Tree, children
+from lagrange_cli.expression.syntax import Number, Tree, parts
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import written
@@ -47,12 +47,7 @@ def suspicious(spec: Spec, values: Values) -> bool:
 
 def literals(tree: Tree) -> Iterator[float]:
     """The numbers that are written in an expression."""
-    pending = [tree]
-    while pending:
-        one = pending.pop()
-        if isinstance(one, Number):
-            yield float(one.text)
-        pending += children(one)
+    return (float(one.text) for one in parts(tree) if isinstance(one, Number))
 
 
 def is_weak(spec: Spec, start: float, values: Values) -> bool:

@@ -40,11 +40,7 @@ def find_target(
                 replaces = found
             elif not (force or resume):
                 raise kept(name, path, found)
-        folder = path.parent
-        if not folder.is_dir():
-            raise FileError(f"{name} cannot be written: there is no directory {folder}")
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise FileError(f"{name} cannot be written: no permission to write in {folder}")
+        check_folder(name, path)
         target = Target(name, path, force, origin=origin, replaces=replaces)
         with suppress(FileNotFoundError):
             os.lstat(target.longest)
@@ -54,6 +50,15 @@ def find_target(
             what = "its name is too long (the hidden files beside it have longer names)"
             raise FileError(f"{name} cannot be written: {what}; --output names another") from error
         raise FileError(f"{name!r} cannot be written: {error}") from error
+
+
+def check_folder(name: str, path: Path) -> None:
+    """Raise ``FileError`` unless something can be made in the folder of this ``path``."""
+    folder = path.parent
+    if not folder.is_dir():
+        raise FileError(f"{name} cannot be written: there is no directory {folder}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise FileError(f"{name} cannot be written: no permission to write in {folder}")
 
 
 def kept(name: str, path: Path, why: str) -> FileError:

@@ -85,6 +85,22 @@ class Target:
             atexit.unregister(unlock)
             unlock(place, held)
 
+    @contextmanager
+    def filled(self) -> Iterator[Path]:
+        """A context within which the whole file is written to the place that it gives: then it gets its name,
+        and otherwise nothing is left. Raises ``FileError``."""
+        with self.claimed():
+            self.discard()
+            try:
+                yield self.temporary
+            except OSError as error:
+                self.discard()
+                raise unwritable(self.shown, error) from error
+            except BaseException:
+                self.discard()
+                raise
+            self.publish()
+
     def publish(self, status: str = "complete") -> Target:
         """Give the finished temporary file its name, and remove all unfinished files.
 

@@ -62,7 +62,7 @@ class Dual:
     @property
     def fixed(self) -> bool:
         """Whether it changes neither with s nor with e."""
-        return self.value[1:] == (0, 0) and self.varied is NOTHING
+        return self.value[1:] == (0, 0) and zero(self.varied)
 
     def __neg__(self) -> Dual:
         return Dual(plus(NOTHING, self.value, -1.0), plus(NOTHING, self.varied, -1.0))
@@ -140,13 +140,12 @@ class DualAlgebra(Decided):
         if name in ("min", "max"):
             return (min if name == "min" else max)(arguments, key=lambda one: one.value[0])
         if name in ("abs", "sign"):
-            side = self.side(x, 0)
-            if side == 0:
-                raise ArithmeticError("a kink")
-            return Dual((float(side or 0), 0.0, 0.0)) * (x if name == "abs" else self.number("1"))
+            return Dual((float(self.side(x, 0) or 0), 0.0, 0.0)) * (x if name == "abs" else self.number("1"))
         return power(x, 0.5) if name == "sqrt" else self.of_one(name, x)
 
     def side(self, u: Dual, at: int) -> int | None:
+        if u.value[0] == 0 and not u.fixed:  # there a force that jumps may hold the motion
+            raise ArithmeticError("a kink")
         return super().side(u.value[0], at)
 
     def symbols(self, expression: Dual) -> Sequence[Dual]:

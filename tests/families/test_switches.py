@@ -156,7 +156,10 @@ CASES = {
         '0\ngeneralized_forces: {{"x[i in range(N)]": '
         '"-where(x[(i + 1) % N] - x[i] < gap[i], k*max(0, x_dot[i] - x_dot[(i + 1) % N]), 0)"}}',
     ),
-    "poles on a circle": (CIRCLE, "sum(1/norm(bead[i] - bead[j]) for i in range(N) for j in range(i))/9"),
+    "poles on a circle": (
+        CIRCLE,
+        "sum(1/norm(bead[i] - bead[i - 1])/9 - log(abs(x[i] - x[i - 1]))/5 for i in range(1, N))",
+    ),
     "rods": (RODS, "sum(3*max(0, th[i] - 0.2)**2 + max(0, 0.5 - bob[i].x)**2 for i in range(N))"),
 }
 
@@ -339,6 +342,24 @@ def test_what_is_said_of_switches_does_not_grow_with_them(monkeypatch: pytest.Mo
         return len(system.slots.graph.nodes), len(program.text.splitlines())
 
     assert counted(64) == counted(100)
+
+
+@pytest.mark.parametrize(
+    ("energy", "guards"),
+    [
+        ("1/norm(bead[i] - bead[j])", 0),
+        ("1/abs(sin((x[i] - x[j])/2))", 0),
+        ("-log(abs(x[i] - x[j])) + 1/sqrt(abs(x[i] - x[j]))", 0),
+        ("1/abs(x[i] - x[j]) + abs(x[i] - x[j])**3", 36),  # which a strength of 0 would leave
+        ("sqrt(abs(x[i] - x[j]))**3", 36),
+    ],
+)
+def test_poles_are_not_followed(energy: str, guards: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    potential = f"sum(k[i]*k[j]*({energy}) for i in range(N) for j in range(i))"
+    text = CIRCLE.replace("{potential}", potential).replace("R: 0.7", '"k[i in range(N)]": i, R: 0.7')
+    program = ready(text.replace("max(0, bead[i].x)**2", "0").format(count=9)).machine.program
+    assert len(program.guards) == guards
 
 
 def counted_series(monkeypatch: pytest.MonkeyPatch) -> list[int]:

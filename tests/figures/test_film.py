@@ -10,7 +10,6 @@ from PIL import Image
 
 from lagrange_cli.errors import FileError, MissingPackage
 from lagrange_cli.figures.film import FRAMES, film
-from lagrange_cli.run.animate import into_file
 from lagrange_cli.store.find_target import find_target
 
 WIDTH, HEIGHT, COUNT, FPS = 64, 48, 7, 12.5
@@ -66,14 +65,13 @@ def test_what_goes_in_comes_out(kind, tmp_path):
         assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
-def test_a_film_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
+def test_a_film_that_cannot_be_written_leaves_nothing(tmp_path):
     target = find_target(str(tmp_path / "a.mp4"), force=False)
-
-    def fill(path):
+    with (
+        pytest.raises(FileError, match=r"a\.mp4 could not be written: .*(No such file|Not a directory)"),
+        target.filled() as path,
+    ):
         written(path / "there is no such folder", ".mp4")
-
-    with pytest.raises(FileError, match=r"a\.mp4 could not be written: .*(No such file|Not a directory)"):
-        into_file(target, fill)
     assert not any(tmp_path.iterdir())
 
 

@@ -396,6 +396,19 @@ def test_of_a_motion_that_passes_the_place_of_a_jump():
     assert motion["reactions/block"][:, 1] == pytest.approx(-2.0 * np.ones(11))
 
 
+def test_of_a_driven_block_that_is_rubbed_across():
+    """What drives it depends on time alone, and friction on whether it still slides."""
+    text = """
+    coordinates: {y: {initial: 0, velocity: 0.1}}
+    masses: {block: 2}
+    positions: {block: [sin(t), y]}
+    forces: {block: [0, -sign(y_dot)]}
+    """
+    motion = follow(text, 1.0, 11, outputs=("q", "reactions"))
+    expected = np.array([-2 * np.sin(motion.t), np.zeros(11)]).T
+    assert motion["reactions/block"] == pytest.approx(expected, abs=1e-15)
+
+
 CHAIN = """
 sizes: {N: 3}
 parameters: {g: 9.81}

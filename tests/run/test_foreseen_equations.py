@@ -32,7 +32,7 @@ def test_what_is_foreseen_is_less_than_what_is_done(text: str) -> None:
 
 @pytest.mark.parametrize("form", ["hamilton", "matrix"])
 def test_a_form_that_is_too_large_is_refused_at_once(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("model.build.build_model", "symbolic.families.equations.family_equations"):
+    for name in ("model.build.build_model", "symbolic.families.derive.family_equations"):
         monkeypatch.setattr(f"lagrange_cli.{name}", None)
     with pytest.raises(
         SpecError, match=r"(?s)takes more than 20000000 steps of work.*choose fewer"

@@ -250,3 +250,14 @@ def test_near_a_singular_mass_matrix_the_scale_is_that_of_solving():
     measured_values = dict(evaluate(equations, read_back(equations), known).all)
     phi = measured_values["phi_ddot"]
     assert phi.scale > 1e6 * abs(phi.value)
+
+
+@pytest.mark.parametrize("force", ["where(x_dot > 0, -0.3, 0.5)", "where(t > 1, 1, 0)"])
+def test_forces_are_not_compared_where_they_jump(force):
+    """There friction may hold the motion, and the printed force has the value of one side."""
+    text = "coordinates: {x: {initial: 0.1}}\nlagrangian: x_dot**2/2\n"
+    text += f"generalized_forces: {{x: '{force}'}}\n"
+    compiled, direct = compiled_values(residual_of(text)), directly_of(system_of(text))
+    others = [State({}, 1.0, (0.1,), (0.0,), "at the jump"), State({}, 1.1, (0.1,), (0.2,), "beyond it")]
+    found = verify(derived(text), compiled, State({}, 0.0, (0.1,), (0.0,)), others, direct)
+    assert found.agrees and found.counted == {"near the initial one": 12, "beyond it": 1}

@@ -162,6 +162,11 @@ class Crowd:
         """Whether an expression contains a coordinate."""
         return any(self.changes(slot) for _, slot in self.slots.inside(node))
 
+    def is_coordinate(self, node: Node) -> bool:
+        """Whether an expression is a coordinate."""
+        slot = self.slots.of.get(node)
+        return slot is not None and slot.array is self.builder.q
+
     def changes(self, slot: Slot) -> bool:
         """Whether the numbers of a slot depend on coordinates."""
         if isinstance(slot.array, Total):

@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from lagrange_cli.drawing.distances import is_root
+from lagrange_cli.drawing.distances import centre_of, is_root
 from lagrange_cli.drawing.families.crowd import Crowd, Mask, Piece, Place, equal, lengths, steady
 from lagrange_cli.drawing.rods import PAIRS, TRIES, slides
 from lagrange_cli.drawing.scene import without
@@ -226,7 +226,7 @@ def ends_of(crowd: Crowd, domain: Domain, node: Node) -> Iterator[tuple[End, End
     ends = [end for table in crowd.near(domain, node) if (end := end_of(crowd, domain, table)) is not None]
     for end in ends:
         for square in (node, *(one.arguments[0] for one in reachable([node]) if is_root(one))):
-            centre = centre_of(crowd, domain, square, end)
+            centre = centre_of(crowd.graph, square, end.place, crowd.moves, crowd.is_coordinate)
             if centre is not None:
                 yield End(centre), end
     yield from combinations(ends, 2)
@@ -244,21 +244,3 @@ def end_of(crowd: Crowd, domain: Domain, particles: Places) -> End | None:
             place = tuple(placed(crowd.slots, one, domain, at) for one in piece.place)
             return End(place, particles, piece.family.name)
     return None
-
-
-def centre_of(crowd: Crowd, domain: Domain, node: Node, end: End) -> Place | None:
-    """The fixed point c if ``node`` is |r - c|^2 with a factor, in coordinates that are components of r."""
-    graph, found = crowd.graph, list[Node]()
-    for component in end.place:
-        if not crowd.moves(component):
-            found.append(component)
-            continue
-        slot = crowd.slots.of.get(component)
-        if slot is None or slot.array is not crowd.builder.q:
-            return None
-        slope = graph.diff(node, component)
-        curvature = graph.diff(slope, component)
-        if curvature.is_zero or crowd.moves(curvature):
-            return None
-        found.append(component - slope / curvature)
-    return None if any(map(crowd.moves, found)) else tuple(found)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, union
 from lagrange_cli.mechanics.conserved.found import Found, Trial
 from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.conserved.reasons import (
@@ -237,9 +237,7 @@ def is_trivial(found: Found, change: Change, node: Node) -> bool:
     """Whether a current is trivial: a coordinate grows linearly; and where it is no momentum, what follows
     from other currents."""
     model = found.model
-    time, places = model.time.symbols, 0
-    for q in model.q:
-        places |= q.symbols
+    time, places = model.time.symbols, union(model.q)
     if not change.directions and change.time is None:
         return True
     rates = [*change.directions.values(), *([] if change.time is None else [change.time])]

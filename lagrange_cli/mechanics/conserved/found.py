@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.conservation import Conserved, broken, union
+from lagrange_cli.mechanics.conservation import Conserved, broken
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
 from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.relations import Relations, dependent
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.mechanics.variables import graph_of, state_symbols
 from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
@@ -129,7 +129,7 @@ class Found:
         if any(event.changes for event in model.events):
             return []
         pairs = zip(model.coordinates, self.noether.energetics.momenta)
-        moving = union((model.time, *model.q, *model.v))
+        moving = state_symbols(model)
         for k, (name, p) in enumerate(pairs):
             row = [graph.diff(p, v) for v in model.v] if f"p_{name}" in self.names else []
             if row and not any(m.symbols & moving for m in row):

@@ -15,12 +15,10 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import Equations
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.residues import SMALL, Residues
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.relations import Relations
@@ -106,7 +104,7 @@ class Solved:
 
 def solved(graph: Graph, variables: Sequence[Node], forms: Sequence[Form], state: State) -> Solved:
     """The forms as far as they are independent at a state; raises ``NoValue``."""
-    numbers, rest = reduced(graph, forms, state, reduce(or_, (x.symbols for x in variables), 0))
+    numbers, rest = reduced(graph, forms, state, union(variables))
     return Solved(graph, variables, numbers, tuple(rest), rest)
 
 
@@ -185,7 +183,7 @@ def annihilating(
     ]
     if len(proven) == len(forms) - len(fields):
         return [(one, True) for one in proven]
-    moving = reduce(or_, (x.symbols for x in system.variables), 0)
+    moving = union(system.variables)
     equations = [
         {i: column[k] for i, column in enumerate(columns) if not column[k].is_zero}
         for k in range(len(fields))

@@ -65,6 +65,13 @@ class Integrability:
     functions: int | None = None
 
 
+def integrable_forms(model: Model[Node], found: Integrability) -> dict[str, Form]:
+    """What is integrable, by names: constraints, and combinations of them."""
+    given = {one.name: form for one, form in zip(model.constraints, forms_of(model))}
+    forms = {name: given[name] for name, alone in found.alone.items() if alone}
+    return forms | {each.name: each.form for each in found.combinations}
+
+
 def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integrability:
     """The result of Frobenius' theorem for the nonholonomic constraints of a model with these parameters."""
     graph, forms = graph_of(model), forms_of(model)

@@ -13,7 +13,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved
-from lagrange_cli.mechanics.constrained.frobenius import Form, forms_of, integrability
+from lagrange_cli.mechanics.constrained.frobenius import Form, integrability, integrable_forms
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 
@@ -33,11 +33,8 @@ def integrals(model: Model[Node]) -> list[tuple[Conserved, Node]]:
     if all(one.holonomic for one in model.constraints) or any(event.changes for event in model.events):
         return []
     graph, found = graph_of(model), integrability(model, {})
-    given = {one.name: form for one, form in zip(model.constraints, forms_of(model))}
-    forms = {name: given[name] for name, alone in found.alone.items() if alone}
-    forms |= {each.name: each.form for each in found.combinations}
     made = list[tuple[Conserved, Node]]()
-    for name, form in forms.items():
+    for name, form in integrable_forms(model, found).items():
         node = integral(graph, form, (*model.q, model.time))
         if node is not None:
             because = f"{name} is integrable, by Frobenius' theorem"

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
-
 from lagrange_cli.errors import Undetermined
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.constrained.redundancy import coupled
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.variables import graph_of
@@ -36,7 +33,7 @@ def forces_of(model: Model[Node]) -> list[Node]:
 def without_multipliers(model: Model[Node]) -> Model[Node]:
     """The model without forces that depend on multipliers of constraints."""
     zero = graph_of(model).zero
-    bits = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
+    bits = union(one.multiplier for one in model.constraints)
 
     def kept(force: Node) -> Node:
         return zero if force.symbols & bits else force
@@ -51,5 +48,5 @@ def without_multipliers(model: Model[Node]) -> Model[Node]:
 
 def uses_multipliers(model: Model[Node]) -> bool:
     """Whether forces depend on multipliers of constraints."""
-    bits = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
+    bits = union(one.multiplier for one in model.constraints)
     return any(force.symbols & bits for force in forces_of(model))

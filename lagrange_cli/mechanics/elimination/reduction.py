@@ -13,16 +13,15 @@ equations of the coordinates that are gone,
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property, reduce
-from operator import or_
+from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.mechanics.derive import equations_of
 from lagrange_cli.mechanics.elimination.relations import LinearRelation, LinearRelations, relations_of
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Dependent, Residual
-from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.substitution import rewritten, substituted
 from lagrange_cli.mechanics.switching.saturation import released
 from lagrange_cli.mechanics.variables import graph_of, rate
 from lagrange_cli.model.model import Event, Model, Particle
@@ -69,16 +68,12 @@ def followed(
     graph: Graph, nodes: Sequence[Node], known: Mapping[Node, Node], moving: int
 ) -> tuple[Node, ...]:
     """``nodes`` with expressions in place of symbols, also where they are derived by t."""
-    made = dict(known)
-    for node in reachable(nodes):
-        if node not in made:
-            arguments = [made[argument] for argument in node.arguments]
-            kept = all(a is b for a, b in zip(arguments, node.arguments))
-            if node.kind is Kind.DDT:
-                made[node] = node if kept else rate(graph, arguments[0], moving)
-            else:
-                made[node] = node if kept else rebuilt(graph, node, arguments)
-    return tuple(made[node] for node in nodes)
+
+    def change(node: Node, arguments: list[Node]) -> Node | None:
+        derived = node.kind is Kind.DDT and arguments[0] is not node.arguments[0]
+        return rate(graph, arguments[0], moving) if derived else None
+
+    return rewritten(graph, nodes, change, dict(known))
 
 
 def eliminated(residual: Residual, most: int) -> Elimination | None:
@@ -98,7 +93,7 @@ def eliminated(residual: Residual, most: int) -> Elimination | None:
         dependent, places = dependents(model, relations)
         less = without(model, relations, places)
         after = replace(equations_of(less), lowered=None, dependent=dependent, contacts=residual.contacts)
-        seen = reduce(or_, (node.symbols for node in acting_nodes(after)), 0)
+        seen = union(acting_nodes(after))
         counting = {k for k, constant in places.constants.items() if constant.symbols & seen}
         if not counting:
             break

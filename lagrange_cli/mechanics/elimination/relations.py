@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import reduce
 from operator import or_
 
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.constrained.pushed import forces_of
 from lagrange_cli.mechanics.constraints import Constraints
@@ -116,7 +116,7 @@ def relations_of(
     """The relations that constraints with constant coefficients give."""
     graph, constraints, moving = residual.graph, Constraints(model), variables(model)
     nodes = [*forces_of(model), *(event.argument for event in model.events)]
-    used = reduce(or_, (node.symbols for node in nodes), 0)
+    used = union(nodes)
     light = frozenset(k for k in range(len(model.q)) if residual.mass_matrix[k][k].is_zero)
     found = LinearRelations(model, light, acting)
     at_rest = dict.fromkeys((*model.q, *model.v), graph.zero)

@@ -4,10 +4,8 @@ changes."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import reduce
-from operator import or_
 
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.guards.forces import by_forces, mixes
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.guards.held import foresee_multipliers, held_by_multipliers, with_auxiliary
@@ -105,7 +103,7 @@ def assembled(
         cyclic_momenta=tuple(momenta), dependent=tuple(dependent),
     )  # fmt: skip
     linear = [*rows, *quadratures]
-    multipliers = reduce(or_, (m.symbols for m in modes.multipliers), 0)
+    multipliers = union(modes.multipliers)
     alone = [
         *(row[k] for j, row in enumerate(matrix) for k in nonzero(row, graph.zero, j)),
         *inertias,
@@ -117,7 +115,7 @@ def assembled(
     for x in linear:
         for m in graph.symbols_of(x, multipliers):
             mixed.append(x if has_rates(x, m) else graph.diff(x, m))
-    used = reduce(or_, (x.symbols for x in mixed), 0)
+    used = union(mixed)
     entangled = [
         guard
         for guard in modes.guards.values()

@@ -7,14 +7,12 @@ equations stay linear in it and in N. It is found as y'', and D + f and D - f ha
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable, terms_of
+from lagrange_cli.expression.node import Kind, Node, terms_of, union
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
-from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.substitution import rewritten, substituted
 from lagrange_cli.mechanics.switching.switches import has_rates
 from lagrange_cli.records import replace
 
@@ -24,7 +22,7 @@ def by_forces(
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     """``rows`` and ``quadratures`` with forces in place of multipliers of switches, where multipliers of
     constraints are their factors."""
-    bound = reduce(or_, (one.symbols for one in _reactions(modes)), 0)
+    bound = union(_reactions(modes))
     graph, nodes = modes.graph, [*rows, *quadratures]
     for original, guard in modes.guards.items():
         if guard.auxiliary is None or not bound:
@@ -54,7 +52,7 @@ def _reactions(modes: Modes) -> list[Node]:
 
 def mixes(modes: Modes, nodes: Sequence[Node], m: Node) -> bool:
     """Whether a multiplier is multiplied with one of a constraint."""
-    bound = reduce(or_, (one.symbols for one in _reactions(modes)), 0)
+    bound = union(_reactions(modes))
     both = [x for x in nodes if x.symbols & bound and x.symbols & m.symbols] if bound else []
     rates = (modes.graph.diff(x, m) for x in both if not has_rates(x, m))
     return any(rate.symbols & bound for rate in rates)
@@ -62,14 +60,12 @@ def mixes(modes: Modes, nodes: Sequence[Node], m: Node) -> bool:
 
 def _where_held(graph: Graph, node: Node, mode: Node) -> Node:
     """``node`` where a mode is 0."""
-    made: dict[Node, Node] = {}
-    for one in reachable([node]):
-        arguments = [made[a] for a in one.arguments]
-        if one.kind is Kind.SWITCH and one.arguments[0].symbols & mode.symbols:
-            made[one] = arguments[1 if one.data > 0 else 2]
-        else:
-            made[one] = rebuilt(graph, one, arguments)
-    return made[node]
+
+    def change(one: Node, arguments: list[Node]) -> Node | None:
+        switched = one.kind is Kind.SWITCH and one.arguments[0].symbols & mode.symbols
+        return arguments[1 if one.data > 0 else 2] if switched else None
+
+    return rewritten(graph, [node], change)[0]
 
 
 def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Node]] | None:
@@ -84,7 +80,7 @@ def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Nod
     alone = all(is_zero(each - slopes[i] * one) for i, each in held.items())
     limit = one if alone else first
     factors = slopes if alone else _quotients(graph, slopes, graph.diff(first, one))
-    bound = reduce(or_, (other.symbols for other in multipliers), 0)
+    bound = union(multipliers)
     shared = all(
         not factors[i].symbols & bound and is_zero(each - factors[i] * limit) for i, each in held.items()
     )

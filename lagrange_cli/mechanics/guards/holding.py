@@ -9,10 +9,8 @@ largest is let go first, as in ``integrate.methods.settling``.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
-from operator import or_
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.explicit import Holder, Unknowns, at_rates, unknowns
 from lagrange_cli.mechanics.guards.equations import guarded_values
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
@@ -34,12 +32,13 @@ def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns
         return None
     accelerations, plain = at_rates(smooth.residual.model, frozen)
     solved_for = (*accelerations, *smooth.residual.multipliers, *multipliers)
-    bits = reduce(or_, (symbol.symbols for symbol in solved_for), 0)
+    bits = union(solved_for)
     needed = [bool(node.symbols & bits) for node in plain]
     if not any(needed):
         return None
     found = replace(unknowns(smooth.residual), holders=holders_of(smooth, multipliers))
-    return found, tuple(new if held else old for new, old, held in zip(plain, nodes, needed))
+    of_state = [at_rates(residual.model, [node])[1][0] if has_rates(node) else node for node in nodes]
+    return found, tuple(new if held else old for new, old, held in zip(plain, of_state, needed))
 
 
 def may_depend_on_modes(residual: Residual, node: Node) -> bool:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
-from operator import or_
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.guards.guard import Guard, Rest
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.substitution import rebuilt
+from lagrange_cli.mechanics.substitution import rewritten
 from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with, where_zero
 from lagrange_cli.records import replace
 
@@ -24,7 +22,7 @@ class Modes:
         self.free = free
         self.guards: dict[Node, Guard] = {}
         self.multipliers = [contact.multiplier for contact in residual.contacts]
-        self.holding = reduce(or_, (one.symbols for one in self.multipliers), 0)
+        self.holding = union(self.multipliers)
         """Bit set of the multipliers."""
         self.coefficients = 0
         """Those in the branches of friction: the equations must stay linear in all multipliers."""
@@ -57,19 +55,16 @@ class Modes:
 
     def frozen(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """``nodes`` with modes."""
-        nodes = self.merged(nodes)
-        for node in reachable(nodes, lambda node: node not in self.made):
-            arguments = [self.made[argument] for argument in node.arguments]
+
+        def change(node: Node, arguments: list[Node]) -> Node | None:
             if self._has_mode(node):
-                self.made[node] = self._by_mode(node, *arguments)
-            elif all(a is b for a, b in zip(arguments, node.arguments)):
-                self.made[node] = node
-            elif node.kind is Kind.DDT:
+                return self._by_mode(node, *arguments)
+            if node.kind is Kind.DDT and arguments[0] is not node.arguments[0]:
                 moves = arguments[0].symbols & self.moving  # a mode does not
-                self.made[node] = self.graph.ddt(arguments[0]) if moves else self.graph.zero
-            else:
-                self.made[node] = rebuilt(self.graph, node, arguments)
-        return tuple(self.made[node] for node in nodes)
+                return self.graph.ddt(arguments[0]) if moves else self.graph.zero
+            return None
+
+        return rewritten(self.graph, self.merged(nodes), change, self.made)
 
     def _has_mode(self, node: Node) -> bool:
         """Whether it is a switch that a mode stands for."""

@@ -11,7 +11,7 @@ from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.signs import Sign, signs
-from lagrange_cli.mechanics.substitution import rebuilt
+from lagrange_cli.mechanics.substitution import rewritten
 from lagrange_cli.mechanics.switching.switches import where_zero
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
@@ -93,17 +93,14 @@ def _change(
 
 def _at(graph: Graph, node: Node, angle: Node, value: float, everywhere: bool) -> Node:
     """``node`` with that angle, in conditions of switches only if it is to be ``everywhere``."""
-    made: dict[Node, Node] = {}
-    for one in reachable([node]):
-        arguments = [made[a] for a in one.arguments]
-        if one is angle:
-            made[one] = graph.constant(value)
-        elif one.kind is Kind.SWITCH and not everywhere:
-            _, above, below = arguments
-            made[one] = graph.switch(one.arguments[0], above, below, one.data)
-        else:
-            made[one] = rebuilt(graph, one, arguments)
-    return made[node]
+
+    def change(one: Node, arguments: list[Node]) -> Node | None:
+        if one.kind is not Kind.SWITCH or everywhere:
+            return None
+        _, above, below = arguments
+        return graph.switch(one.arguments[0], above, below, one.data)
+
+    return rewritten(graph, [node], change, {angle: graph.constant(value)})[0]
 
 
 def _may_jump(cut: Cut) -> bool:

@@ -24,10 +24,9 @@ from lagrange_cli.mechanics.switching.jumps import (
     PLAIN,
     POINTS,
     ROUNDING,
-    continuous,
     differ,
-    parts,
     sides,
+    switched,
 )
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -42,17 +41,14 @@ TOGETHER = 4096
 def jumps_may_depend_on(model: Model[Node], names: Collection[str]) -> bool:
     """Whether an energy may jump with some values of the parameters ``names``, and not with others."""
     graph = graph_of(model)
-    for one in continuous(model):
-        for u, part in parts(graph, one.node).items():
-            if not any(symbol.symbols & u.symbols for symbol in one.symbols):
-                continue
-            above, below = sides(graph, part, u)
-            at = next(zeros(graph, u, one.symbols), {})
-            (jump,) = substituted(graph, [above - below], at)
-            decisive = [jump] if at or jump.is_zero else [jump, u]
-            found = {str(symbol.data) for node in decisive for symbol in graph.symbols_of(node)}
-            if found.intersection(names) and not (at and not differ(graph, above, below, at)):
-                return True
+    for one, u, _, part in switched(model):
+        above, below = sides(graph, part, u)
+        at = next(zeros(graph, u, one.symbols), {})
+        (jump,) = substituted(graph, [above - below], at)
+        decisive = [jump] if at or jump.is_zero else [jump, u]
+        found = {str(symbol.data) for node in decisive for symbol in graph.symbols_of(node)}
+        if found.intersection(names) and not (at and not differ(graph, above, below, at)):
+            return True
     return False
 
 
@@ -75,16 +71,12 @@ def together(model: Model[Node], parameters: Mapping[str, Array], count: int) ->
     """The same for so many members at once."""
     graph = graph_of(model)
     found = np.zeros(count, dtype=bool)
-    for one in continuous(model):
-        for u, part in parts(graph, one.node).items():
-            own = [str(symbol.data) for symbol in one.symbols if symbol.symbols & u.symbols]
-            if not own:
-                continue
-            above, below = sides(graph, part, u)
-            for at in zeros(graph, u, one.symbols):
-                found |= differing(graph, above, below, at, parameters)
-            for name in own[:MOST_SYMBOLS]:
-                found |= at_roots(graph, (above, below, u), name, parameters)
+    for one, u, own, part in switched(model):
+        above, below = sides(graph, part, u)
+        for at in zeros(graph, u, one.symbols):
+            found |= differing(graph, above, below, at, parameters)
+        for symbol in own[:MOST_SYMBOLS]:
+            found |= at_roots(graph, (above, below, u), str(symbol.data), parameters)
     return found
 
 

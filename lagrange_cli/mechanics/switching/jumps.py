@@ -77,16 +77,23 @@ def refuse_jumps(model: Model[Node]) -> None:
     """Raises ``InfiniteForce`` where an energy has a jump of constant size, or where velocities jump."""
     graph = graph_of(model)
     places = variables(model) & ~model.time.symbols
+    for one, u, _, part in switched(model):
+        if one.is_avoided(graph, u, variables(model)):
+            continue
+        if one.moves and not u.symbols & places and rushes(part, u, model.time):
+            raise one.refusal(rush=True)
+        if is_certain(graph, *sides(graph, part, u), u, variables(model)):
+            raise one.refusal()
+
+
+def switched(model: Model[Node]) -> Iterator[tuple[Continuous, Node, list[Node], Node]]:
+    """What must not jump, and the arguments of switches in it: with those of its symbols that are in the
+    argument, and the terms that change with it."""
     for one in continuous(model):
-        for u, part in parts(graph, one.node).items():
-            if not any(u.symbols & symbol.symbols for symbol in one.symbols):
-                continue
-            if one.is_avoided(graph, u, variables(model)):
-                continue
-            if one.moves and not u.symbols & places and rushes(part, u, model.time):
-                raise one.refusal(rush=True)
-            if is_certain(graph, *sides(graph, part, u), u, variables(model)):
-                raise one.refusal()
+        for u, part in parts(graph_of(model), one.node).items():
+            own = [symbol for symbol in one.symbols if symbol.symbols & u.symbols]
+            if own:
+                yield one, u, own, part
 
 
 def continuous(model: Model[Node]) -> Iterator[Continuous]:
@@ -155,16 +162,14 @@ def refuse_jumps_in_numbers(model: Model[Node], whose: str = "this run") -> None
     from lagrange_cli.mechanics.switching.switches import vanishes_with  # seldom needed
 
     graph = graph_of(model)
-    for one in continuous(model):
-        for u, part in parts(graph, one.node).items():
-            own = [symbol for symbol in one.symbols if symbol.symbols & u.symbols]
-            if not own or one.is_avoided(graph, u, variables(model)):
-                continue
-            above, below = sides(graph, part, u)
-            if vanishes_with(graph, above - below, u):
-                continue
-            if is_certain(graph, above, below, u, variables(model)) or jumps_at_a_root(above, below, u, own):
-                raise one.refusal(f"with the parameters of {whose}, ")
+    for one, u, own, part in switched(model):
+        if one.is_avoided(graph, u, variables(model)):
+            continue
+        above, below = sides(graph, part, u)
+        if vanishes_with(graph, above - below, u):
+            continue
+        if is_certain(graph, above, below, u, variables(model)) or jumps_at_a_root(above, below, u, own):
+            raise one.refusal(f"with the parameters of {whose}, ")
 
 
 def jumps_at_a_root(above: Node, below: Node, u: Node, own: Sequence[Node]) -> bool:

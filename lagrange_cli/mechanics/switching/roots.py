@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from lagrange_cli.expression.arrays import evaluate
-from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
-from lagrange_cli.mechanics.conservation import union
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, union
 from lagrange_cli.mechanics.switching.jumps import switching
 from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model

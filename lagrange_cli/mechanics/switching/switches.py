@@ -9,9 +9,9 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable
 from lagrange_cli.expression.signs import proportional
-from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.substitution import rebuilt, rewritten, substituted
 
 ROUNDED = 2.0**-45
 """Constants that cancel up to rounding leave at most this fraction of their size."""
@@ -33,7 +33,10 @@ def has_rates(node: Node, multiplier: Node | None = None) -> bool:
 
 def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
     """Whether ``node`` is 0 wherever ``argument`` is, by its normal form: one term of the argument is put in
-    terms of the others."""
+    terms of the others. A product is 0 where a factor is."""
+    factors = factors_of(graph.split_coefficient(argument)[1])
+    if len(factors) > 1 and all(exponent > 0 for _, exponent in factors):
+        return all(vanishes_with(graph, node, one) for one, _ in factors)
     node = without_powers(graph, node, argument)
     if node.is_zero:
         return True
@@ -233,24 +236,13 @@ class Merging:
     def _on_side(self, node: Node, argument: Node, side: int) -> Node:
         """``node`` where its switches by ``argument`` take the branch ``side``."""
 
-        def by_argument(one: Node) -> bool:
-            return one.kind is Kind.SWITCH and one.arguments[0] is argument
+        def change(one: Node, arguments: list[Node]) -> Node | None:
+            if one.kind is Kind.SWITCH and one.arguments[0] is argument:
+                return arguments[side]
+            derived = one.kind is Kind.DDT and arguments[0] is not one.arguments[0]
+            return self.graph.ddt(arguments[0]) if derived else None
 
-        inner = reachable([node])
-        if not any(map(by_argument, inner)):
-            return node
-        made: dict[Node, Node] = {}
-        for one in inner:
-            arguments = [made[a] for a in one.arguments]
-            if by_argument(one):
-                made[one] = arguments[side]
-            else:
-                made[one] = (
-                    self.graph.ddt(arguments[0])
-                    if one.kind is Kind.DDT
-                    else rebuilt(self.graph, one, arguments)
-                )
-        return made[node]
+        return rewritten(self.graph, [node], change)[0]
 
     def _ratio(self, node: Node, argument: Node) -> Node:
         """The number by which an argument is multiplied in ``node``, a sum of the same terms or itself."""

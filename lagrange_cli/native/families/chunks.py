@@ -18,7 +18,7 @@ from lagrange_cli.native.families.additions import behind, keys
 from lagrange_cli.native.families.evaluation import Writer
 from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.sharing import STRIP, Parts, line
+from lagrange_cli.native.families.sharing import STRIP, Part, Parts
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
@@ -39,22 +39,9 @@ class Chunks:
     """So many chunks of the rows of a loop, and as many borders, those of chunk i with the one before it.
     Each is a strip: ``order`` has its rows, from ``starts`` on."""
 
-    loop: Loop
     chunks: int
     order: Places
     starts: Places
-    columns: int = 1
-    all_count: bool = True
-
-    @property
-    def strips(self) -> int:
-        """How many there are: first chunks, then borders."""
-        return 2 * self.chunks
-
-    @property
-    def threads(self) -> int:
-        """How many threads can be at work."""
-        return self.chunks
 
 
 def chunks_of(loop: Loop) -> Chunks | None:
@@ -100,7 +87,7 @@ def chunks_of(loop: Loop) -> Chunks | None:
     strip = np.where(border >= 0, chunks + border, chunk)
     order: Places = np.argsort(strip, kind="stable")
     starts: Places = np.searchsorted(strip[order], np.arange(2 * chunks + 1))
-    return Chunks(loop, chunks, order, starts)
+    return Chunks(chunks, order, starts)
 
 
 def touched(loop: Loop) -> list[tuple[Array, Places, Places]]:
@@ -132,11 +119,9 @@ def add_chunks(
 ) -> tuple[int, int]:
     """A further part: its number, and its operations. ``within`` gives the writer of the loop in a
     function."""
-    number = len(parts.listed)
-    f = Function(STRIP.format(number))
-    strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
-    writer, board = within(f), parts.board(f)
-    at = line(f, board, strip)
+    f = Function(STRIP.format(len(parts.listed)))
+    writer, made = within(f), parts.strip(f)
+    at, strip, tag = made.at, made.strip, made.tag
     constants, last = f.pointer("%constants"), chunks.chunks - 1
     with f.when(strip > last):
         this = f.place(at, -LINE * chunks.chunks, "double")
@@ -146,5 +131,4 @@ def add_chunks(
     write_chunk(writer, chunks, tables, strip)
     f.publish(tag + 1, at)
     f.give()
-    parts.add(chunks, f.text())
-    return number, f.operations
+    return parts.add(Part(2 * chunks.chunks, chunks.chunks), f.text()), f.operations

@@ -14,32 +14,31 @@ without the newest lambda, and one with it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slot, Source, Term, Total
+from lagrange_cli.families.arrays import Array, Domain, Slot, Term, Total
 from lagrange_cli.families.bonds import Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.balance import Balance
-from lagrange_cli.native.families.corrected import Local, in_series
+from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.node_arrays import array
+from lagrange_cli.native.families.restraint import Bonded
 
 
-class Closure:
+class Closure(Bonded):
     """The totals of the constraints, and the ``balance`` of all forces with theirs among them."""
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
-        assert system.bonds is not None and system.joints is not None
-        self.system, self.lasting, self.bonds, self.joints = system, lasting, system.bonds, system.joints
-        self.slots, self.graph = system.slots, system.slots.graph
-        self.bounds, self.count, self.size = system.bonds.bounds, system.bonds.count, system.q.count
+        super().__init__(system, lasting)
+        assert system.joints is not None
+        self.joints = system.joints
         moved = enumerate(system.joints.rates)
         self.nodes: Sequence[Array] = [lasting.arranged(one) for one in system.joints.nodes]
         self.rates: Mapping[int, Array] = {c: lasting.arranged(one) for c, one in moved if one is not None}
-        self.multipliers, self.rest = array(self.count), array(self.count)
-        """lambda, and c."""
         self.slopes = [[array(one.domain.count) for _ in one.slopes] for one in self.bounds]
         self.holds = [[array(one.domain.count) for _ in one.holds] for one in self.bounds]
         """A: by coordinates, and by places of nodes."""
@@ -71,8 +70,8 @@ class Closure:
         self.right = self.of_bounds(lambda b: -self.along(b, self.balance), less=self.rest)
         self.column = self.of_bounds(lambda b: self.along(b, self.reply))
         """A M^-1 A^T lambda."""
-        assert system.bonds.responses is not None
-        self.responses = system.bonds.responses
+        assert self.bonds.responses is not None
+        self.responses = self.bonds.responses
         self.square = array(len(self.responses.places) + 2)
         """The entries of A M^-1 A^T, and behind them 0 and 1."""
         self.series = [self._local(b, one) for b, one in enumerate(self.bounds) if one.rows or one.holds]
@@ -130,8 +129,7 @@ class Closure:
         return list(dict.fromkeys([*found, *self.acting, *self.alone, *self.reply.arrays]))
 
     def total(self, count: int, terms: Sequence[Term]) -> Total:
-        moving = tuple(one for one in terms if not one.node.is_zero)
-        return self.lasting.arranged(Total(Source.TOTAL, count, moving), kept=False)
+        return super().total(count, [one for one in terms if not one.node.is_zero])
 
     def all_of(self, arrays: Sequence[Array], count: int) -> list[Term]:
         """The sum of arrays."""
@@ -189,33 +187,15 @@ class Closure:
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""
-        graph, domain = self.graph, bound.domain
-        every = np.arange(domain.count)
-        (term,) = self.total(domain.count, [Term(domain, bound.node, every)]).terms
-        own, multiplier = term.node, self.multiplier(bound)
-        placed = {self.system.v: self.system.q}
-        placed |= {rate: self.nodes[c] for c, rate in self.rates.items()}
-        node, places = in_series(self.slots, own, domain, placed)
-        held = self.nodes if bound.holonomic else self.rates
+        domain, held = bound.domain, self.nodes if bound.holonomic else self.rates
         nodes = [self.slots.symbol(domain, held[one.component], one.places) for one in bound.holds]
-        symbols = [*bound.symbols, *nodes]
-        moving = self.system.time.symbols
-        for one in places:
-            moving |= one.symbols
         pulled = [(rows, self.pull, 1.0) for rows in bound.rows]
         pulled += [(one.places, self.pulls[one.component], -1.0) for one in bound.holds]
-        arrays = (*self.slopes[number], *self.holds[number])
-        rate = graph.ddt(node)
-        terms = [(Term(domain, graph.ddt(rate) if bound.holonomic else rate, bound.numbers), self.rest)]
-        slopes, bent = list[tuple[Term, Array]](), False
-        for symbol, column, (rows, to, sign) in zip(symbols, arrays, pulled):
-            slope = graph.diff(own, symbol)
-            slopes.append((Term(domain, slope, every), column))
-            if slope.symbols & moving:
-                bent = True
-                terms.append((Term(domain, sign * slope * multiplier, rows), to))
-        change = [self.change(domain, one) for one in places.values()]
-        return Local(domain, [*terms, *slopes], len(slopes), [*places], [multiplier] if bent else [], change)
+        columns = *self.slopes[number], *self.holds[number]
+        slopes = [*zip((*bound.symbols, *nodes), columns, pulled)]
+        placed = {self.system.v: self.system.q} | {rate: self.nodes[c] for c, rate in self.rates.items()}
+        change = partial(self.change, domain)
+        return self.series_of(bound, placed, slopes, self.multiplier(bound), change)
 
     def change(self, domain: Domain, place: Slot) -> Node:
         """The acceleration of a coordinate or of a node."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Source, Term, Total
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.native.families.evaluation import Evaluation, room
@@ -113,9 +113,7 @@ class CorrectedSeries(LoopSeries):
 
 def series_of(local: Local, slots: Slots, time: Node, order: int, alone: frozenset[Array]) -> CorrectedSeries:
     """The series that a kind of members has."""
-    moving = time.symbols
-    for one in (*local.coordinates, *local.unknowns):
-        moving |= one.symbols
+    moving = union((time, *local.coordinates, *local.unknowns))
     # what corrections read is read in the same loop
     read = [*local.unknowns, *local.change]
     every, unused = np.arange(local.domain.count), Array(Source.TOTAL, local.domain.count)

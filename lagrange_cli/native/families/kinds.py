@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Array, Term, Total
 from lagrange_cli.families.joints import Joints
 from lagrange_cli.mechanics.matrices import determinant
@@ -283,7 +283,4 @@ class JointKind:
     @cached_property
     def moving(self) -> int:
         """The symbols of what moves."""
-        found = self.balance.system.time.symbols
-        for one in self.joints.coordinates:
-            found |= one.symbols
-        return found
+        return union((self.balance.system.time, *self.joints.coordinates))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.companion import LONG, ONCE, put_beside
 from lagrange_cli.native.families.arrangement import Arrangement
@@ -101,9 +101,7 @@ class Preparation(Arrangement):
     def write_scalars(self, vectors: Vectors) -> None:
         """Compute the constants that are no arrays."""
         single, slots, symbols = vectors.single(), self.tables.constants.slots, self.system.parameters
-        inside = 0
-        for node in slots:
-            inside |= node.symbols
+        inside = union(slots)
         known: dict[Node, Any] = {
             symbols[name]: single.load("%parameters", i, self.settings)
             for i, name in enumerate(self.parameters)

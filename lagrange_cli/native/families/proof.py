@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Array, Chain, Slot, Total
 from lagrange_cli.mechanics.defect import terms
 from lagrange_cli.native.families.arrangement import Arrangement
@@ -206,9 +206,8 @@ class _Writer:
     def add(self, loop: Loop) -> None:
         """Add the terms of a loop's members to what they belong to."""
         f, constants = self.f, self.arrangement.tables.constants
-        variables = self.system.time.symbols
-        for symbol, slot in loop.used.items():
-            variables |= symbol.symbols if slot.array in self.moving else 0
+        moving = (symbol for symbol, slot in loop.used.items() if slot.array in self.moving)
+        variables = union((self.system.time, *moving))
         parts: list[list[Node]] = [
             terms(term.node, variables, self.system.time.symbols)
             if total is self.arrangement.forces

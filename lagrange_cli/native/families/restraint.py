@@ -8,14 +8,14 @@ ones of constraints g on velocities,
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
-from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total
+from lagrange_cli.expression.node import Node, union
+from lagrange_cli.families.arrays import Array, Domain, Slot, Source, Term, Total
 from lagrange_cli.families.bonds import Bonds, Bound
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.corrected import Local, in_series
@@ -23,26 +23,64 @@ from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.lasting import Lasting
 
 
-class Restraint:
-    """The totals of the constraints of a system, in a run of their own: what is ``lasting`` is computed
-    before."""
+class Bonded:
+    """What is computed of constraints, in a run of their own: what is ``lasting`` is computed before."""
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         self.system, self.lasting, self.bonds = system, lasting, self.bonds_of(system)
-        self.slots, self.graph, self.everyone = system.slots, system.slots.graph, system.everyone
-        bonds = self.bonds
-        self.bounds, self.count, self.size = bonds.bounds, bonds.count, system.q.count
+        self.slots, self.graph = system.slots, system.slots.graph
+        self.bounds, self.count, self.size = self.bonds.bounds, self.bonds.count, system.q.count
         self.multipliers = Array(Source.TOTAL, self.count)
+        """lambda."""
         self.rest = Array(Source.TOTAL, self.count)
         """c."""
-        self.slopes = [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
-        """A, of each bound a column for each of its coordinates."""
-        self.square = self._square()
 
     def bonds_of(self, system: FamilySystem) -> Bonds:
         """The constraints of a system."""
         assert system.bonds is not None
         return system.bonds
+
+    def total(self, count: int, terms: Sequence[Term]) -> Total:
+        return self.lasting.arranged(Total(Source.TOTAL, count, tuple(terms)), kept=False)
+
+    def series_of(
+        self,
+        bound: Bound,
+        places: Mapping[Array, Array],
+        slopes: Iterable[tuple[Node, Array, tuple[Places, Array, float]]],
+        multiplier: Node,
+        change: Callable[[Slot], Node],
+    ) -> Local:
+        """What the series of a bound give: c, and for each of some symbols a column of A and, if that moves,
+        what A^T lambda adds at some places of an array, with a sign. ``places`` has places by their
+        velocities; ``change`` gives the acceleration of one."""
+        graph, domain, every = self.graph, bound.domain, np.arange(bound.domain.count)
+        (own,) = self.total(domain.count, [Term(domain, bound.node, every)]).terms
+        node, found = in_series(self.slots, own.node, domain, places)
+        moving, rate = union((self.system.time, *found)), graph.ddt(node)
+        terms: list[tuple[Term, Array]] = [
+            (Term(domain, graph.ddt(rate) if bound.holonomic else rate, bound.numbers), self.rest)
+        ]
+        columns, bent = list[tuple[Term, Array]](), False
+        for symbol, column, (rows, to, sign) in slopes:
+            slope = graph.diff(own.node, symbol)
+            columns.append((Term(domain, slope, every), column))
+            if slope.symbols & moving:
+                bent = True
+                terms.append((Term(domain, sign * slope * multiplier, rows), to))
+        changes, unknowns = [change(one) for one in found.values()], [multiplier] * bent
+        return Local(domain, [*terms, *columns], len(columns), [*found], unknowns, changes)
+
+
+class Restraint(Bonded):
+    """The totals of the constraints of a system whose M is diagonal."""
+
+    def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
+        super().__init__(system, lasting)
+        self.everyone = system.everyone
+        self.slopes = [[self.column(one, slope) for slope in one.slopes] for one in self.bounds]
+        """A, of each bound a column for each of its coordinates."""
+        self.square = self._square()
 
     def hold(self, domain: Domain, first: Places, second: Places) -> Node:
         """1 where two constraints hold the motion."""
@@ -65,9 +103,6 @@ class Restraint:
     def of_all(self, array: Array) -> Node:
         """An array of all coordinates."""
         return self.slots.symbol(self.everyone, array, np.arange(self.size))
-
-    def total(self, count: int, terms: Sequence[Term]) -> Total:
-        return self.lasting.arranged(Total(Source.TOTAL, count, tuple(terms)), kept=False)
 
     def of_bounds(self, make: Mapping[int, Node], less: Array | None = None) -> Total:
         """A total with a number for each constraint, ``less`` one of each besides."""
@@ -181,30 +216,9 @@ class AlongMotion(Restraint):
 
     def _local(self, number: int, bound: Bound) -> Local:
         """What the series of a bound give."""
-        graph, domain = self.graph, bound.domain
-        every = np.arange(domain.count)
-
-        def simple(node: Node) -> Node:
-            """The same with arrays in place of what is constant."""
-            (term,) = self.total(domain.count, [Term(domain, node, every)]).terms
-            return term.node
-
-        own, multiplier = simple(bound.node), self.own(number, self.multipliers)
-        node, places = in_series(self.slots, own, domain, {self.system.v: self.system.q})
-        moving = self.system.time.symbols
-        for one in places:
-            moving |= one.symbols
-        rate = graph.ddt(node)
-        terms: list[tuple[Term, Array]] = [
-            (Term(domain, graph.ddt(rate) if bound.holonomic else rate, bound.numbers), self.rest)
-        ]
-        slopes: list[tuple[Term, Array]] = []
-        bent = False
-        for a, (symbol, rows) in enumerate(zip(bound.symbols, bound.rows)):
-            slope = graph.diff(own, symbol)
-            slopes.append((Term(domain, slope, every), self.slopes[number][a]))
-            if slope.symbols & moving:
-                bent = True
-                terms.append((Term(domain, slope * multiplier, rows), self.forces))
-        change = [self.slots.symbol(domain, self.rates, one.table) for one in places.values()]
-        return Local(domain, [*terms, *slopes], len(slopes), [*places], [multiplier] if bent else [], change)
+        pulled = [(rows, self.forces, 1.0) for rows in bound.rows]
+        return self.series_of(
+            bound, {self.system.v: self.system.q}, [*zip(bound.symbols, self.slopes[number], pulled)],
+            self.own(number, self.multipliers),
+            lambda place: self.slots.symbol(bound.domain, self.rates, place.table),
+        )  # fmt: skip

@@ -8,10 +8,9 @@ The seam of a ring waits for all of the round before it.
 from __future__ import annotations
 
 from lagrange_cli.native.board import LINE
-from lagrange_cli.native.families.sharing import line
+from lagrange_cli.native.families.sharing import Part, Strip
 from lagrange_cli.native.families.spans import smaller
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.records import dataclass
 
 APART = 2
@@ -19,51 +18,33 @@ APART = 2
 
 
 @dataclass(frozen=True)
-class Rounds:
-    """A part of a jet: so many rounds (``strips``), each of so many orders (``columns``). No more ``threads``
-    than these can be at work: the memory of blocks is used again. ``@strip`` computes a round."""
-
-    strips: int
-    columns: int
-    threads: int
-    all_count: bool = False
-
-
-@dataclass(frozen=True)
 class Turn:
-    """One round in the function that computes it; ``at`` is its place on the board."""
+    """The round that ``@strip`` computes. Rounds are strips, each of so many orders (columns), and no more
+    threads than they are made for can be at work: the memory of blocks is used again."""
 
-    f: Function
-    rounds: Rounds
+    made: Strip
+    rounds: Part
     seam: bool
-    at: Pointer
-    strip: Integer
-    tag: Integer
 
     def begin(self) -> None:
         """Wait for the memory that it takes."""
-        with self.f.when(self.strip >= self.rounds.threads):
-            self._wait(self.rounds.threads, self.f.count(self.rounds.columns))
+        with self.made.f.when(self.made.strip >= self.rounds.threads):
+            self._wait(self.rounds.threads, self.made.f.count(self.rounds.columns))
 
     def before(self, k: int | Integer) -> None:
         """Wait until order k can be computed."""
-        f, columns = self.f, self.f.count(self.rounds.columns)
+        f, columns = self.made.f, self.made.f.count(self.rounds.columns)
         least = smaller(f, f.count(k + APART) if isinstance(k, int) else k + APART, columns)
         if self.seam:
-            least = f.select(self.strip.equals(self.rounds.strips - 1), columns, least)
-        with f.when(self.strip > 0):
+            least = f.select(self.made.strip.equals(self.rounds.strips - 1), columns, least)
+        with f.when(self.made.strip > 0):
             self._wait(1, least)
 
     def after(self, k: int | Integer) -> None:
         """Order k has been computed."""
-        self.f.publish(self.tag + 1 + k, self.at)
+        self.made.f.publish(self.made.tag + 1 + k, self.made.at)
 
     def _wait(self, back: int, least: Integer) -> None:
-        place = self.f.place(self.at, -LINE * back, "double")
-        self.f.call(None, "wait", self.f.pointer("%constants"), place, self.tag + least)
-
-
-def turn_of(f: Function, rounds: Rounds, seam: bool, board: Pointer) -> Turn:
-    """The round that ``@strip`` computes."""
-    strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
-    return Turn(f, rounds, seam, line(f, board, strip), strip, tag)
+        f = self.made.f
+        place = f.place(self.made.at, -LINE * back, "double")
+        f.call(None, "wait", f.pointer("%constants"), place, self.made.tag + least)

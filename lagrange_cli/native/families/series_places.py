@@ -132,9 +132,7 @@ class SeriesPlaces:
         """Find the series of these totals, and places for all."""
         for total in totals:
             self.planes[total] = self.take(room(total.count)), 0
-        moving = self.system.time.symbols
-        for symbol, slot in self.slots.of.items():
-            moving |= symbol.symbols if slot.array in self.planes else 0
+        moving = self.system.time.symbols | self.slots.symbols_of(*self.planes)
         listed = [
             one
             if isinstance(one, Chain)

@@ -10,9 +10,9 @@ from lagrange_cli.native.board import Board
 from lagrange_cli.native.families.chunks import Chunks, add_chunks, chunks_of
 from lagrange_cli.native.families.diagonal import DiagonalJet
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.rounds import Rounds, turn_of
+from lagrange_cli.native.families.rounds import Turn
 from lagrange_cli.native.families.series import LoopSeries
-from lagrange_cli.native.families.sharing import STRIP, Parts, given
+from lagrange_cli.native.families.sharing import STRIP, Part, Parts, given
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import SHARED, Tiling
 from lagrange_cli.native.families.windows import Windows
@@ -42,13 +42,14 @@ class SharedJet(DiagonalJet):
         if tiling.flight == 1:
             return super().rounds(tiling)
         number = len(self.parts.listed)
-        rounds = Rounds(tiling.rounds + tiling.ring, tiling.orders, tiling.flight)
+        rounds = Part(tiling.rounds + tiling.ring, tiling.flight, tiling.orders, all_count=False)
         outer, inner = self.f, Function(STRIP.format(number))
         outer.call(None, f"share{number}", *given(outer))
         self.enter(inner)
-        turn = turn_of(inner, rounds, tiling.ring, self.parts.board(inner))
+        made = self.parts.strip(inner)
+        turn = Turn(made, rounds, tiling.ring)
         turn.begin()
-        operations = self.stages(Windows(inner, self.tables, tiling, turn.strip, turn))
+        operations = self.stages(Windows(inner, self.tables, tiling, made.strip, turn))
         inner.give()
         self.enter(outer)
         self.parts.add(rounds, inner.text())

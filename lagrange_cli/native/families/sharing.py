@@ -33,67 +33,52 @@ IDLE = 2**16
 
 
 @dataclass(frozen=True)
-class Shared:
-    """A part of an evaluation: so many ``rows`` in strips of ``height``, cut into ``columns`` of ``width``.
-    ``@tile`` computes some rows between two columns, with so many doubles ``kept`` for each row."""
+class Part:
+    """Work in so many strips, of use for so many threads. A strip is complete when it has come to the last
+    one of its columns; ``all_count`` tells whether each has to be looked at, or the last one is complete
+    last."""
+
+    strips: int
+    threads: int
+    columns: int = 1
+    all_count: bool = True
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """So many ``rows`` in strips of ``height``, cut into ``columns`` of ``width``. ``@tile`` computes some
+    rows between two columns, with so many doubles ``kept`` for each row."""
 
     rows: int
     height: int
     columns: int
     width: int
     kept: int
-    all_count: bool = False
 
     @property
-    def strips(self) -> int:
-        """How many there are."""
-        return -(-self.rows // self.height)
-
-    @property
-    def threads(self) -> int:
-        """How many threads can be at work."""
-        return self.strips
+    def part(self) -> Part:
+        """As a part of an evaluation."""
+        strips = -(-self.rows // self.height)
+        return Part(strips, strips, self.columns, all_count=False)
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """A part whose strips do not depend on one another: ``height`` rows each, from ``first`` to before
-    ``last``. ``@strip`` computes one, and leaves numbers on its lines of the board."""
+    """Strips that do not depend on one another: ``height`` rows each, from ``first`` to before ``last``.
+    ``@strip`` computes one, and leaves numbers on its lines of the board."""
 
     first: int
     last: int
     height: int
-    columns: int = 1
-    all_count: bool = True
 
     @property
     def strips(self) -> int:
         """How many there are."""
         return -(-(self.last - self.first) // self.height)
 
-    @property
-    def threads(self) -> int:
-        """How many threads can be at work."""
-        return self.strips
-
     def left(self, f: Function, board: Pointer, strip: Integer) -> Pointer:
         """Where a strip leaves numbers."""
         return f.place(line(f, board, strip), 1, "double")
-
-
-class Part(Protocol):
-    """Work in so many strips, of use for so many threads. A strip is complete when it has come to the last
-    one of its columns; ``all_count`` tells whether each has to be looked at, or the last one is complete
-    last."""
-
-    @property
-    def strips(self) -> int: ...
-    @property
-    def threads(self) -> int: ...
-    @property
-    def columns(self) -> int: ...
-    @property
-    def all_count(self) -> bool: ...
 
 
 class Where(Protocol):
@@ -102,35 +87,53 @@ class Where(Protocol):
     def __call__(self, f: Function, constants: Pointer | None = None, /) -> Pointer: ...
 
 
+@dataclass(frozen=True)
+class Strip:
+    """A strip in the function that computes it; ``at`` is its place on the board, and ``tag`` the number of
+    the evaluation."""
+
+    f: Function
+    at: Pointer
+    strip: Integer
+    tag: Integer
+
+
 class Parts:
     """What threads share in a program; ``board`` gives the place of the board."""
 
     def __init__(self, board: Where) -> None:
         self.board = board
         self.listed: list[Part] = []
+        self.tiles: dict[int, Tiles] = {}
         self.texts: list[str] = []
 
-    def add(self, part: Part, text: str) -> None:
-        """A further one, with the text of ``@tile`` or ``@strip`` that is given."""
-        self.listed.append(part)
-        self.texts.append(text)
+    def strip(self, f: Function) -> Strip:
+        """The strip that such a function computes."""
+        strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
+        return Strip(f, line(f, self.board(f), strip), strip, tag)
 
-    def add_pieces(self, part: Pieces, write: Callable[[Function, Span], Sequence[Real]]) -> int:
+    def add(self, part: Part | Tiles, text: str) -> int:
+        """A further one, with the text of ``@tile`` or ``@strip`` that is given; its number."""
+        number = len(self.listed)
+        if isinstance(part, Tiles):
+            self.tiles[number] = part
+        self.listed.append(part.part if isinstance(part, Tiles) else part)
+        self.texts.append(text)
+        return number
+
+    def add_pieces(self, pieces: Pieces, write: Callable[[Function, Span], Sequence[Real]]) -> int:
         """Pieces, of which some rows are written, with the numbers that they leave; their number among the
         parts."""
-        number = len(self.listed)
-        f = Function(STRIP.format(number))
-        strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
-        first = strip * part.height + part.first
-        at = line(f, self.board(f), strip)
-        numbers = write(f, (first, smaller(f, first + part.height, f.count(part.last))))
+        f = Function(STRIP.format(len(self.listed)))
+        first = Integer(f, "%strip", 1) * pieces.height + pieces.first
+        made = self.strip(f)
+        numbers = write(f, (first, smaller(f, first + pieces.height, f.count(pieces.last))))
         assert len(numbers) < LINE
         for i, one in enumerate(numbers, 1):
-            f.store(one, at, i)
-        f.publish(tag + 1, at)
+            f.store(one, made.at, i)
+        f.publish(made.tag + 1, made.at)
         f.give()
-        self.add(part, f.text())
-        return number
+        return self.add(Part(pieces.strips, pieces.strips), f.text())
 
     @property
     def threads(self) -> int:
@@ -140,7 +143,7 @@ class Parts:
 
     def text(self) -> str:
         """All functions."""
-        return "".join([*self.texts, *sharing(self.listed, self.board)]) if self.listed else ""
+        return "".join([*self.texts, *sharing(self)]) if self.listed else ""
 
 
 def board_size(parts: Sequence[Part]) -> int:
@@ -153,14 +156,15 @@ def line(f: Function, board: Pointer, strip: Integer) -> Pointer:
     return f.place(board, strip * LINE + int(Board.STRIPS), "double")
 
 
-def sharing(parts: Sequence[Part], board: Where) -> list[str]:
-    """The functions, ``@share<i>`` for part i, of which ``@tile<i>`` is given, or ``@strip<i>`` of rounds.
-    ``board`` is its place."""
-    texts = [_wait(board), _take(parts, board), _help(board)]
-    for i, part in enumerate(parts):
-        if isinstance(part, Shared):
-            texts.append(_strip(i, part, board))
-        texts.append(_share(i, part, board))
+def sharing(parts: Parts) -> list[str]:
+    """The functions, ``@share<i>`` for part i, of which ``@tile<i>`` is given, or ``@strip<i>``."""
+    board = parts.board
+    texts = [_wait(board), _take(len(parts.listed), board), _help(board)]
+    for i, part in enumerate(parts.listed):
+        tiles = parts.tiles.get(i)
+        if tiles is not None:
+            texts.append(_strip(parts, i, tiles))
+        texts.append(_share(i, part, tiles, board))
     return texts
 
 
@@ -169,13 +173,13 @@ def given(f: Function) -> tuple[Pointer, Real, Pointer, Pointer]:
     return f.pointer("%constants"), Real(f, "%t", 1), f.pointer("%state"), f.pointer("%work")
 
 
-def _share(number: int, part: Part, board: Where) -> str:
+def _share(number: int, part: Part, tiles: Tiles | None, board: Where) -> str:
     """``@share``: the whole part, by this thread and by those that help."""
     f = Function(f"define internal void @share{number}({ARGUMENTS}) #0")
     at = board(f)
-    if isinstance(part, Shared):
+    if tiles is not None:
         with f.when(f.load_integer(at, Board.HELPERS).equals(0)):
-            ends = f.count(0), f.count(part.rows), f.count(0), f.count(EVERYWHERE)
+            ends = f.count(0), f.count(tiles.rows), f.count(0), f.count(EVERYWHERE)
             f.call(None, f"tile{number}", *given(f), *ends, Pointer(f, "null", 1))
             f.give()
     _, *job = given(f)
@@ -194,7 +198,7 @@ def _share(number: int, part: Part, board: Where) -> str:
     return f.text()
 
 
-def _take(parts: Sequence[Part], board: Where) -> str:
+def _take(parts: int, board: Where) -> str:
     """``@take``: compute strips until none is left; whether there was one."""
     f = Function("define internal i1 @take(ptr %constants) #0")
     at, found = board(f), f.variable(Bit(f, "false", 1))
@@ -211,18 +215,18 @@ def _take(parts: Sequence[Part], board: Where) -> str:
         strip = f.load_integer(at, Board.COUNT) - left
         tag = seen.operation("lshr", HALF) << HALF
         which = f.load_integer(at, Board.PART)
-        for i in range(len(parts)):
+        for i in range(parts):
             with f.when(which.equals(i)):
                 f.call(None, f"strip{i}", f.pointer("%constants"), time, state, work, strip, tag)
     return f.text()
 
 
-def _strip(number: int, part: Shared, board: Where) -> str:
+def _strip(parts: Parts, number: int, part: Tiles) -> str:
     """``@strip``: one strip, column by column."""
     f = Function(STRIP.format(number))
-    strip, tag = (Integer(f, name, 1) for name in ("%strip", "%tag"))
     kept = Pointer(f, f.define(f"alloca double, i64 {max(1, part.height * part.kept)}, align 64"), 1)
-    at = line(f, board(f), strip)
+    made = parts.strip(f)
+    at, strip, tag = made.at, made.strip, made.tag
     first = strip * part.height
     last = f.select(f.count(part.rows) > first + part.height, first + part.height, f.count(part.rows))
     with f.loop(0, part.columns, tested=False) as column:

@@ -17,7 +17,7 @@ from lagrange_cli.native.families.additions import Additions, Key, LookedUp, key
 from lagrange_cli.native.families.chunks import add_chunks, chunks_of
 from lagrange_cli.native.families.evaluation import Evaluation, Writer
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.sharing import ARGUMENTS, Parts, Shared, given
+from lagrange_cli.native.families.sharing import ARGUMENTS, Parts, Tiles, given
 from lagrange_cli.native.families.spans import behind, larger, smaller
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
@@ -46,10 +46,10 @@ class Strips:
     columns: int
 
     @property
-    def shared(self) -> Shared:
+    def tiles(self) -> Tiles:
         """In numbers. What is kept of a row are the sums in registers."""
         rows, kept = len(self.loop.rows.starts), LANES * len(still(self.loop))
-        return Shared(rows, HEIGHT, -(-self.columns // WIDTH), WIDTH, kept)
+        return Tiles(rows, HEIGHT, -(-self.columns // WIDTH), WIDTH, kept)
 
 
 def still(loop: Loop) -> list[Key]:
@@ -161,7 +161,7 @@ class TileWriter(Writer):
             self.enter(r)
             left, right = (behind(f, one, first) for one in (self.left, self.right))
             added.within(left, right, length)
-            kept = f.place("%kept", (r - self.top) * strips.shared.kept, "double")
+            kept = f.place("%kept", (r - self.top) * strips.tiles.kept, "double")
             with f.when(left > 0):
                 added.resume(kept)
             with f.loop(left & -LANES, smaller(f, right, length), LANES) as j:
@@ -188,7 +188,7 @@ class Sharing:
         inner = self.within(Function(f"define internal void @tile{number}({ARGUMENTS}, {ends}) #0"))
         TileWriter(inner, strips).write_tile()
         inner.f.give()
-        self.parts.add(strips.shared, inner.f.text())
+        self.parts.add(strips.tiles, inner.f.text())
         evaluation.f.operations += inner.f.operations
         f.call(None, f"share{number}", *given(f))
         return True

@@ -93,7 +93,7 @@ def of_residual(residual: Residual) -> Coupling:
     special = residual.multipliers or residual.dependent or residual.cyclic_momenta or residual.contacts
     if count <= FEW or special:
         return full(len(residual.state_q))
-    from lagrange_cli.expression.node import bits
+    from lagrange_cli.expression.node import bits, union
     from lagrange_cli.mechanics.matrices import connected
 
     index = {
@@ -103,12 +103,8 @@ def of_residual(residual: Residual) -> Coupling:
     }
     rows, columns = list[int](), list[int]()
     for block in connected(residual.mass_matrix):  # accelerations in it depend on the same
-        together = 0
-        for k in block:
-            together |= residual.residual[k].symbols
-            for entry in residual.mass_matrix[k]:
-                together |= entry.symbols
-        found = {index[bit] for bit in bits(together) if bit in index}
+        together = [node for k in block for node in (residual.residual[k], *residual.mass_matrix[k])]
+        found = {index[bit] for bit in bits(union(together)) if bit in index}
         for k in block:
             rows += [k] * len(found)
             columns += found

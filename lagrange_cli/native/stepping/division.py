@@ -116,6 +116,7 @@ class Division:
             provable = asked > (f.magnitude(t) + tau[0]) * self.provable
             own = self.proven(asked, crowded, ~near & provable, tau)
             begins, edge = tau[0].equals(0.0), f.larger(crowded * EDGE, step[0] * self.edge)
+            edge = f.smaller(edge, step[0] / EDGE)  # a step as short as this may begin just beyond u = 0
             steep = (own < left[0]) & ((own <= crowded) | (left[0] <= edge))
             near = near & ~(steep & (left[0] <= edge))
             blind = (asked > crowded * SINGULAR) & provable if self.prove else f.never(1)

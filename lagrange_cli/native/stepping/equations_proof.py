@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.defect import Defect
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
@@ -121,15 +121,9 @@ class EquationsProof(Proof):
     def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
         """The disks of the symbols that the terms contain."""
         model, n, emitter, lengths = self.residual.model, self.lengths.degrees, disks.centres, self.lengths
-        symbols = 0
-        for row in self.defect.terms:
-            for term in row:
-                symbols |= term.symbols
-        for one in self.residual.cyclic_momenta:
-            symbols |= one.momentum.symbols
-        for entries in self.residual.entries:
-            for entry in entries.values():
-                symbols |= entry.symbols
+        inside = [term for row in self.defect.terms for term in row]
+        inside += [one.momentum for one in self.residual.cyclic_momenta]
+        symbols = union([*inside, *(entry for row in self.residual.entries for entry in row.values())])
         known: dict[Node, Disk | None] = {model.time: Disk("%t", radii(f, Real(f, "%h")))}
         residual = self.residual
         rows = [*range(n, 2 * n), *range(self.margins.multipliers[0], sum(self.margins.multipliers))]

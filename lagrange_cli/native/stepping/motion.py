@@ -230,13 +230,13 @@ class Steps(ABC):
     # integrals
 
     def rough(self, f: Function, now: Now, h: Real, sound: Bit) -> Bit:
-        """Whether the integrals' series do not hold all through the step of ``h`` just taken. Nothing is
-        proven where the motion's are not ``sound``: they were cut."""
+        """Whether the integrals' series do not hold all through the step of ``h`` just taken; where the
+        motion's are not ``sound`` they were cut with these, but may have overflowed before."""
         places = f.pointer("%trial"), f.pointer("%work")
         rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h), *([h] if self.parts > 1 else []))
         if self.integrands is None:
-            return rough
-        return rough | (sound & ~self._has_proven(f, now.t + now.low, *places, h, now.unit))
+            return rough | ~sound
+        return rough | ~(sound & self._has_proven(f, now.t + now.low, *places, h, now.unit))
 
     def _has_proven(self, f: Function, t: Real, state: Pointer, series: Pointer, h: Real, unit: Real) -> Bit:
         """Whether the integrands have nothing to hide within ``h``."""

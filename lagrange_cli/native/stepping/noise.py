@@ -13,6 +13,7 @@ which grow with the exponential of their frequency times the step, are no longer
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Pointer, Real
@@ -29,6 +30,15 @@ SMOOTH = 0.8
 across a jump, or close to a pole."""
 LASTS = 32.0
 """For so many steps what was found holds."""
+
+
+def keep_larger(row: Row, place: int, half: Real, whole: Real, counts: Callable[[Bit], Bit]) -> None:
+    """Keep the larger change, so many rows behind its own, where rates are smooth and it ``counts``; ``half``
+    is what half the change makes of them."""
+    f, change = row.f, row.f.magnitude(whole)
+    steady = (f.magnitude((whole - half) - half) <= change * SMOOTH) & (change < ENDLESS)
+    before = row.at("%state", place)
+    row.put(f.select(counts(steady), f.larger(change, before), before), "%state", place)
 
 
 @dataclass(frozen=True)
@@ -121,17 +131,13 @@ class Noise:
                     if size < self.size:
                         row.put(change, half)
                     else:
-                        self._keep(row, which, row.at(half), change)
+                        counts = partial(self._counts, row, which)
+                        keep_larger(row, self.place, row.at(half), change, counts)
         with lengths.each(f) as row:
             row.put(row.at(saved), "%state", self.last)
 
-    def _keep(self, row: Row, which: Bit, half: Real, whole: Real) -> None:
-        """Keep the larger change, where rates are smooth."""
-        f, change = row.f, row.f.magnitude(whole)
-        steady = (f.magnitude((whole - half) - half) <= change * SMOOTH) & (change < ENDLESS)
-        before = row.at("%state", self.place)
-        counts = row.moving(steady & f.splat(which, self.lengths.lanes))
-        row.put(f.select(counts, f.larger(change, before), before), "%state", self.place)
+    def _counts(self, row: Row, which: Bit, steady: Bit) -> Bit:
+        return row.moving(steady & row.f.splat(which, self.lengths.lanes))
 
     def _clear(self, f: Function, which: Bit) -> None:
         with self.lengths.velocities(f) as row:

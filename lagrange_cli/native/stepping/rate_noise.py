@@ -13,11 +13,13 @@ The changes are in the state's memory at the rows of rates (``StateLayout.errors
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Row
+from lagrange_cli.native.stepping.noise import keep_larger
 from lagrange_cli.native.stepping.rate_places import LONGEST, ROUNDED, wide_of
 from lagrange_cli.native.stepping.related import write_fastest
 from lagrange_cli.native.stepping.rounding_errors import share
@@ -38,9 +40,6 @@ LATER = 0.5
 """And the time, by this part of that: by whole units of its rounding."""
 WAYS = 3
 """They are in so many ways: in one of them rates may change less by chance."""
-SMOOTH = 0.8
-"""Twice half a change may differ from the whole one by this part of it where it is smooth (as in
-``noise``)."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ class RateNoise:
                     if size < SIZE:
                         row.put(change, half)
                     else:
-                        self._keep(row, row.at(half), change)
+                        keep_larger(row, self.place, row.at(half), change, partial(self._counts, row))
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)
         copy(kept, node)
@@ -129,14 +128,9 @@ class RateNoise:
                 row.put(f.select(larger, f.larger(change * SIZE, before), before), "%state", self.place)
         steps.spend(f, f.constant(2.0))
 
-    def _keep(self, row: Row, half: Real, whole: Real) -> None:
-        """Keep the larger change, where rates are smooth."""
-        f, steps = row.f, self.steps
-        change = f.magnitude(whole)
-        steady = (f.magnitude((whole - half) - half) <= change * SMOOTH) & (change < ENDLESS)
-        before = row.at("%state", self.place)
-        rates = row.among(steps.lengths.degrees, steps.state.rows - steps.lengths.degrees)
-        row.put(f.select(steady & rates, f.larger(change, before), before), "%state", self.place)
+    def _counts(self, row: Row, steady: Bit) -> Bit:
+        state = self.steps.state
+        return steady & row.among(state.degrees, state.rows - state.degrees)
 
     def known(self, f: Function) -> Bit:
         """Whether it has been measured in this step."""

@@ -146,16 +146,9 @@ def assembled(
 
 def write(page: Page, target: Target) -> int:
     """Write the page to its file; how many bytes it has. Raises ``FileError``."""
-    from lagrange_cli.store.target import unwritable
-
     content = page.text.encode("utf-8", "replace")
-    with target.claimed():
-        try:
-            target.temporary.write_bytes(content)
-        except OSError as error:
-            target.discard()
-            raise unwritable(target.shown, error) from error
-        target.publish()
+    with target.filled() as path:
+        path.write_bytes(content)
     return len(content)
 
 

@@ -26,7 +26,15 @@ from lagrange_cli.symbolic.families.frames import Frame, Split
 from lagrange_cli.symbolic.families.kinds import MemberKinds
 from lagrange_cli.symbolic.families.labels import axes_of, ranges
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop, Relation, condition_of, relation
-from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Summed, expression_of, member, opened, renamed
+from lagrange_cli.symbolic.indexed.members import (
+    KNOWN,
+    Loops,
+    Summed,
+    expression_of,
+    member,
+    rate_of,
+    renamed,
+)
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, reduced, whole_of
 
 
@@ -211,15 +219,12 @@ class WrittenBuilder(MemberKinds):
 
     def rate(self, expression: sympy.Expr) -> sympy.Expr:
         """The time derivative of what depends on coordinates, velocities and t."""
-        plain, sums = opened(expression)
-        made = plain.diff(sympy.Symbol(TIME))
-        for symbol in sorted(plain.free_symbols, key=str):
-            if symbol in sums:
-                one = sums[symbol]
-                made += plain.diff(symbol) * Summed(self.rate(one.body), one.args[1])
-                continue
+
+        def rate(symbol: sympy.Symbol) -> sympy.Expr | None:
             base, indices = KNOWN.get(symbol.name, (symbol.name, ()))
-            if base in self.rates:
-                rate = self.rates[base]
-                made += plain.diff(symbol) * (member(rate, indices) if indices else sympy.Symbol(rate))
-        return made.xreplace(sums)
+            found = self.rates.get(base)
+            if found is None:
+                return None
+            return member(found, indices) if indices else sympy.Symbol(found)
+
+        return rate_of(expression, rate)

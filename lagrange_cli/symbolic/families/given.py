@@ -21,7 +21,7 @@ from lagrange_cli.symbolic.families.places import RATES, WrittenPlaces
 from lagrange_cli.symbolic.families.sums import exchanged
 from lagrange_cli.symbolic.grouping import neat
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Ranks, Summed, opened, summed_of
+from lagrange_cli.symbolic.indexed.members import KNOWN, Loops, Ranks, Summed, opened, rate_of, summed_of
 from lagrange_cli.symbolic.indexed.whole import Spans
 from lagrange_cli.symbolic.order import Order, Role
 
@@ -85,17 +85,12 @@ class Given:
 
     def explicit_rate(self, expression: sympy.Expr) -> sympy.Expr:
         """The partial derivative by t."""
-        plain, sums = opened(expression)
-        made = plain.diff(sympy.Symbol(TIME))
-        for symbol in sorted(plain.free_symbols, key=str):
-            if symbol in sums:
-                one = sums[symbol]
-                made += plain.diff(symbol) * Summed(self.explicit_rate(one.body), one.args[1])
-                continue
+
+        def rate(symbol: sympy.Symbol) -> sympy.Expr | None:
             meaning = self.builder.meaning(*KNOWN[symbol.name]) if symbol.name in KNOWN else None
-            if meaning is not None:
-                made += plain.diff(symbol) * self.explicit_rate(meaning)
-        return made.xreplace(sums)
+            return None if meaning is None else self.explicit_rate(meaning)
+
+        return rate_of(expression, rate)
 
     def constraints(self) -> Iterator[tuple[Line, bool]]:
         """The expressions that constraints keep at 0, and whether these are holonomic. Raises ``Unsuited``
@@ -174,6 +169,26 @@ class Given:
             own = sympy.Add(*(mass * square(x) / 2 for x in place), turning.pop(loops, sympy.S.Zero))
             found += Summed(own, Loops(loops))
         return sympy.Add(found, *(Summed(own, Loops(loops)) for loops, own in turning.items()))
+
+    def even(self, expression: sympy.Expr) -> sympy.Expr:
+        """A Lagrangian without its terms that are linear in velocities."""
+        plain, sums = opened(expression)
+        back = {one: -one for one in plain.free_symbols - sums.keys() if self.is_moving(one)}
+        inside = {symbol: Summed(self.even(one.body), one.args[1]) for symbol, one in sums.items()}
+        return sympy.expand((plain + plain.xreplace(back)) / 2).xreplace(inside)
+
+    def energy(self, expression: sympy.Expr) -> sympy.Expr:
+        """h = sum of p v - L of a given L: its terms that are quadratic in velocities, minus the others."""
+        if expression.is_Add:
+            return sympy.Add(*map(self.energy, expression.args))
+        if isinstance(expression, Summed):
+            return Summed(self.energy(sympy.expand_mul(expression.body)), expression.args[1])
+        moving = [one for one in sympy.Mul.make_args(expression) if self.order.role(one) >= Role.VELOCITY]
+        if not moving:
+            return -expression
+        if len(moving) == 1 and (moving[0].is_Add or isinstance(moving[0], Summed)):
+            return expression / moving[0] * self.energy(moving[0])
+        return expression
 
     def neat(self, expression: sympy.Expr, around: Spans | None = None) -> sympy.Expr:
         """An expression and the bodies of its sums in textbook form; ``around`` has the bounds of indices."""

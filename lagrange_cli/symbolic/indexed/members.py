@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import sympy
 from sympy.core.basic import Atom
 
 from lagrange_cli.expression.symbolic_switches import OfExpressions
+from lagrange_cli.expression.vocabulary import TIME
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, reduced
 from lagrange_cli.symbolic.order import Role
@@ -111,6 +112,21 @@ def names_in(expression: sympy.Expr) -> set[str]:
         for loop in one.loops:
             found |= loop.names
     return found
+
+
+def rate_of(expression: sympy.Expr, rate: Callable[[sympy.Symbol], sympy.Expr | None]) -> sympy.Expr:
+    """The derivative by t of an expression, where symbols have a ``rate``, or none."""
+    plain, sums = opened(expression)
+    made = plain.diff(sympy.Symbol(TIME))
+    for symbol in sorted(plain.free_symbols, key=str):
+        if symbol in sums:
+            one = sums[symbol]
+            found: sympy.Expr | None = Summed(rate_of(one.body, rate), one.args[1])
+        else:
+            found = rate(symbol)
+        if found is not None:
+            made += plain.diff(symbol) * found
+    return made.xreplace(sums)
 
 
 def renamed(expression: sympy.Expr, known: Mapping[str, Whole], spans: Spans) -> sympy.Expr:

@@ -30,7 +30,7 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import resolve_values
 from lagrange_cli.symbolic.direct import directly
-from lagrange_cli.symbolic.families.equations import equations_of
+from lagrange_cli.symbolic.families.derive import equations_of
 from lagrange_cli.symbolic.families.readback import ReadBack
 from lagrange_cli.symbolic.families.sums import exchanged, telescoped
 from lagrange_cli.symbolic.families.verify import verify

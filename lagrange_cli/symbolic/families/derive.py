@@ -1,0 +1,199 @@
+"""The equations of motion of a system of families, and what else is shown with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from functools import partial
+
+import sympy
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.records import replace
+from lagrange_cli.spec.spec import Spec, grouped
+from lagrange_cli.symbolic.equations import Equation
+from lagrange_cli.symbolic.families.balance import balance
+from lagrange_cli.symbolic.families.derivatives import spans_within
+from lagrange_cli.symbolic.families.dynamics import FIELD, FORCE, MASS, PULL, SLOPE, Dynamics
+from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.frames import Split
+from lagrange_cli.symbolic.families.kinds import LETTERS
+from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.families.places import NamedPlace
+from lagrange_cli.symbolic.families.sums import finished
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import KNOWN
+from lagrange_cli.symbolic.work import attempt, size_of
+
+AS_SUMS = 5_000_000
+"""Steps of work for the equations in which places are sums: there are others."""
+
+
+def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEquations | None:
+    """The equations, with the constraints of ``spec`` if it is given; None where the conditions of a family
+    are too irregular to be written with indices.
+
+    Places along chains are written as the sums that they are, or by name, whatever is shorter.
+    """
+    with suppress(Unsuited, Split, ExpressionError, ArithmeticError):
+        if system.joints is None:
+            return equations_of(system, spec, naming=False)
+        by_name = equations_of(system, spec, naming=True)
+        closed = attempt(AS_SUMS, partial(equations_of, system, spec, naming=False))
+        return by_name if closed is None else min(closed, by_name, key=length)
+    return None
+
+
+def equations_of(system: FamilySystem, spec: Spec | None = None, *, naming: bool) -> FamilyEquations:
+    """The equations; if ``naming``, with names of places along chains. Raises ``Unsuited``, ``Split``,
+    ``ExpressionError`` or ``ArithmeticError`` where they cannot be written with indices."""
+    return _Deriver(system, spec, naming=naming).equations()
+
+
+def length(equations: FamilyEquations) -> int:
+    """Terms and factors of everything."""
+    found = [one for one in (equations.T, equations.U, equations.h) if one is not None]
+    found += [one.expression for one in equations.momenta]
+    found += [one.expression for one in equations.places]
+    found += [one.expression for one in equations.constraints]
+    found += [line.expression for line, _ in equations.equations]
+    return sum(size_of(one) for one in found)
+
+
+class _Deriver(Dynamics):
+    def equations(self) -> FamilyEquations:
+        """All of them."""
+        spec, order = self.spec, self.order
+        kinetic, potential = self.energies()
+        lagrangian = potential if kinetic is None else kinetic - potential
+        inertia = kinetic if kinetic is not None and self.system.vector is None else lagrangian
+        momenta, forces, accelerations, masses, rates, pulls = [], [], [], [], [], []
+        driving: list[Line] = []
+        equations: list[tuple[Line, Equation]] = []
+        constraints = [*self.constraints()]
+        by_places, by_speeds = (
+            self.with_multipliers((one, one.expression) for one, own in constraints if own is holonomic)
+            for holonomic in (True, False)
+        )
+        diagonal = self.system.joints is None
+        for family in self.builder.coordinates:
+            inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
+            for line, own in self.lines.of(family, inertial):
+                momenta.append(line.of(self.total(own)))
+                if diagonal:
+                    masses.append(line.of(self.mass_of(line, own[MASS])))
+            force = {FORCE: [*self.applied(family.name)]}
+            if force[FORCE]:
+                lines = self.lines.of(family, force)
+                forces += [line.of(own[FORCE]) for line, own in lines if own[FORCE] != 0]
+            held = {
+                PULL: [
+                    *self.parts(by_places, family.name),
+                    *self.parts(by_speeds, velocity_name(family.name)),
+                ]
+            }
+            if not diagonal:
+                equations += self.balanced(family, potential, {**force, **held})
+                continue
+            several = {**inertial, **force, **held, SLOPE: [*self.parts(lagrangian, family.name)]}
+            several[FIELD] = [*self.of_field(inertial[MASS])]
+            for line, own in self.lines.of(family, several):
+                equation, acceleration = self.solved(line, own)
+                equations.append((line.of(equation.left), equation))
+                accelerations.append(line.of(acceleration))
+                driving.append(line.of(self.total({**own, MASS: sympy.S.Zero, FIELD: sympy.S.Zero})))
+            if constraints or several[FIELD]:
+                of_file = {**force, SLOPE: several[SLOPE], FIELD: several[FIELD]}
+                rates += [line.of(self.total(own)) for line, own in self.lines.of(family, of_file)]
+                pulls += [line.of(self.total(own)) for line, own in self.lines.of(family, held)]
+        bound = [one.of(self.of_members(one.expression, one.loops)) for one, _ in constraints]
+        written = [one.expression for one in (*momenta, *forces, *bound, *(line for line, _ in equations))]
+        drawn = -self.with_multipliers((one, self.drift(one.expression, own)) for one, own in constraints)
+        conserved, changing = balance(self, lagrangian, momenta, forces, drawn)
+        if kinetic is None:
+            h = self.energy(lagrangian if self.system.vector is None else self.even(lagrangian))
+        else:
+            at_rest = potential if self.system.vector is None else self.at_rest(potential)
+            h = self.kinetic(moving=True) + at_rest
+        h = self.neat(h)
+        found = FamilyEquations(
+            name=spec.name,
+            degrees_of_freedom=spec.degrees_of_freedom,
+            sizes=spec.sizes,
+            coordinates=self.builder.coordinates,
+            parameters=grouped([one.name for one in spec.parameters], spec.families.get("parameters", {})),
+            order=order,
+            T=None if kinetic is None else self.neat(kinetic),
+            U=None if kinetic is None else self.neat(potential),
+            L=self.neat(lagrangian),
+            h=h,
+            momenta=tuple(momenta),
+            forces=tuple(forces),
+            equations=tuple(equations),
+            accelerations=tuple(accelerations) if diagonal and not constraints else None,
+            masses=tuple(masses) if diagonal else None,
+            rates=tuple(rates or driving) if diagonal else None,
+            conserved=tuple(conserved),
+            changing=tuple(changing),
+            paths=tuple(self.builder.paths),
+            constraints=tuple(bound),
+            nonholonomic=frozenset(one.family.name for one, holonomic in constraints if not holonomic),
+            pulls=tuple(pulls),
+            driving=tuple(driving),
+            allowed=tuple(
+                one.of(self.of_members(self.second_rate(one.expression, own), one.loops))
+                for one, own in constraints
+            ),
+            places=tuple(self.places(lagrangian, h, *written)),
+        )
+        return self.finished(found)
+
+    def of_members(self, expression: sympy.Expr, loops: Sequence[Loop]) -> sympy.Expr:
+        """An expression of members in textbook form."""
+        return self.neat(expression, spans_within(loops, self.lines.sizes))
+
+    def finished(self, found: FamilyEquations) -> FamilyEquations:
+        """The equations as they are printed."""
+        paths = {one.name for one in self.builder.paths}
+        letters = [one for one in LETTERS if one not in self.builder.taken]
+
+        def shown(expression: sympy.Expr, around: Sequence[Loop] = ()) -> sympy.Expr:
+            used = {one.index for one in around}
+            return finished(expression, [one for one in letters if one not in used], paths)
+
+        def lines(listed: Sequence[Line]) -> tuple[Line, ...]:
+            return tuple(one.of(shown(one.expression, one.loops)) for one in listed)
+
+        return replace(
+            found,
+            T=None if found.T is None else shown(found.T),
+            U=None if found.U is None else shown(found.U),
+            L=shown(found.L),
+            h=shown(found.h),
+            momenta=lines(found.momenta),
+            forces=lines(found.forces),
+            equations=tuple(
+                (line, replace(one, left=shown(one.left, line.loops), right=shown(one.right, line.loops)))
+                for line, one in found.equations
+            ),
+            accelerations=None if found.accelerations is None else lines(found.accelerations),
+            rates=None if found.rates is None else lines(found.rates),
+            constraints=lines(found.constraints),
+            pulls=lines(found.pulls),
+            driving=lines(found.driving),
+            allowed=lines(found.allowed),
+            conserved=tuple(replace(one, expression=shown(one.expression)) for one in found.conserved),
+            changing=tuple(replace(one, rate=shown(one.rate)) for one in found.changing),
+            places=tuple(replace(one, expression=shown(one.expression, one.loops)) for one in found.places),
+        )
+
+    def places(self, *expressions: sympy.Expr) -> Iterator[NamedPlace]:
+        """What the names of places in expressions stand for."""
+        symbols = [symbol.name for one in expressions for symbol in one.free_symbols]
+        used = {KNOWN[name][0] for name in symbols if name in KNOWN}
+        for one in self.builder.written_places(used):
+            expression = self.lines.shown(one.expression, {}, one.loops)
+            yield replace(one, expression=expression)
