@@ -25,8 +25,6 @@ def read_file(system: str) -> bytes:
 
     Raises ``FileError`` where it cannot be read, ``UsageError`` where this is not the name of a file.
     """
-    if not system:
-        raise UsageError("the name of the file is empty")
     try:
         with open(system, "rb") as file:
             return file.read(whole("bytes") + 1)
