@@ -215,7 +215,7 @@ class _Expander:
                 hint = f"write {piece.key.name}[{name} in range({size})] for all members"
             elif name in self.parameters:
                 hint = f"'{name}' is a parameter: declare it under 'sizes' instead"
-            if is_unit(name) and name not in self.parameters:
+            if is_unit(name) and name not in self.parameters and not axis.index:
                 hint += f"; a unit is written '{piece.name}: {{value: 1.0, unit: {name}}}'"
         self.problems.add(piece.at(error.span), f"{message} in '{piece.key.label}'", hint)
 

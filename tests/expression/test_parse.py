@@ -80,6 +80,8 @@ REFUSED = [
     ("m g", 0, 3, "missing operator", "write m*g"),
     ("m g h + 1", 0, 3, "missing operator between 'm' and 'g'", "write m*g*h"),
     ("m 2 (x)", 0, 3, "missing operator", "write m*2*(...)"),
+    ("x(0)", 0, 1, "unknown function", "write x[0] for a member, or x*0 for a product"),
+    ("6.67 x 10", 0, 6, "missing operator", "write 6.67*10"),
     ("2(x)", 0, 2, "missing operator", "write 2*(...)"),
     ("(a)(b)", 2, 4, "missing operator", "write (...)*(...)"),
     ("1_000*x", 0, 5, "unknown notation of a number", "write 1000"),

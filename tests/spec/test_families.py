@@ -617,3 +617,10 @@ def test_a_size_among_the_parameters_is_called_that():
         "parameters: {N: 4}\ncoordinates: {x[i in range(N)]: {initial: 0}}\nlagrangian: x_dot[0]**2\n"
     )
     assert found[0].hint == "'N' is a parameter: declare it under 'sizes' instead"
+
+
+def test_a_size_in_the_other_case_is_not_taken_for_a_unit() -> None:
+    text = "sizes: {n: 4}\ncoordinates: {x[i in range(N)]: {initial: 0}}\nlagrangian: x_dot[0]**2\n"
+    with pytest.raises(SpecError) as caught:
+        read_spec(text, "file.yaml")
+    assert caught.value.problems[0].hint == "did you mean 'n'?"
