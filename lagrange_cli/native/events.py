@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.guards import BREAK, CUT, ROOTED, SIMPLE, Role
+from lagrange_cli.native.guards import BREAK, CUT, ROOTED, SIMPLE, STEEP, Role
 
 FEW_EVENTS = 64
 """Events of the largest system whose actions compiled code does."""
@@ -27,7 +27,9 @@ def number_of(guard: Guard) -> int:
         return BREAK
     if guard.cut:
         return CUT
-    return ROOTED if guard.rooted else SIMPLE
+    if guard.rooted:
+        return STEEP if guard.steep else ROOTED
+    return SIMPLE
 
 
 def events_of(

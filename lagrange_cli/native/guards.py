@@ -26,10 +26,10 @@ SMALLEST, TRIED = 2.0**-1022, 2.0**-1040
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT, BREAK, EXPLICIT, ROOTED, PLACED = -1, -2, -3, -4, -5, -6
+SIMPLE, CUT, BREAK, EXPLICIT, ROOTED, PLACED, STEEP = -1, -2, -3, -4, -5, -6, -7
 """Guards without an auxiliary coordinate. ``EXPLICIT``: with limits alone, which do not depend on other
 guards that hold the motion; ``PLACED``: the same of an argument that is no velocity, but a place;
-``ROOTED``: forces contain a root of the argument."""
+``ROOTED``: forces contain a root of the argument; ``STEEP``: one whose slope is infinite at 0."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 MOST_RECORDS, ROOM = 1024, 2**21
@@ -61,7 +61,7 @@ class Role(IntEnum):
 
 EVENTS = Role.RECORD, Role.CHANGE, Role.ACTION
 """Those of events."""
-ROLES = {SIMPLE: Role.SWITCH, ROOTED: Role.SWITCH, CUT: Role.CUT, BREAK: Role.BREAK}
+ROLES = {SIMPLE: Role.SWITCH, ROOTED: Role.SWITCH, STEEP: Role.SWITCH, CUT: Role.CUT, BREAK: Role.BREAK}
 """Those of guards without an auxiliary coordinate."""
 
 
@@ -81,6 +81,8 @@ class GuardRow:
     beside: int = 0
     rooted: bool = False
     """Whether forces contain a root of the argument: they have no series where it is 0."""
+    steep: bool = False
+    """Whether they are infinitely steep there."""
     placed: bool = False
     """Whether the argument is a place: the motion may pass through 0 whatever its multiplier is."""
 

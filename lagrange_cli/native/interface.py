@@ -16,6 +16,7 @@ from lagrange_cli.native.guards import (
     ROLES,
     ROOTED,
     SIMPLE,
+    STEEP,
     GuardRow,
     GuardRows,
     Role,
@@ -74,8 +75,8 @@ class Interface:
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or ``SIMPLE``, ``ROOTED``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``; ``limits`` are those whose
-    multipliers are forces up to a limit; ``events`` for each event its direction, its role, and that number
+    or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``; ``limits`` are those
+    whose multipliers are forces up to a limit; ``events`` for each event its direction, its role, and that number
     for resting contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there
     is none. The integrals of their arguments are the first. ``changed`` are the new values that actions
     give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a
@@ -148,7 +149,8 @@ class Interface:
         first, made = 2 * degrees, list[GuardRow]()
         for one in self.guards:
             role = ROLES.get(one, Role.HOLD)
-            made.append(GuardRow(role, first + len(made), multiplier(one), rooted=one == ROOTED))
+            roots = {"rooted": one in (ROOTED, STEEP), "steep": one == STEEP}
+            made.append(GuardRow(role, first + len(made), multiplier(one), **roots))
         for direction, kind, _ in self.events:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
         for i, limited in enumerate(self.limits):

@@ -88,7 +88,7 @@ class Settling(Leading):
 
     def tries(self) -> bool:
         """Go on with steps where no way leads across a root."""
-        rooted = [one.rooted for one in self._rows.guards] & (self.marks[: self.count] > 0.0)
+        rooted = [one.steep for one in self._rows.guards] & (self.marks[: self.count] > 0.0)
         self.marks[: self.count][rooted] = TRIED
         self.prepare()
         return True

@@ -32,6 +32,8 @@ class Guard:
     cut: bool = False
     rooted: bool = False
     """Whether forces contain a root of the argument, and have no series where it is 0."""
+    steep: bool = False
+    """Whether one of these is infinitely steep there."""
     reverses: bool = False
     """Whether something has its sign, as friction has that of a velocity."""
     limit: Node | None = None

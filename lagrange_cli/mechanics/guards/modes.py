@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from lagrange_cli.expression.graph import Graph
@@ -87,7 +88,8 @@ class Modes:
         if not self._jumps(node):
             resting = self._resting(original, above, below)
             if self._rooted(original, above, below):
-                self.guards[original] = replace(guard, rooted=True)
+                steep = guard.steep or self._rooted(original, above, below, most=1)
+                self.guards[original] = replace(guard, rooted=True, steep=steep)
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
             return three_ways(graph, guard.mode, above, below, resting[0])
@@ -112,11 +114,12 @@ class Modes:
             return None
         return where_zero(self.graph, above, argument), where_zero(self.graph, below, argument)
 
-    def _rooted(self, argument: Node, above: Node, below: Node) -> bool:
-        """Whether branches contain a root of what the argument contains, or a power that may be one."""
+    def _rooted(self, argument: Node, above: Node, below: Node, most: float = math.inf) -> bool:
+        """Whether branches contain a root of what the argument contains, or a power that may be one: a
+        fractional exponent below ``most``."""
         for node in reachable([above, below]):
             powers = zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else ()
-            if any(base.symbols & argument.symbols and e != int(e) for base, e in powers):
+            if any(base.symbols & argument.symbols and e != int(e) and e < most for base, e in powers):
                 return True
             if node.kind is Kind.POWER and node.arguments[0].symbols & argument.symbols:
                 return True

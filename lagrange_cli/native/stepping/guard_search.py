@@ -64,13 +64,18 @@ class GuardSearch:
         """Whether forces contain roots of guards' arguments."""
         return any(one.rooted for one in self.rows.guards)
 
+    @property
+    def steep(self) -> bool:
+        """Whether these are infinitely steep where an argument is 0."""
+        return any(one.steep for one in self.rows.guards)
+
     def at_root(self, f: Function) -> Bit:
         """Whether the motion is where such an argument is 0, and no way across has been tried."""
         found = f.variable(f.never(1))
         with f.loop(0, self.rows.count, tested=False) as j:
             mark, mode = (f.load("%state", j + one(self.layout)) for one in (self.rows.fresh, self.rows.mode))
             fresh = (mark >= SMALLEST) & ~mode.equals(0.0)
-            found.set(found.get() | (fresh & f.load_integer("@guard_roots", j).equals(1)))
+            found.set(found.get() | (fresh & f.load_integer("@guard_steep", j).equals(1)))
         return found.get()
 
     @property

@@ -51,7 +51,12 @@ class GuardCode(GuardSearch):
                 else []
             ),
             table("guard_directions", [one.direction for one in guards]),
-            *([table("guard_roots", [int(one.rooted) for one in guards])] if self.rooted else []),
+            *([table("guard_roots", [int(one.rooted) for one in guards])] if self._rooted else []),
+            *(
+                [table("guard_steep", [int(one.steep) for one in guards])]
+                if self.interpolated and self.steep
+                else []
+            ),
         ]
         return [*tables, roots.text(), *actions, *(f.text() for f in own)]
 

@@ -160,7 +160,7 @@ class RateSteps(RatesAtNodes):
         return now, regular
 
     def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
-        if self.guards and self.guards.rooted:
+        if self.guards and self.guards.steep:
             with f.when(self.guards.at_root(f)):
                 fail(Stop.ROOT)
         h = self.retried(f, f.constant(0.0))
