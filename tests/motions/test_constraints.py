@@ -12,7 +12,9 @@ import pytest
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import End
+from lagrange_cli.integrate.methods import passing, stepper
 from lagrange_cli.integrate.methods.passing import passages
+from lagrange_cli.integrate.methods.workspace import Workspace
 from lagrange_cli.run.singular import singular_constraints
 from tests.support.command import lagrange
 from tests.support.motion import follow, spec_of
@@ -237,8 +239,7 @@ def test_an_event_where_the_configuration_is_singular_is_not_passed_over():
     assert motion.outcome.t == pytest.approx(0.747122756, abs=1e-6)
 
 
-def test_a_cusp_is_not_passed():
-    text = """
+CUSP = """
 parameters: {m: 1.0, g: 9.81}
 coordinates: {x: {initial: 1}, y: {initial: 1}}
 masses: {a: m}
@@ -246,10 +247,39 @@ positions: {a: [x, y]}
 potential: m*g*y
 constraints: {wire: y**2 - x**3}
 """
-    motion = follow(text, 10.0, 101, outputs=("q",))
+
+
+def test_a_cusp_is_not_passed():
+    motion = follow(CUSP, 10.0, 101, outputs=("q",))
     assert motion.outcome.ending.status == "failed"
     assert 0.6 < motion.outcome.t < 0.61
     assert not motion.outcome.singular
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_the_way_to_a_singular_configuration_is_taken_again_in_pieces(monkeypatch, interrupted):
+    """Of so many steps in all; a signal ends the run there, with what it has."""
+    pieces, most = list[int](), 100
+    advance, again = Workspace.advance, Workspace.again
+
+    def counted(space, stop, wanted, done, count, last, pause):
+        found = advance(space, stop, wanted, done, count, last, pause)
+        pieces.append(int(space.info[1]))
+        return found
+
+    def watched(space, *given):
+        with monkeypatch.context() as within:
+            within.setattr(Workspace, "advance", counted)
+            return again(space, *given)
+
+    monkeypatch.setattr(Workspace, "again", watched)
+    monkeypatch.setattr(stepper, "POLL_SECONDS", 0.0)
+    monkeypatch.setattr(stepper, "FIRST", 1)
+    monkeypatch.setattr(passing, "MOST_REPLAYED", most)
+    motion = follow(CUSP, 10.0, 101, outputs=("q",), interrupted=lambda: interrupted and len(pieces) >= 5)
+    assert motion.outcome.ending.status == ("interrupted" if interrupted else "failed")
+    assert 0.6 < motion.outcome.t < 0.61 and len(motion["t"]) == 7
+    assert pieces == [1] * (5 if interrupted else most)
 
 
 TWICE_BARRED = """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.methods.passing import passed, thinned
 from lagrange_cli.integrate.methods.workspace import Workspace
@@ -29,14 +31,17 @@ class EarlierTimes:
         """How many steps there are, after ``steps``, until a memory may be due."""
         return MARK - steps % MARK
 
-    def passed(self, wanted: Array, stop: float, *, limited: bool) -> tuple[Array | None, bool]:
-        """Pass a singular configuration: the samples (rows, n) on the way, or None where that is impossible;
-        and whether the stop time has influenced the motion, as it has before if it is ``limited``."""
+    def passed(
+        self, wanted: Array, stop: float, pause: Callable[[float], int], *, limited: bool
+    ) -> tuple[Array | None, bool]:
+        """Pass a singular configuration: the samples (rows, n) on the way, or None where that is impossible
+        or is not to be done (``pause``, see ``passing.passed``); and whether the stop time has influenced the
+        motion, as it has before if it is ``limited``."""
         singular, place = self.space.t, self.space.layout.time
         origins = [one for one in self.memories if one[place] < singular]
         if not origins:
             return None, limited
-        way, limited = passed(self.space, origins, stop, limited=limited)
+        way, limited = passed(self.space, origins, stop, pause, limited=limited)
         if way is None:
             return None, limited
         self.singular, self.memories = (*self.singular, singular), ()

@@ -39,6 +39,9 @@ AGREED, SATISFIED, ACCELERATED = 1e-10, 1e-9, 1e-5
 """How well the polynomials, the constraints and the accelerations must agree, relative to the motion."""
 LOOKS = 65
 """Places where signs of arguments are looked at: of polynomials of degree ``DEGREE``."""
+MOST_REPLAYED = 1 << 17
+"""So many steps are taken again for all polynomials together. The longer the time is that one is known on,
+the fewer it takes; those on shorter times are left out."""
 PROJECTIONS = 4
 """How often the state behind is moved to the constraints."""
 
@@ -113,21 +116,35 @@ def thinned(memories: tuple[Array, ...], time: int) -> tuple[Array, ...]:
 
 
 def passed(
-    space: Workspace, origins: Sequence[Array], end: float, *, limited: bool = False
+    space: Workspace,
+    origins: Sequence[Array],
+    end: float,
+    pause: Callable[[float], int],
+    *,
+    limited: bool = False,
 ) -> tuple[Passage | None, bool]:
     """Move the motion beyond the singular configuration that it has stopped at, if what leads beyond is
     believed and ends before ``end``; and whether this end has ``limited`` the choice, or did so before.
-    ``origins`` are the memories at earlier times, the earliest first."""
+    ``origins`` are the memories at earlier times, the earliest first. ``pause`` is given the time and says
+    how many steps of the motion may be taken again at once, 0 if it is to end here."""
     layout, memory, singular = space.layout, space.memory.copy(), space.t
     longest = singular - float(origins[0][layout.time])
     usual = max(float(one[layout.at(Clock.STEP)]) for one in origins)
     shortest = usual * PART or longest * 0.5**HALVINGS
 
+    left = MOST_REPLAYED
+
+    def more(steps: int) -> int:
+        nonlocal left
+        left -= steps
+        return min(left, pause(singular))
+
     def sampled(times: Array) -> Array | None:
         before = [one for one in origins if one[layout.time] <= times[0]]
-        return space.again(before[-1], times)
+        return space.again(before[-1], times, more)
 
-    for way in passages(singular, longest, shortest, sampled):
+    ways = passages(singular, longest, shortest, sampled)
+    for way in ways if pause(singular) else ():
         limited = limited or way.stop >= end
         if way.stop < end:
             space.memory[:] = memory

@@ -175,9 +175,12 @@ class Stepper:
             self._settling.resume()  # the step may have changed modes
         return start + FIRST_STEPS[number - 1] * (reached - start) if reached > start else None
 
-    def fill(self, wanted: Array, first: int, last: bool, interrupt: Interrupt) -> tuple[Stop, int]:
+    def fill(
+        self, wanted: Array, first: int, last: bool, interrupt: Interrupt, halt: Interrupt
+    ) -> tuple[Stop, int]:
         """Step until all of ``wanted``, the samples from ``first`` on, are taken (``last``: until the end);
-        why it stopped, and how many are. An event may have ``finished`` the motion."""
+        why it stopped, and how many are. An event may have ``finished`` the motion. ``interrupt`` is asked
+        between steps, ``halt`` where the motion could not go on from there without doing its work again."""
         if self.finished is not None:
             return Stop.GUARD, 0
         space, times, done = self.space, padded(wanted), 0
@@ -215,8 +218,10 @@ class Stepper:
                     continue
                 stop = Stop.PAUSE
             if self._earlier and stop in (Stop.SINGULAR, Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
-                given = times[done : len(wanted)], self._stop
+                given = times[done : len(wanted)], self._stop, lambda t: 0 if halt(t) else self._pause
                 on_the_way, self.limited = self._earlier.passed(*given, limited=self.limited)
+                if on_the_way is None and halt(space.t):
+                    stop = Stop.PAUSE
                 if on_the_way is not None:
                     space.samples[:, done : done + on_the_way.shape[1]] = on_the_way
                     done, self.steps = done + on_the_way.shape[1], self.steps + 1

@@ -92,17 +92,20 @@ class TaylorMethod:
             done = {"projections": stepper.projections, "singular": stepper.singular}
             return replace(found, **done, threads=stepper.threads)
 
-        def pause(t: float) -> bool:
+        def halt(t: float) -> bool:
             nonlocal halted
+            halted = halted or interrupt(t)
+            return halted
+
+        def pause(t: float) -> bool:
             due = checkpoints.due(stepper.steps)
-            halted = interrupt(t)
-            return halted or due
+            return halt(t) or due
 
         while True:
             wanted = times.chunk(first, size)
             last = first + len(wanted) == times.count
             before_end = last and checkpoints.ends is not None and program.parts == 1 and len(wanted) > 0
-            stop, done = stepper.fill(wanted, first, last and not before_end, pause)
+            stop, done = stepper.fill(wanted, first, last and not before_end, pause, halt)
             first += done
             samples = stepper.space.taken(done)
             if before_end and stop is Stop.SAMPLES:
@@ -113,7 +116,7 @@ class TaylorMethod:
                 if checkpoints.ends is not None and known and not stepper.limited:
                     checkpoints.ends(stepper.snapshot(begin + kept))
                 wanted, samples, done = wanted[kept:], samples[:, kept:], done - kept
-                stop, _ = stepper.fill(wanted[done:], first, True, pause)
+                stop, _ = stepper.fill(wanted[done:], first, True, pause, halt)
             accept(wanted[:done], samples)
             if stepper.finished is not None:
                 ending, detail = stepper.finished.ending, stepper.finished.detail

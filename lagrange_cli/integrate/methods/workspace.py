@@ -85,16 +85,21 @@ class Workspace:
         assert self.machine.project is not None
         self.machine.project(self.constants.ctypes.data, self.memory.ctypes.data)
 
-    def again(self, origin: Array, times: Array) -> Array | None:
+    def again(self, origin: Array, times: Array, more: Callable[[int], int]) -> Array | None:
         """The states (rows, n) at times, on the way from the memory ``origin`` once more; None if the motion
-        does not reach the last of them."""
+        does not reach the last of them. ``more`` is told how many steps were taken since it was asked last,
+        and says how many may be: 0 ends the way."""
         info, samples, memory = self.info.copy(), self.samples, self.memory.copy()
-        self.memory[:], self.info[:] = origin, 0
+        self.memory[:] = origin
         self.resume()
         self.samples = np.empty((self.layout.rows, len(times) + LANES))
-        stop = self.advance(float(times[-1]), padded(times), 0, len(times), True, MOST_STEPS)
+        wanted, stop, done, pause = padded(times), Stop.PAUSE, 0, more(0)
+        while stop is Stop.PAUSE and pause > 0:
+            self.info[:] = 0
+            stop = self.advance(float(times[-1]), wanted, done, len(times) - done, True, pause)
+            done, pause = done + int(self.info[0]), more(int(self.info[1]))
         found = self.samples[:, : len(times)]
-        complete = stop is Stop.END and int(self.info[0]) == len(times)
+        complete = stop is Stop.END and done == len(times)
         self.memory[:], self.info[:], self.samples = memory, info, samples
         self.resume()
         return found if complete else None
