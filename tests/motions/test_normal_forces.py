@@ -214,3 +214,19 @@ events: {leaves: {when: wall.multiplier, direction: rising, action: stop}}
     final = motion.outcome.final
     assert np.sin(final.q["th"]) == pytest.approx(2 / 3 * np.sin(1.2), abs=1e-14)
     assert final.v["th"] == pytest.approx(-np.sqrt(G * np.sin(1.2) / 2), abs=1e-13)
+
+
+def test_what_friction_has_stopped_on_a_wire_does_not_move_at_all():
+    """Nor does what the wire moves with it, so that the motion can begin anew from where it rests."""
+    text = """
+parameters: {m: 1, g: 9.81, mu: 0.5}
+coordinates: {x: {initial: 0.2, velocity: 0.5}, y: {}}
+masses: {b: m}
+positions: {b: [x, y]}
+potential: m*g*y
+constraints: {wire: y - sqrt(1 + x**2)}
+generalized_forces: {x: -mu*abs(wire.multiplier)*sign(x_dot)}
+"""
+    motion = follow(text, 2.0, 11, outputs=("q", "v"))
+    assert motion["v/x"][0] == 0.5
+    assert not np.any([motion["v/x"][1:], motion["v/y"][1:]])

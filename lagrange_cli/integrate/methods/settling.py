@@ -279,8 +279,7 @@ class Settling(Leading):
         (first, u), (second, other) = found
         jump = 2.0 * (u[2] - other[2])
         if u[1] == other[1] and jump != 0.0:
-            self.memory[self._layout.part(0)][self._layout.v] -= (first - second) * u[1] / jump
-            self.memory[self._layout.part(1)][self._layout.v] = 0.0
+            self._take_away((first - second) * (u[1] / jump), exactly=True)
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
 
     def _sides(self, guards: Sequence[int]) -> dict[int, float]:
@@ -310,4 +309,12 @@ class Settling(Leading):
             change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
             if not np.all(np.isfinite(change)):
                 return
-            self._add(self._layout.v, -change)
+            self._take_away(change, exactly=value == 0.0)
+
+    def _take_away(self, change: Array, *, exactly: bool) -> None:
+        """Subtract it from the velocities; ``exactly``: what is left of one up to rounding becomes 0."""
+        layout = self._layout
+        self._add(layout.v, -change)
+        stopped = np.abs(self.memory[layout.part(0)][layout.v]) <= ROUNDING * np.abs(change) * exactly
+        for begin in (0, layout.width, layout.third)[: self.machine.program.parts + 1]:
+            self.memory[begin:][layout.v][stopped] = 0.0
