@@ -72,17 +72,17 @@ def pytest_sessionstart(session):
     if not thorough(session.config):
         compiling.begin_quickly()
         compiling.compile_once()
-    if session.config.args == session.config.getini("testpaths"):
-        import_from_elsewhere(session.config)
+    worker = getattr(session.config, "workerinput", None)
+    if worker and session.config.args == session.config.getini("testpaths"):
+        import_from_elsewhere(worker)
 
 
-def import_from_elsewhere(config):
+def import_from_elsewhere(worker):
     """Import the tests, each worker from another place on: what one has compiled, others load.
 
-    It takes six seconds to rewrite the assertions of all tests, and each worker needs them all. One that
-    cannot be imported ends the run.
+    It takes six seconds to rewrite the assertions of all tests, and each worker needs them all, while the
+    process that started them needs none. One that cannot be imported ends the run.
     """
-    worker = getattr(config, "workerinput", {"workerid": "gw0", "workercount": 1})
     root = Path(__file__).parents[1]
     files = sorted(path.relative_to(root) for path in (root / "tests").rglob("test_*.py"))
     begin = int(worker["workerid"].removeprefix("gw")) * len(files) // worker["workercount"]

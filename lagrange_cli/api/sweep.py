@@ -144,6 +144,10 @@ def sweep(
     )
     if outputs is None and (samples is not None or step is not None):
         raise UsageError("without outputs there is only the end of each motion: add outputs=['q', 'v']")
+    if not over and not random and table is None:
+        raise UsageError(
+            "no members given: add over={'theta': [0.1, 0.2]}, random=... with members, or table=..."
+        )
     draws = draws_of(over, random, table, members, seed)
     content, filename = content_of(system)
     with WORKING:

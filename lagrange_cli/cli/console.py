@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli.progress import Line
-from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError
+from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError, UsageError
 from lagrange_cli.run.source import STANDARD_INPUT as STANDARD_INPUT
 from lagrange_cli.run.source import count_of as count_of
 from lagrange_cli.run.source import display_name as display_name
@@ -29,7 +29,12 @@ EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "in
 
 
 def stem(system: str) -> str:
-    """``pendulum`` for ``systems/pendulum.yaml``; ``stdin`` for standard input."""
+    """``pendulum`` for ``systems/pendulum.yaml``; ``stdin`` for standard input.
+
+    Raises ``UsageError`` for an empty name, such as that of a variable of the shell that is not set.
+    """
+    if not system:
+        raise UsageError("the name of the file is empty")
     return "stdin" if system == STANDARD_INPUT else os.path.splitext(os.path.basename(system))[0]
 
 

@@ -7,6 +7,7 @@ then goes through the members one by one, and reports each mistake.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import reduce
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
@@ -72,21 +73,23 @@ def integers(tree: Tree, indices: Indices) -> Whole:
 def holding(condition: Tree, indices: Indices) -> bool | Mask:
     """Whether a condition holds, or for which members."""
     if isinstance(condition, Logic):
-        parts = [holding(one, indices) for one in condition.operands]
-        if condition.operator == "not":
-            return np.logical_not(parts[0])
-        joined = np.logical_and if condition.operator == "and" else np.logical_or
-        made = parts[0]
-        for part in parts[1:]:
-            made = joined(made, part)
-        return made
+        return joined(condition.operator, [holding(one, indices) for one in condition.operands])
     if isinstance(condition, Comparison):
-        values = [integers(one, indices) for one in condition.operands]
-        made = True
-        for operator, left, right in zip(condition.operators, values, values[1:]):
-            made = np.logical_and(made, COMPARISONS[operator](left, right))  # type: ignore[arg-type]
-        return made
+        return compared(condition.operators, [integers(one, indices) for one in condition.operands])
     return np.not_equal(integers(condition, indices), 0)
+
+
+def joined(operator: str, parts: Sequence[bool | Mask]) -> bool | Mask:
+    """Conditions joined by ``not``, ``and`` or ``or``."""
+    if operator == "not":
+        return np.logical_not(parts[0])
+    return reduce(np.logical_and if operator == "and" else np.logical_or, parts)
+
+
+def compared(operators: Sequence[str], values: Sequence[Whole]) -> bool | Mask:
+    """Whether each number compares to the next one as the operators say."""
+    pairs = zip(operators, values, values[1:])
+    return reduce(np.logical_and, (COMPARISONS[one](a, b) for one, a, b in pairs), True)  # type: ignore[arg-type]
 
 
 def rounds(loop: Sum, indices: Indices, count: int) -> tuple[Places, Places]:

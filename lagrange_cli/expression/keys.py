@@ -68,7 +68,7 @@ def _axis(parser: Parser) -> Axis:
     if parser.next.kind in ("name", "number") and ahead.kind == "word" and ahead.text == "in":
         index, _ = parser.index()
         parser.advance()
-        bounds = parser.range()
-        return Axis(index, bounds, Span(start, parser.stop))
+        bounds, conditions = parser.range(), parser.conditions()
+        return Axis(index, bounds, Span(start, parser.stop), conditions)
     tree = parser.expression(OR)
     return Axis("", (tree,), Span(start, parser.stop))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from lagrange_cli.expression.cursor import PARTS_HINT, WRITTEN, Hopeless
-from lagrange_cli.expression.indices import Indices, counted, holds
+from lagrange_cli.expression.indices import Indices, counted, holds, integer
 from lagrange_cli.expression.operators import Parser
-from lagrange_cli.expression.syntax import ExpressionError, Loop, Number, Span, Tree
+from lagrange_cli.expression.syntax import Axis, ExpressionError, Loop, Number, Span, Tree
 from lagrange_cli.expression.vocabulary import OR
 from lagrange_cli.records import dataclass
 
@@ -96,3 +96,20 @@ def repeated(loops: Sequence[Loop], indices: Indices, most: int) -> Iterator[dic
                 yield from run(k + 1, inner)
 
     yield from run(0, {})
+
+
+def places(
+    axes: Sequence[Axis], indices: Indices, most: int
+) -> Iterator[tuple[tuple[int, ...], dict[str, int]]]:
+    """The places of the members that a key stands for, each with the values of the indices in it.
+
+    Raises:
+        ExpressionError: where an index or a range is none, or where there are more than ``most``.
+    """
+    loops = [Loop(one.index, one.bounds, one.conditions, one.span) for one in axes if one.index]
+    if not loops:
+        yield tuple(integer(one.bounds[0], indices) for one in axes), {}
+        return
+    for own in repeated(loops, indices, most):
+        known = {**indices, **own}
+        yield tuple(own[one.index] if one.index else integer(one.bounds[0], known) for one in axes), own

@@ -229,7 +229,10 @@ class Operands(Sums):
                 return Name(name, token.span)
             self.error(token.span, f"unknown function {shown(name)}", _function_hint(name, argument))
         elif name not in CALLABLE:
+            member = arguments[0].text if len(arguments) == 1 and isinstance(arguments[0], Number) else ""
             hint = _function_hint(name, several=len(arguments) > 1)
+            if member.isdigit() and hint.endswith("product"):
+                hint = f"write {name}[{member}] for a member, or {name}*{member} for a product"
             self.error(token.span, f"unknown function {shown(name)}", hint)
         elif self.lost == was_lost:
             due = CALLABLE[name]

@@ -226,6 +226,8 @@ def _product_hint(factors: Sequence[str], *, divided: bool) -> str:
     if divided:
         return f"write {product}, or ({product}) to divide by the whole product"
     if len(factors) == 3 and right in ("x", "X"):
+        if left[0].isdigit() and factors[2][0].isdigit():  # 6.67 x 10^-11
+            return f"write {left}*{factors[2]}"
         return f"write {product}, or cross({_factor(left)}, {_factor(factors[2])}) for a vector product"
     return f"write {product}"
 

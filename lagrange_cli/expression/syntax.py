@@ -137,12 +137,18 @@ Tree: TypeAlias = Number | Name | Negative | Binary | Call | Vector | Comparison
 
 @dataclass(frozen=True)
 class Axis:
-    """One index of a key: all of ``index in range(bounds)``, or with an empty ``index`` the one that
-    ``bounds[0]`` is."""
+    """One index of a key: all of ``index in range(bounds) if conditions``, or with an empty ``index`` the one
+    that ``bounds[0]`` is."""
 
     index: str
     bounds: tuple[Tree, ...]
     span: Span
+    conditions: tuple[Tree, ...] = ()
+
+    @property
+    def trees(self) -> tuple[Tree, ...]:
+        """All that its values are written with."""
+        return *self.bounds, *self.conditions
 
 
 @dataclass(frozen=True)
@@ -160,6 +166,14 @@ class Key:
             return self.name
         shown = (axis.index or self.text[axis.span.start : axis.span.stop] for axis in self.axes)
         return f"{self.name}[{','.join(shown)}]"
+
+    @cached_property
+    def is_grid(self) -> bool:
+        """Whether each index has the same values, whatever the others are."""
+        indices = {axis.index for axis in self.axes}
+        return not any(
+            axis.conditions or any(plain_names(tree) & indices for tree in axis.bounds) for axis in self.axes
+        )
 
 
 def children(tree: Tree) -> tuple[Tree, ...]:

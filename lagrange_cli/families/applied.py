@@ -8,12 +8,14 @@ import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.operations import cross
-from lagrange_cli.families.arrays import Array, Domain, Term, Total
+from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Term, Total, placed
 from lagrange_cli.families.articulation import constant_total
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import alike, among, group_of, particle_families
-from lagrange_cli.families.jumps import refuse_angles, refuse_jumps
+from lagrange_cli.families.jumps import may_jump, refuse_angles
 from lagrange_cli.families.slopes import slopes
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
 
 ON_COORDINATES, ON_PARTICLES, DISSIPATION = "generalized_forces", "forces", "dissipation"
@@ -34,12 +36,43 @@ def applied_forces(
     lost: list[Total] = []
     for one in spec.forces.get(DISSIPATION, {}).values():
         power = builder.of_root(one.tree, one.indices)
-        refuse_jumps(builder.slots, power, builder.v)
+        if may_jump(builder.slots, power, builder.v):
+            raise Unsuited
         refuse_angles(builder.slots, [power])
         (rates,), taken = slopes(power, builder.root, builder.totals, builder.slots, builder.v)
         lost += taken
         terms += [Term(term.domain, -term.node, term.targets) for term in rates.terms]
+    terms = [part for one in terms for part in opened(builder, one)]
     return terms, pushes, [*(one for one in builder.totals if one not in known), *lost]
+
+
+def opened(builder: FamilyBuilder, term: Term) -> Iterator[Term]:
+    """A force with the terms of sums that jump in place of these: whether members stay where it jumps depends
+    on each of them."""
+    slots, graph = builder.slots, builder.graph
+    for symbol, slot in slots.inside(term.node):
+        total, slope = slot.array, graph.diff(term.node, symbol)
+        if not isinstance(total, Total) or isinstance(total, Chain) or slope.symbols & symbol.symbols:
+            continue
+        member = np.full(total.count, NONE)
+        member[slot.table] = np.arange(term.domain.count)
+        if np.any(member[slot.table] != np.arange(term.domain.count)):
+            continue
+        if not any(may_jump(slots, one.node, builder.q, builder.v) for one in total.terms):
+            continue
+        yield from opened(
+            builder, replace(term, node=substituted(graph, [term.node], {symbol: graph.zero})[0])
+        )
+        for one in total.terms:
+            kept = np.flatnonzero(member[one.targets] != NONE)
+            if not len(kept):
+                continue
+            own, domain = member[one.targets[kept]], Domain(len(kept))
+            node = placed(slots, slope, domain, own) * placed(slots, one.node, domain, kept)
+            yield from opened(builder, Term(domain, node, term.targets[own]))
+        return
+    if not term.node.is_zero:
+        yield term
 
 
 def on_coordinates(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:

@@ -230,8 +230,8 @@ def unchanged(system: FamilySystem, *, idle: bool) -> str:
     if not system.driven:
         return f"changes neither T nor U{compatible}"
     if idle:
-        return f"changes neither T nor U, and the other forces do no work in it{compatible}"
-    return f"leaves T unchanged, and U changes by the work of the other forces{compatible}"
+        return f"changes neither T nor U{compatible}; the other forces do no work in it"
+    return f"leaves T unchanged{compatible}; U changes by the work of the other forces"
 
 
 def trials(system: FamilySystem) -> Iterator[Trial]:

@@ -17,7 +17,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, total_of
+from lagrange_cli.families.arrays import NONE, Array, Domain, Slot, Slots, Term, Total, placed, total_of
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.values import FamilyValues
@@ -35,6 +35,15 @@ if TYPE_CHECKING:
 
 
 SEED, CHOICES = 1, 2
+ROUNDED = 1e-10
+"""Places that differ by a smaller part are one."""
+SIDES = (0, 1.0), (1, -1.0)
+"""The two limits of a mode, and the sign of the forces in them."""
+PLACES = (
+    "forces that jump at several places of one coordinate, which parameters set, or where friction acts, too",
+    "write these places as numbers",
+)
+"""What members are written out for, and how to do without."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +53,25 @@ class Friction:
     term: Term
     argument: Node
     switches: Sequence[Node]
+
+    @property
+    def place(self) -> tuple[Domain, Node]:
+        """Whose numbers are 0 where it jumps."""
+        return self.term.domain, self.argument
+
+    def like(self, other: Friction, slots: Slots) -> Friction | None:
+        """The same in the domain of another one, if the arguments of both have the same numbers there."""
+        domain, count = other.term.domain, self.term.domain.count
+        if domain is self.term.domain:
+            return self if other.argument is self.argument else None
+        if domain.count != count:
+            return None
+        members = np.arange(count)
+        argument, node, *listed = (
+            placed(slots, one, domain, members) for one in (self.argument, self.term.node, *self.switches)
+        )
+        term = replace(self.term, domain=domain, node=node)
+        return Friction(term, argument, listed) if argument is other.argument else None
 
     def side(self, graph: Graph, which: int) -> Term:
         """The term where the argument is positive (1), or negative (2)."""
@@ -86,39 +114,57 @@ class Held:
     loose: Total | None = None
 
 
-def holds(system: FamilySystem, term: Term, argument: Node, moving: int) -> bool:
+def holds(system: FamilySystem, one: Friction, moving: int) -> bool:
     """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
     velocity is that of others or of a belt there, or its place that of others or of a wall."""
     if system.joints is not None or system.bonds is not None:
         return False
-    return any(np.array_equal(slot.table, term.targets) for _, slot in linear_in(system, argument, moving))
+    inside, targets = linear_in(system, one.argument, moving), one.term.targets
+    return any(np.array_equal(slot.table, targets) for _, slot in inside)
 
 
 def passing(system: FamilySystem, listed: Sequence[Friction]) -> bool:
     """Whether motions pass where forces jump with one argument u of places: where u and du/dt are 0, d2u/dt2
     is the same on both sides, as for a dashpot in a contact, whose force vanishes with the velocity."""
-    slots, graph, (domain, u) = system.slots, system.slots.graph, (listed[0].term.domain, listed[0].argument)
-    inside = [(s, slot) for s, slot in slots.inside(u) if slot.array is not system.given]
-    inside = [(s, slot) for s, slot in inside if slot.array is not system.whole]
-    if system.joints or system.bonds or any(slot.array is not system.q for _, slot in inside):
+    slots, graph, (domain, u) = system.slots, system.slots.graph, listed[0].place
+    if system.joints or system.bonds:
         return False
-    speeds = {s: slots.symbol(domain, system.v, slot.table) for s, slot in inside}
-    rates = [(graph.diff(u, system.time), graph.one)] + [(graph.diff(u, s), v) for s, v in speeds.items()]
     change, mass, masses = graph.zero, masses_at_random(system), dict[bytes, Node]()
     for one in listed:
         jump, targets = one.side(graph, 1).node - one.side(graph, 2).node, one.term.targets
-        for symbol, slot in inside:
+        for symbol, slot in slots.inside(u):
+            if slot.array is not system.q:
+                continue
             if np.array_equal(slot.table, targets):
                 weight = mass[:, targets].tobytes()
                 own = masses.setdefault(weight, slots.symbol(domain, system.masses, targets))
                 change += graph.diff(u, symbol) * jump / own
             elif np.any(slot.table == targets):
                 return False
+    return vanishes_at_rest(system, listed[0], change)
+
+
+def yields(system: FamilySystem, one: Friction) -> bool:
+    """Whether a force that jumps with an argument u of places is the same on both sides where u and du/dt are
+    0, as that of a magnetic field that begins at a line."""
+    graph = system.slots.graph
+    return vanishes_at_rest(system, one, one.side(graph, 1).node - one.side(graph, 2).node)
+
+
+def vanishes_at_rest(system: FamilySystem, one: Friction, node: Node) -> bool:
+    """Whether an expression is 0 where the argument u of a force that jumps is one of places, and u and du/dt
+    are 0."""
+    slots, graph, (domain, u) = system.slots, system.slots.graph, one.place
+    inside = [(s, slot) for s, slot in slots.inside(u) if slot.array not in (system.given, system.whole)]
+    if any(slot.array is not system.q for _, slot in inside):
+        return False
+    speeds = {s: slots.symbol(domain, system.v, slot.table) for s, slot in inside}
+    rates = [(graph.diff(u, system.time), graph.one)] + [(graph.diff(u, s), v) for s, v in speeds.items()]
     for slope, v in rates[1:]:
         if not slope.is_zero:
             others = graph.sum([(part / slope * by, -1.0) for part, by in rates if by is not v])
-            change = substituted(graph, [change], {v: others})[0]
-            return any(map(is_zero, (change, *where_it_vanishes(graph, change, u))))
+            left = substituted(graph, [node], {v: others})[0]
+            return any(map(is_zero, (left, *where_it_vanishes(graph, left, u))))
     return False
 
 
@@ -150,51 +196,105 @@ def held(
     numbers: Mapping[tuple[Domain, Node], Places],
     frozen: Callable[[Term], Term],
 ) -> Held:
-    """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes``.
+    """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes``. One
+    coordinate may be held at several places.
 
-    Raises ``Unsuited`` where a coordinate is held in two ways.
+    Raises ``Unsuited`` where one mode holds several coordinates, or several may hold one at the same place.
     """
     slots, count = system.slots, system.q.count
-    own = np.full(count, -1)
-    """The mode that holds a coordinate."""
-    for one in listed:
-        which = numbers[one.term.domain, one.argument]
-        before = own[one.term.targets]
-        if np.any((before >= 0) & (before != which)):
-            raise Unsuited
-        own[one.term.targets] = which
-        if np.any(own[one.term.targets] != which):
-            raise Unsuited
-    rows, free = np.flatnonzero(own >= 0), np.flatnonzero(own < 0)
-    order = np.full(count, -1)
-    order[rows] = np.arange(len(rows))
+    pairs = np.concatenate([np.stack([one.term.targets, numbers[one.place]], axis=1) for one in listed])
+    pairs = np.unique(pairs, axis=0)
+    rows, holding = np.ascontiguousarray(pairs.T)
+    if len(np.unique(holding)) < len(holding):
+        raise Unsuited
+    places = places_of(system, listed, numbers, modes.count)[holding]
+    by_place = np.lexsort((places, rows))  # nan comes last
+    same, places = np.diff(rows[by_place]) == 0, places[by_place]
+    if not np.all(np.diff(places)[same] > ROUNDED * np.abs(places[1:][same])):
+        raise Unsuited(*PLACES)
+    own = modes_of(rows, holding, count)
+    order = np.full(modes.count, NONE)
+    order[holding] = np.arange(len(holding))
+    resting, free = np.unique(rows), np.flatnonzero(own[:, 0] == NONE)
     other = total_of(count, [*map(frozen, rest.terms)], slots.graph)
-    resting, moving = Domain(len(rows)), Domain(len(free))
-    whole, applied, slope = (slots.symbol(resting, one, rows) for one in (other, rest.applied, rest.slopes))
-    moves = gate(slots, resting, modes, own[rows])
-    forces = [Term(resting, moves * whole, rows)]
-    balanced = [Term(resting, moves * applied + (1.0 - moves) * slope, rows)]
+    still, moving, every = Domain(len(resting)), Domain(len(free)), Domain(len(rows))
+    whole, applied, slope = (slots.symbol(still, one, resting) for one in (other, rest.applied, rest.slopes))
+    moves = gate(slots, still, modes, own[resting])
+    forces = [Term(still, moves * whole, resting)]
+    balanced = [Term(still, moves * applied + (1.0 - moves) * slope, resting)]
     if len(free):
         forces.append(Term(moving, slots.symbol(moving, other, free), free))
         balanced.append(Term(moving, slots.symbol(moving, rest.applied, free), free))
-    limits = [
-        Term(resting, whole, 2 * np.arange(len(rows))),
-        Term(resting, -whole, 2 * np.arange(len(rows)) + 1),
-    ]
-    for one in listed:
-        domain, targets = one.term.domain, one.term.targets
-        force = frozen(one.term)
-        forces.append(replace(force, node=gate(slots, domain, modes, own[targets]) * force.node))
-        below, above = frozen(one.side(slots.graph, 2)), frozen(one.side(slots.graph, 1))
-        limits.append(Term(domain, below.node, 2 * order[targets]))
-        limits.append(Term(domain, -above.node, 2 * order[targets] + 1))
+    everywhere = slots.symbol(every, other, rows)
+    limits = [Term(every, sign * everywhere, 2 * np.arange(len(rows)) + k) for k, sign in SIDES]
+    for term, given in by_term(listed).items():
+        force, targets = frozen(term), term.targets
+        forces.append(replace(force, node=gate(slots, term.domain, modes, own[targets]) * force.node))
+        mine = [numbers[one.place] for one in given]
+        for one, which in zip(given, mine):
+            below, above = frozen(one.side(slots.graph, 2)), frozen(one.side(slots.graph, 1))
+            limits.append(Term(term.domain, below.node, 2 * order[which]))
+            limits.append(Term(term.domain, -above.node, 2 * order[which] + 1))
+        for k in range(own.shape[1]):  # those that hold the same coordinates by other terms
+            which = own[targets, k]
+            others = np.all([which != one for one in (*mine, *own[targets, :k].T)], axis=0)
+            members = np.flatnonzero(others)
+            if len(members):
+                domain = Domain(len(members))
+                node = placed(slots, force.node, domain, members)
+                places = 2 * order[which[members]]
+                limits += [Term(domain, sign * node, places + side) for side, sign in SIDES]
     return Held(
-        modes=own[rows], limits=total_of(2 * len(rows), limits, slots.graph), other=other,
+        modes=holding, limits=total_of(2 * len(rows), limits, slots.graph), other=other,
         forces=total_of(count, forces, slots.graph), applied=total_of(count, balanced, slots.graph),
     )  # fmt: skip
 
 
+def places_of(
+    system: FamilySystem,
+    listed: Sequence[Friction],
+    numbers: Mapping[tuple[Domain, Node], Places],
+    count: int,
+) -> Numbers:
+    """The place of a coordinate at which each mode changes, nan if it is not a number that is known now."""
+    slots, graph, found = system.slots, system.slots.graph, np.full(count, np.nan)
+    none, given = np.zeros(system.q.count), np.zeros(system.given.count)
+    values = FamilyValues(system, 0.0, none, none, given)
+    for one in listed:
+        inside = [*slots.inside(one.argument)]
+        moving = [symbol for symbol, slot in inside if slot.array is system.q]
+        fixed = [symbol for symbol, slot in inside if slot.array is system.whole]
+        if len(moving) == 1 and one.argument.symbols == sum(s.symbols for s in (*moving, *fixed)):
+            at_zero = substituted(graph, [one.argument], {moving[0]: graph.zero})[0]
+            found[numbers[one.place]] = -values.node(at_zero / graph.diff(one.argument, moving[0]))
+    return found
+
+
+def modes_of(rows: Places, holding: Places, count: int) -> Places:
+    """The modes that hold each coordinate, (coordinates, modes): its last one stands for those that it does
+    not have; ``NONE`` where it has none."""
+    each = np.bincount(rows, minlength=count)
+    first = np.cumsum(each) - each
+    found = np.full((count, each.max()), NONE)
+    for k in range(each.max()):
+        places = first[each > 0] + np.minimum(k, each[each > 0] - 1)
+        found[each > 0, k] = holding[places]
+    return found
+
+
+def by_term(listed: Sequence[Friction]) -> Mapping[Term, Sequence[Friction]]:
+    """Friction by the terms in which it is."""
+    found: dict[Term, list[Friction]] = {}
+    for one in listed:
+        found.setdefault(one.term, []).append(one)
+    return found
+
+
 def gate(slots: Slots, domain: Domain, modes: Array, numbers: Places) -> Node:
-    """1, or 0 where a coordinate is held: the square of its mode."""
-    mode = slots.symbol(domain, modes, np.ascontiguousarray(numbers))
-    return mode * mode
+    """1, or 0 where a coordinate is held: the square of its mode, or of all its modes, (members, modes)."""
+    columns = np.ascontiguousarray(numbers.reshape(domain.count, -1).T)
+    found = slots.graph.one
+    for column in columns:
+        mode = slots.symbol(domain, modes, column)
+        found = found * mode * mode
+    return found

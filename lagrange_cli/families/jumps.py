@@ -16,16 +16,13 @@ PARTIAL = "log", "asin", "acos", "acosh", "atanh"
 """Functions that do not have a value everywhere."""
 
 
-def refuse_jumps(slots: Slots, node: Node, *arrays: Array) -> None:
-    """Raise ``Unsuited`` where an expression, or a sum in it, may jump as numbers of these arrays change."""
+def may_jump(slots: Slots, node: Node, *arrays: Array) -> bool:
+    """Whether an expression, or a sum in it, may jump as numbers of these arrays change."""
     moving = slots.symbols_of(*arrays, totals=True)
-    for one in switches(Merging(slots.graph, moving).merged([node]), moving):
-        if jumps(slots.graph, one):
-            raise Unsuited
-    for _, slot in slots.inside(node):
-        if isinstance(slot.array, Total):
-            for term in slot.array.terms:
-                refuse_jumps(slots, term.node, *arrays)
+    if any(jumps(slots.graph, one) for one in switches(Merging(slots.graph, moving).merged([node]), moving)):
+        return True
+    inner = (slot.array for _, slot in slots.inside(node) if isinstance(slot.array, Total))
+    return any(may_jump(slots, term.node, *arrays) for total in inner for term in total.terms)
 
 
 def refuse_angles(slots: Slots, nodes: Iterable[Node]) -> None:

@@ -9,7 +9,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.friction import Friction, holds, passing
+from lagrange_cli.families.friction import Friction, holds, passing, yields
 from lagrange_cli.families.jumps import is_root, jumps, partial, pole, refuse_angles
 from lagrange_cli.mechanics.switching.switches import Merging, switches
 from lagrange_cli.records import replace
@@ -94,11 +94,12 @@ class Switched:
         """Raise ``Unsuited`` for switches that have no modes here."""
         if switches(self.slots.made_of(self._others), self.moving):
             raise Unsuited
-        nodes = [*self._nodes, *self._merging.merged([self.system.potential])]
         acting = self.system.forces, self.system.applied, self.system.slopes, self.system.gradient
-        aside = {*acting, *self._idle}
-        others = [term.node for one in self.totals if one not in aside for term in self.merged(one)]
-        inside = {*switches([*others, *self._merging.merged([self.system.potential])], self.moving)}
+        used = [one for one in self.totals if one not in self._idle]
+        others = [term.node for one in used if one not in acting for term in self.merged(one)]
+        others += self._merging.merged([self.system.potential])
+        inside = {*switches(others, self.moving)}
+        nodes = [*others, *(term.node for one in acting for term in self.merged(one))]
         rubbing = {friction.argument for friction in self.friction} | self.passed
         decisive = switches(nodes, self.moving)
         refuse_angles(self.slots, [one.arguments[0] for one in decisive])
@@ -116,19 +117,33 @@ class Switched:
                 raise Unsuited  # what has no series where a velocity is 0 may come to rest there
 
     @cached_property
-    def friction(self) -> list[Friction]:
-        """The forces that can hold coordinates. Raises ``Unsuited`` where one that jumps cannot."""
-        found, system = list[Friction](), self.system
-        for term in self.merged(system.forces):
+    def _jumping(self) -> list[tuple[Friction, Friction]]:
+        """The terms of the forces that jump, for each argument with places or velocities by itself; and each
+        in the domain of the first that has the same numbers in this."""
+        found, known = list[tuple[Friction, Friction]](), list[Friction]()
+        for term in self.merged(self.system.forces):
             jumping: dict[Node, list[Node]] = {}
             for one in switches([term.node], self.moving):
-                argument = one.arguments[0]
-                if argument not in self.passed and argument.symbols & self.places and jumps(self.graph, one):
-                    if not holds(system, term, argument, self.moving):
-                        raise Unsuited(*JUMPS)
-                    jumping.setdefault(argument, []).append(one)
-            found += [Friction(term, argument, listed) for argument, listed in jumping.items()]
+                if one.arguments[0].symbols & self.places and jumps(self.graph, one):
+                    jumping.setdefault(one.arguments[0], []).append(one)
+            for argument, listed in jumping.items():
+                own = Friction(term, argument, listed)
+                first = next((moved for one in known if (moved := own.like(one, self.slots))), own)
+                known += [own] if first is own else []
+                found.append((own, first))
         return found
+
+    @cached_property
+    def friction(self) -> list[Friction]:
+        """The forces that can hold coordinates. Raises ``Unsuited`` where one that jumps cannot, unless it
+        does not jump while another one holds."""
+        found = [pair for pair in self._jumping if pair[0].argument not in self.passed]
+        holding = [pair for pair in found if holds(self.system, pair[0], self.moving)]
+        held = {one.place for _, one in holding}
+        for pair in found:
+            if pair not in holding and not (pair[1].place in held and yields(self.system, pair[1])):
+                raise Unsuited(*JUMPS)
+        return [one for one, _ in holding]
 
     @property
     def _idle(self) -> set[Total]:
@@ -141,15 +156,15 @@ class Switched:
     @cached_property
     def passed(self) -> set[Node]:
         """The arguments at which forces jump that cannot hold them (``passing``)."""
-        acting: dict[tuple[Domain, Node], list[Friction]] = {}
-        for term in self.merged(self.system.forces):
-            jumping: dict[Node, list[Node]] = {}
-            for one in switches([term.node], self.moving):
-                if one.arguments[0].symbols & self.places and jumps(self.graph, one):
-                    jumping.setdefault(one.arguments[0], []).append(one)
-            for argument, listed in jumping.items():
-                acting.setdefault((term.domain, argument), []).append(Friction(term, argument, listed))
-        return {argument for (_, argument), given in acting.items() if passing(self.system, given)}
+        acting: dict[tuple[Domain, Node], list[tuple[Friction, Friction]]] = {}
+        for own, one in self._jumping:
+            acting.setdefault(one.place, []).append((own, one))
+        return {
+            own.argument
+            for given in acting.values()
+            if passing(self.system, [one for _, one in given])
+            for own, _ in given
+        }
 
     def _within(self, node: Node) -> Iterator[Node]:
         """The switches in an expression, and in what it is made of."""

@@ -77,7 +77,8 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     elif found.bonds is not None:
         few = found.bonds.terms < FEWEST_BOUND and found.terms < FEWEST
     else:
-        few = found.terms < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
+        watched = sum(one.domain.count for one in found.events.arguments.terms) if found.events else 0
+        few = found.terms + watched < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
     return None if few else found
 
 

@@ -16,7 +16,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
 
@@ -156,8 +156,8 @@ def double(equations: Specification) -> MotionCode:
     elif equations.steps:
         families = related(residual.model)
         if families:
-            floor = LANES * -(-work // LANES)
-            work = floor + LANES * -(-lengths.width // LANES)
+            floor = whole_vectors(work)
+            work = floor + whole_vectors(lengths.width)
             lengths = replace(lengths, floor=floor)
         own = replace(given_of(equations, work, project), related=families)
         steps.append(advance(DoubleSteps(lengths, own)))
@@ -175,7 +175,7 @@ def double_double(equations: Specification) -> MotionCode:
 
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
-    work, least = (LANES * -(-one // LANES) for one in (work, rows.width))
+    work, least = (whole_vectors(one) for one in (work, rows.width))
     work += least  # what velocities are measured by at least
     project = ""
     if equations.residual.bound:

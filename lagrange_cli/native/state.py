@@ -163,14 +163,25 @@ class StateLayout:
     @cached_property
     def memory(self) -> int:
         """Doubles of the state with all its parts."""
-        return self.carried_at + LANES * -(-self.carried // LANES)
+        return self.carried_at + whole_vectors(self.carried)
 
     @cached_property
     def carried_at(self) -> int:
         """Where what is carried begins."""
-        return self.errors + self.width + LANES * -(-self.set // LANES)
+        return self.errors + self.width + whole_vectors(self.set)
+
+
+def vectors_of(doubles: int) -> int:
+    """How many vectors so many doubles take."""
+    return -(-doubles // LANES)
+
+
+def whole_vectors(doubles: int, beyond: int = 0) -> int:
+    """The doubles of these vectors, and of some ``beyond``: what is read and written in vectors that may
+    begin anywhere goes further."""
+    return LANES * (vectors_of(doubles) + beyond)
 
 
 def width_of(rows: int) -> int:
     """Doubles that so many rows of the state take: one vector, or several whole ones."""
-    return next((width for width in (2, 4) if width >= rows), LANES * -(-rows // LANES))
+    return next((width for width in (2, 4) if width >= rows), whole_vectors(rows))

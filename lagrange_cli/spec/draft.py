@@ -89,6 +89,12 @@ class WrittenEvent(Written):
     changes: tuple[Entry, ...] = ()
     indices: Mapping[str, int] = field(default_factory=dict)
 
+    @property
+    def expressions(self) -> tuple[Expression, ...]:
+        alike = (one for one in self.changes if not any(axis.index for axis in one.key.axes))
+        given = (self.when, *(one.value for one in alike))
+        return tuple(one for one in given if one is not None)
+
     def member(self, name: str, indices: Mapping[str, int]) -> WrittenEvent:
         """The event of one member."""
         return replace(self, name=name, when=_with(self.when, indices), indices=indices)

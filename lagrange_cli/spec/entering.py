@@ -88,15 +88,12 @@ class _Entering:
                 self.names.declare(name, what, place, None, family)
 
 
-def siblings(draft: Draft) -> dict[int, Part[Any]]:
+def siblings(draft: Draft) -> dict[int, list[Part[Any]]]:
     """The members of families that share an expression, by its tree."""
-    return {
-        id(one.tree): part
-        for row in SECTIONS.rows
-        if row.family
-        for group in groups_of(draft.sections.get(row.key, ()))
-        if isinstance(group, WrittenFamily)
-        for part in group.parts
-        if part.axes
-        for one in part.item.expressions
-    }
+    found: dict[int, list[Part[Any]]] = {}
+    for row in SECTIONS.rows:
+        for group in groups_of(draft.sections.get(row.key, ())) if row.family else ():
+            for part in group.parts if isinstance(group, WrittenFamily) else ():
+                for one in part.item.expressions if part.axes else ():
+                    found.setdefault(id(one.tree), []).append(part)
+    return found

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from lagrange_cli.expression.confusions import is_unit
 from lagrange_cli.expression.indices import counted, integer
+from lagrange_cli.expression.listed import places
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, plain_names
 from lagrange_cli.expression.vocabulary import member_name
@@ -16,7 +17,7 @@ from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import in_order
 from lagrange_cli.spec.draft import Declared, Draft, Entry, WrittenBody, WrittenEvent
-from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames
+from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames, grids
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place as FilePlace
@@ -113,24 +114,51 @@ class _Expander:
 
     def _empty(self, piece: One) -> None:
         """Say that a family has no members, at the range of its first piece that is empty."""
+        if not piece.key.is_grid:
+            self._report(piece, ExpressionError(piece.key.axes[-1].span, "no members", "make a range longer"))
+            return
         axis = next(axis for axis in piece.key.axes if axis.index and not counted(axis, self.sizes))
         message = f"empty range{self._shown(axis)}"
-        self._report(piece, axis, ExpressionError(axis.span, message, "a family has at least one member"))
+        self._report(piece, ExpressionError(axis.span, message, "a family has at least one member"))
 
     def _piece(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]] | None:
         """The members that one entry gives, and its ranges as they are written; None where it is wrong. There
         are none where a range is empty, as that of all links but the first in a chain of one."""
         if isinstance(piece, Declared) and piece.is_list:
             return self._list(piece)
+        if not piece.key.is_grid:
+            return self._some(piece)
         ranges = [self._range(piece, axis) for axis in piece.key.axes]
         known = tuple(one for one in ranges if one is not None)
         if len(known) < len(ranges) or not self._count(piece, prod(map(len, known))):
             return None
-        self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
+        self._note(piece)
         if not all(known):
             return []
         part = Part(piece, tuple(axis.index for axis in piece.key.axes), tuple(map(ascending, known)))
         return [(part, known)]
+
+    def _note(self, piece: One) -> None:
+        self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
+
+    def _some(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]] | None:
+        """Members whose indices depend on one another, as ``range(i)`` does, or satisfy conditions."""
+        if any(plain_names(tree) & self.problems.broken for axis in piece.key.axes for tree in axis.trees):
+            return None
+        try:
+            found = [place for place, _ in places(piece.key.axes, self.sizes, MAX_MEMBERS)]
+            smallest = min((min(place) for place in found), default=0)
+            if smallest < 0:
+                span = piece.key.axes[0].span
+                raise ExpressionError(span, f"negative index {smallest}", "indices count from 0")
+        except ExpressionError as error:
+            self._report(piece, error)
+            return None
+        if not self._count(piece, len(found)):
+            return None
+        self._note(piece)
+        indices = tuple(axis.index for axis in piece.key.axes)
+        return [(Part(piece, indices, ranges), ranges) for ranges in grids(sorted(found))]
 
     def _list(self, piece: Declared) -> list[tuple[Part[Declared], tuple[range, ...]]] | None:
         values = piece.fields["value"]
@@ -163,15 +191,21 @@ class _Expander:
                     axis.span, f"negative index {smallest}{self._shown(axis)}", "indices count from 0"
                 )
         except ExpressionError as error:
-            self._report(piece, axis, error)
+            self._report(piece, error)
             return None
         return values
 
-    def _report(self, piece: One, axis: Axis, error: ExpressionError) -> None:
-        used = frozenset[str]().union(*map(plain_names, axis.bounds))
-        unknown = sorted(used - self.sizes.keys())
+    def _report(self, piece: One, error: ExpressionError) -> None:
+        axes, start = piece.key.axes, error.span.start
+        axis = next((one for one in axes if one.span.start <= start < one.span.stop), axes[0])
+        before = {one.index for one in axes if one.span.stop < axis.span.start}
+        used = frozenset[str]().union(*map(plain_names, axis.trees))
+        unknown = sorted(used - self.sizes.keys() - before - ({axis.index} if axis.conditions else set()))
         message, hint = error.message, error.hint
-        if unknown:
+        later = [one.index for one in axes if one.index in unknown]
+        if later:
+            message, hint = f"the index '{later[0]}' is used before its range", "write its range first"
+        elif unknown:
             name = unknown[0]
             self.problems.broken.add(name)  # said once
             message = f"unknown size '{name}'"
@@ -181,7 +215,7 @@ class _Expander:
                 hint = f"write {piece.key.name}[{name} in range({size})] for all members"
             elif name in self.parameters:
                 hint = f"'{name}' is a parameter: declare it under 'sizes' instead"
-            if is_unit(name) and name not in self.parameters:
+            if is_unit(name) and name not in self.parameters and not axis.index:
                 hint += f"; a unit is written '{piece.name}: {{value: 1.0, unit: {name}}}'"
         self.problems.add(piece.at(error.span), f"{message} in '{piece.key.label}'", hint)
 
@@ -204,20 +238,20 @@ class _Expander:
         shape = tuple(max(part.ranges[k][-1] for part in parts) + 1 for k in range(len(parts[0].ranges)))
         count = sum(part.count for part in parts)
         if count == prod(shape):
-            places: Grid | Listed = Grid(tuple(map(range, shape)))
+            members: Grid | Listed = Grid(tuple(map(range, shape)))
         elif len(parts) == 1:
-            places = Grid(parts[0].ranges)
+            members = Grid(parts[0].ranges)
         else:
-            places = Listed(sorted(place for part in parts for place in part.places))
+            members = Listed(sorted(place for part in parts for place in part.places))
         if complete and count != prod(shape):
-            missing = next(place for place in product(*map(range, shape)) if places.number(place) is None)
+            missing = next(place for place in product(*map(range, shape)) if members.number(place) is None)
             self.problems.add(
                 pieces[0].place,
                 f"the family '{name}' has no member '{member_name(name, missing)}'",
                 f"declare all members from 0 on, as in {name}[i in range(N)]",
             )
             return None
-        return Family(name, shape, MemberNames(name, places), self._labels(pieces, shape))
+        return Family(name, shape, MemberNames(name, members), self._labels(pieces, shape))
 
     def _labels(self, pieces: list[One], shape: tuple[int, ...]) -> tuple[str, ...]:
         """The axes' names in the output: that of the size they run through, where there is one."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import groupby, product
 from math import prod
 from typing import Any, TypeAlias, TypeVar, overload
 
@@ -102,6 +102,22 @@ class Listed(Made[Place]):
     def number(self, place: Place) -> int | None:
         """Which one it is, counted from 0; None where it is none of them."""
         return self._numbers.get(place)
+
+
+def grids(places: Sequence[Place]) -> list[tuple[range, ...]]:
+    """Places in ascending order as few grids: those of ``range(i)`` are one for each i."""
+    if not places[0:1] or not places[0]:
+        return [()] * len(places[0:1])
+    rows = [(i, grids([one[1:] for one in own])) for i, own in groupby(places, lambda one: one[0])]
+    found: list[tuple[range, ...]] = []
+    while rows:
+        (first, tails), step = rows[0], (rows[1][0] if rows[1:] else rows[0][0] + 1) - rows[0][0]
+        count = next(
+            (k for k, (i, own) in enumerate(rows) if own != tails or i != first + k * step), len(rows)
+        )
+        found += [(range(first, first + count * step, step), *tail) for tail in tails]
+        del rows[:count]
+    return found
 
 
 class MemberNames(LikeTuple[str]):

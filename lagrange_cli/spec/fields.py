@@ -223,10 +223,11 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
             return found
     except ExpressionError as error:
         if indexed and families:
+            one = "an" if what[0] in "aeiou" else "a"
             problems.broken.add(name.partition("[")[0].strip())
             problems.add(
                 key.passage.place(error.span),
-                f"{error.message} {'as the key' if error.span.start == 0 else 'in the name'} of a {what}",
+                f"{error.message} {'as the key' if error.span.start == 0 else 'in the name'} of {one} {what}",
                 error.hint or "write theta[i in range(N)]",
             )
             return None

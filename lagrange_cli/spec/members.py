@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -72,6 +73,12 @@ def indices_of(part: Part[Any]) -> dict[str, Places]:
     axes = [np.arange(one.start, one.stop, one.step, dtype=np.int64) for one in part.ranges]
     values = np.meshgrid(*axes, indexing="ij")
     return {name: one.ravel() for name, one in zip(part.indices, values) if name}
+
+
+def indices_of_all(parts: Sequence[Part[Any]]) -> dict[str, Places]:
+    """The same for the members of parts that have the same indices, one part after the other."""
+    found = [*map(indices_of, parts)]
+    return {name: np.concatenate([one[name] for one in found]) for name in found[0]}
 
 
 def numbers_of(family: Family, part: Part[Any]) -> Places:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -56,7 +56,7 @@ class Names(Meanings):
         self.rules = rules
         self.sizes = sizes
         self._builder = SumBuilder(self, BoundsAlgebra(), sizes)
-        self.siblings: Mapping[int, Part[Any]] = {}
+        self.siblings: Mapping[int, Sequence[Part[Any]]] = {}
         """The members of families that share an expression, by its tree."""
         self._of_siblings: dict[int, Any] = {}
         self._clashes: set[str] = set()
@@ -141,11 +141,11 @@ class Names(Meanings):
         key = id(expression.tree)
         if key not in self._of_siblings:
             self._of_siblings[key] = None
-            part = self.siblings.get(key)
-            if part is not None and self.has_many(part):
-                from lagrange_cli.spec.members import indices_of
+            parts = self.siblings.get(key, ())
+            if sum(part.count for part in parts) >= MANY:
+                from lagrange_cli.spec.members import indices_of_all
 
-                self._of_siblings[key] = self.many.of_members(expression.tree, indices_of(part))
+                self._of_siblings[key] = self.many.of_members(expression.tree, indices_of_all(parts))
         return self._of_siblings[key]
 
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:

@@ -7,6 +7,7 @@ remain what was written.
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Container, Iterator
 from typing import Any, TypeAlias
@@ -22,6 +23,8 @@ from lagrange_cli.spec.source import HDF5_SIGNATURE, MAX_DEPTH, TOO_DEEP, WHOLE_
 
 MAX_BYTES = whole("bytes")
 MAX_NODES = whole("values")
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_BINARY = "the file is binary, not text"
 _EXAMPLE = "'lagrange systems pendulum' shows an example"
 _NOT_YAML = "[^\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 """Compiled only for files that have characters that do not print: it takes longer than to read most files."""
@@ -93,11 +96,13 @@ def decode(data: bytes | str, filename: str) -> Source:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
         text.encode()
     except UnicodeError as error:
+        if isinstance(data, bytes) and b"\0" in data and not data.startswith(_UTF_16):
+            raise _unreadable(filename, _BINARY, hint) from error
         raise _unreadable(
             filename, "the file is not text in UTF-8", "save it in the encoding UTF-8"
         ) from error
     if "\0" in text:
-        raise _unreadable(filename, "the file is binary, not text", hint)
+        raise _unreadable(filename, _BINARY, hint)
     if not text.strip():
         raise _unreadable(filename, "the file is empty", _EXAMPLE)
     source = Source(filename, text.removeprefix("\ufeff"))

@@ -65,7 +65,8 @@ SECTIONS = Table(
             "coordinates",
             read_coordinates,
             "a list of names, or name -> `{initial, velocity, unit, description}`. Their order is the order "
-            "of q. `initial` and `velocity` (0 by default) are numbers or expressions in parameters",
+            "of q. `initial` and `velocity` are numbers or expressions in parameters. `initial` may be left "
+            "out if constraints determine it; `velocity` is 0 by default",
             also="variables vars coords coord dof dofs degrees_of_freedom generalized_coordinates "
             "generalised_coordinates unknowns q",
             rule=Rule(CONSTANT, "initial values may use numbers and parameters"),
@@ -83,7 +84,7 @@ SECTIONS = Table(
                 "definitions may use coordinates, velocities, t, parameters, multipliers and other "
                 "definitions, but no particles",
             ),
-            family="all",
+            family="some",
         ),
         named(
             "masses",

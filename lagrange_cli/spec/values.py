@@ -143,12 +143,19 @@ def evaluate_run(
             evaluation.problems.add_once(
                 coordinate.place,
                 f"coordinate '{coordinate.name}' has no initial value",
-                f"write {family_name(coordinate.name)}{'[...]' if '[' in coordinate.name else ''}: "
-                f"{{initial: 0.1}}, or --set {coordinate.name}=0.1",
+                initial_hint(
+                    coordinate, f"{family_name(coordinate.name)}{'[...]' if '[' in coordinate.name else ''}"
+                ),
             )
     if problems is None:
         evaluation.problems.stop_if_any()
     return evaluation.values, tuple([x or 0.0 for x in q]), tuple([x or 0.0 for x in v]), evaluation.times
+
+
+def initial_hint(coordinate: Coordinate, name: str) -> str:
+    """How to give a coordinate, which the file calls by a ``name``, its initial value."""
+    velocity = ", velocity: ..." if coordinate.velocity is not None else ""
+    return f"write {name}: {{initial: 0.1{velocity}}}, or --set {coordinate.name}=0.1"
 
 
 def all_of(

@@ -75,7 +75,13 @@ class WrittenFamily(Made[T]):
         self._names = family.members
         self._made: dict[Place, T] = {}
         """The members that have been asked for."""
-        self._wide = [part for part in parts if part.count > 1]
+        wide = [part for part in parts if part.count > 1]
+        self._wide = [part for part in wide if len(part.ranges[0]) > 1]
+        self._rows: dict[int, list[Part[T]]] = {}
+        """Those that have one first index, by this."""
+        for part in wide:
+            if len(part.ranges[0]) == 1:
+                self._rows.setdefault(part.ranges[0][0], []).append(part)
         self._single = {next(part.places): part for part in parts if part.count == 1}
 
     @property
@@ -120,7 +126,8 @@ class WrittenFamily(Made[T]):
         """The part that the member at a place belongs to."""
         if len(self.parts) == 1:
             return self.parts[0]
-        return self._single.get(place) or next(part for part in self._wide if part.has(place))
+        wide = (*self._rows.get(place[0], ()), *self._wide)
+        return self._single.get(place) or next(part for part in wide if part.has(place))
 
     def at(self, place: Place) -> T:
         """The member at a place."""

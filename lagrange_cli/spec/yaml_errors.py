@@ -75,6 +75,10 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
         bracket = source.lines[opened.line][opened.column]
         hint = f"the '{bracket}' of line {opened.line + 1} is still open: close it, or write a comma"
         line_of_it = source.lines[opened.line]
+    elif context and "quoted" in context and opened is not None and "end of stream" in problem:
+        line, column, context, problem = opened.line, opened.column, None, "a quote is not closed"
+        line_of_it = source.lines[line]
+        hint = f"add a {line_of_it[column]} where the text ends"
     else:
         line_of_it = source.lines[line]
     if colour := _COMMENTED.search(line_of_it[:_LONGEST]):

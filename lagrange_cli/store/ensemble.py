@@ -200,7 +200,7 @@ class EnsembleWriter(Output):
 
     def write_crossings(self) -> None:
         """Add the groups of events, members one by one."""
-        self.file.flush()  # as in ``write_texts``
+        self.file.flush()  # as in ``write_messages``
         for event in self._layout.events:
             found = self._events[event.group].in_order()
             times: Any = None
@@ -215,12 +215,12 @@ class EnsembleWriter(Output):
             self.file[event.group].attrs.update(event.attributes)
         self.check()
 
-    def write_texts(self, path: str, long_name: str, texts: Sequence[str], chosen: NDArray[np.int8]) -> None:
-        """Add a dataset of text: for each member the one of ``texts`` that ``chosen`` (members,) says."""
+    def write_messages(self, texts: Sequence[str], chosen: NDArray[np.int8]) -> None:
+        """Add how each member ended: the one of ``texts`` that ``chosen`` (members,) says."""
         self.file.flush()  # what HDF5 frees from here on has been written by now, checkpoints or not
         used = np.unique(chosen)
         rows = np.array([text.encode() if i in used else b"" for i, text in enumerate(texts)])
-        series = Series(path, long_name=long_name, sampled=False, kind=rows.dtype.str)
+        series = Series("message", long_name="how the member ended", sampled=False, kind=rows.dtype.str)
         shape = tuple(len(scale) for scale in self._leading)
         dataset = self._create(self.file, series, chunks=block_of(shape), compression="gzip")
         chosen = chosen.reshape(shape)

@@ -1,12 +1,12 @@
 """Reading an existing output of unknown origin: only the record that this program has written is trusted.
 
 The file may come from anyone, and the HDF5 library is not safe for such files: links may lead to other files
-or to pipes, a chunk may ask for any amount of memory, and damaged structures can make it hang. So an existing
-output is never opened with that library. Every output holds a *record* instead: a ``Checkpoint`` with a
-digest, followed by its place and its length. If the run has ended, the record says how. It is then stored
-after the end of the HDF5 data, where other programs do not look. If the run was interrupted, the record is
-what the run can be continued from, in the dataset ``/checkpoint``. ``read_record`` finds either from the last
-bytes of the file:
+or to pipes, a chunk may ask for any amount of memory, and damaged structures can make it hang. So a run never
+opens an existing output with that library, and what draws outputs only if they have a record (``result``).
+The *record* is a ``Checkpoint`` with a digest, followed by its place and its length. If the run has ended,
+the record says how. It is then stored after the end of the HDF5 data, where other programs do not look. If
+the run was interrupted, the record is what the run can be continued from, in the dataset ``/checkpoint``.
+``read_record`` finds either from the last bytes of the file:
 
     record = read_record(target.path, target.shown)  # FileError where it is no output of this program
     record.head["attributes"]["status"]              # all attributes of the root, where the run has ended

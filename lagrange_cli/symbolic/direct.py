@@ -138,7 +138,10 @@ class DualAlgebra(Decided):
             turn = self.of_one("atan", (y * b - x * a) / (x * b + y * a))
             return Dual((self.m.atan2(y.value[0], x.value[0]), 0.0, 0.0)) + turn
         if name in ("min", "max"):
-            return (min if name == "min" else max)(arguments, key=lambda one: one.value[0])
+            chosen = (min if name == "min" else max)(arguments, key=lambda one: one.value[0])
+            for one in arguments:
+                self.side(one - chosen, 0)  # which raises where two of them meet
+            return chosen
         if name in ("abs", "sign"):
             return Dual((float(self.side(x, 0) or 0), 0.0, 0.0)) * (x if name == "abs" else self.number("1"))
         return power(x, 0.5) if name == "sqrt" else self.of_one(name, x)

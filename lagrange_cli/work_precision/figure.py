@@ -5,6 +5,7 @@ The error decreases to the right: points further right are more accurate, and lo
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,13 +55,15 @@ class Picture:
 def check_picture(name: str) -> None:
     """Check, before any work is done, that a picture can be drawn.
 
-    Raises ``UsageError``.
+    Raises ``UsageError`` for another format, ``FileError`` where no file can be written.
     """
     path = Path(name)
     if path.suffix not in FORMATS:
         raise UsageError(f"--plot {name}: the name must end in {', '.join(FORMATS[:-1])} or {FORMATS[-1]}")
     if not path.parent.is_dir():
-        raise UsageError(f"--plot {name}: there is no directory {path.parent}")
+        raise FileError(f"{name} cannot be written: there is no directory {path.parent}")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise FileError(f"{name} cannot be written: no permission to write in {path.parent}")
     check_matplotlib("--plot")
 
 

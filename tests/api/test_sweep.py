@@ -71,7 +71,7 @@ def test_members_are_drawn_and_listed(tmp_path):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({}, "no members given"),
+        ({}, "no members given: add over={"),
         ({"over": ["l"]}, "over must be a mapping"),
         ({"over": {"l": "many"}}, "l=many"),
         ({"over": {"l": ["a"]}}, "over: l must be a sequence of numbers"),

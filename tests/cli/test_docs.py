@@ -63,7 +63,7 @@ def test_the_page_of_the_output_file_names_every_output():
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     examples = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    example, walls, contact, rod, top, ball, rotor, plane, family, drawn, others, *examples = examples
+    example, walls, contact, rod, top, ball, rotor, plane, family, discs, drawn, others, *examples = examples
     chain, pieces, attraction, units, times = examples
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
     walled = "parameters: {k: 1, m: 1, mu: 1, g: 1, F: 1}\ncoordinates: [x, y]\nmasses: {p: m}\n"
@@ -80,6 +80,9 @@ def test_the_examples_of_the_system_file_are_system_files():
     gas = "sizes: {N: 2}\ncoordinates: {x[i in range(N)]: {initial: 1}}\nmasses: {p[i in range(N)]: 1}\n"
     gas += "embedding: {p[i in range(N)]: x[i]}\n"
     assert [*read_spec(gas + family, "gas.yaml").events] == ["wall[0]", "wall[1]", "flash"]
+    gas = "sizes: {N: 3}\nparameters: {R: 1}\ncoordinates: {'x[i in range(N)]': {}, 'y[i in range(N)]': {}}\n"
+    gas += "masses: {'p[i in range(N)]': 1}\nembedding: {'p[i in range(N)]': ['x[i]', 'y[i]']}\n"
+    assert [*read_spec(gas + discs, "discs.yaml").events] == ["hit[1,0]", "hit[2,0]", "hit[2,1]"]
     assert draw(spec := read_spec(drawn, "drawn.yaml"), resolve_values(spec)).sliders["k"] == (1, 100)
     spec = read_spec(chain, "chain.yaml", {"N": "3"})
     assert [coordinate.name for coordinate in spec.coordinates] == ["theta[0]", "theta[1]", "theta[2]"]

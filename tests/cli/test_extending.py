@@ -18,6 +18,7 @@ MOTIONS = {
     "free.yaml": "x_dot**2/2 - 3*x",
     "wall.yaml": "x_dot**2/2 - tanh(1e3*(x - 2))",
     "fall.yaml": "x_dot**2/2 + 1/x",
+    "touch.yaml": "x_dot**2/2 - 200*max(0, x)**2.5",
 }
 
 
@@ -78,6 +79,7 @@ ANEW = {
     ),
     "a wall ahead": ("wall.yaml", ["--step", "0.1"], "1.3", "30"),
     "a wall at the end": ("wall.yaml", ["--step", "0.1"], "1.69", "30"),
+    "a touch at the start": ("touch.yaml", ["--set", "x=0", "--step", "0.05"], "0.15", "0.3"),
     "31 digits": (PENDULUM, ["--precision", "double-double"], "1", "2"),
     "scipy": (PENDULUM, ["--method", "LSODA"], "1", "2"),
 }

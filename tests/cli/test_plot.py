@@ -85,6 +85,8 @@ def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):
         (["other.h5", "-o", "a.jpg"], 2, "must end in"),
         (["other.h5", "-o", "none/a.png"], 5, "there is no directory"),
         (["other.h5", "-o", "kept.png"], 5, "already exists"),
+        (["kept.png", "--force"], 2, "kept.png is a picture"),
+        ([""], 2, "the name of the file is empty"),
         (["other.h5", "--what", "q", "--y", "h"], 2, "give one of them"),
         (["other.h5", "--terminal", "-o", "a.png"], 2, "writes no file"),
         (["other.h5", "--inches", "big"], 2, "not a size in inches"),

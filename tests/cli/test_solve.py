@@ -296,6 +296,8 @@ BAD = {
     "samples and step": ([PENDULUM, "--samples", "5", "--step", "1"], 2, "one of them"),
     "unknown output": ([PENDULUM, "--outputs", "q,enrgy"], 2, "did you mean 'energy'"),
     "no output": ([PENDULUM, "--outputs", ","], 2, "expected a comma-separated list"),
+    "an output after a space": ([PENDULUM, "--outputs", "q,"], 2, "write the list without spaces"),
+    "an empty name": ([""], 2, "the name of the file is empty"),
     "unknown method": ([PENDULUM, "--method", "rk4"], 2, "taylor"),
     "tolerance out of range": ([PENDULUM, "--tolerance", "7"], 2, "tolerance"),
     "sizes": ([PENDULUM, "--size", "N=3"], 2, "unknown size 'N'; the file has no 'sizes'"),

@@ -167,6 +167,30 @@ events:
         assert np.allclose(found[f"events/{name}/t"], [t for t, _ in expected], rtol=0.0, atol=2.0**-48)
 
 
+def test_beads_that_collide_in_pairs_exchange_their_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Equal beads on a line: together they are where free ones would be, which pass through each other."""
+    keep_families(monkeypatch, whole=True)
+    text = """
+sizes: {N: 5}
+coordinates: {"x[i in range(N)]": {initial: "0.3*i + 0.1*sin(i)", velocity: "2*cos(5*i)"}}
+masses: {"bead[i in range(N)]": 1}
+embedding: {"bead[i in range(N)]": "x[i]"}
+potential: 0
+events:
+  hit[i in range(N), j in range(i)]:
+    when: x[i] - x[j]
+    direction: falling
+    action: {set: {"x_dot[i]": "x_dot[j]", "x_dot[j]": "x_dot[i]"}}
+"""
+    prepared = ready(text)
+    assert prepared.recording.conserved == ("h",)
+    found = followed(prepared, text, 3.0)
+    i = np.arange(5)
+    free = 0.3 * i + 0.1 * np.sin(i) + 2.0 * np.cos(5 * i) * np.linspace(0.0, 3.0, 7)[:, None]
+    assert np.any(np.diff(free) < 0.0)
+    assert np.allclose(found["q/x"], np.sort(free), rtol=0.0, atol=2.0**-46)
+
+
 @pytest.mark.parametrize(
     "events", ['{angle: {when: "atan2(x[0], x[1]) - 1"}}', '{narrow: {when: "exp(-1000*x[0]**2) - 0.5"}}']
 )

@@ -70,6 +70,14 @@ definitions:
 potential: sum(k/2*max(0, d - norm(p[i] - p[j]))**2 for i in range(N) for j in range(i))
 {potential}
 """
+CHARGES = """
+sizes: {{N: {count}}}
+parameters: {{"B[i in range(N)]": 2 + i/9, s: 0.1}}
+coordinates:
+  x[i in range(N)]: {{initial: "0.4*sin(7*i + 1)", velocity: "1.5*cos(3*i)"}}
+  y[i in range(N)]: {{initial: "i", velocity: "0.5*cos(5*i)"}}
+lagrangian: sum((x_dot[i]**2 + y_dot[i]**2)/2 - x[i]**2/3 - y[i]**2/9 for i in range(N)) + {potential}
+"""
 RODS = PENDULUM.replace("\nevents: {events}", " + {potential}")
 STOPS = "sum(k*max(0, x[i] - gap[i])**2 + k*max(0, -x[i] - gap[i])**2 for i in range(N))"
 KINK = "sum(max(0, x[i])**2 for i in range(N))"
@@ -150,6 +158,25 @@ CASES = {
         GRAINS,
         "dissipation: sum(where(norm(p[i]) < 1.3, c*(x_dot[i]**2 + y_dot[i]**2), 0)"
         " + where(x[i] > 2 - t/9, (x_dot[i] + 1/9)**4, 0) for i in range(N))",
+    ),
+    "dashpots of each particle": (
+        GRAINS,
+        'forces: {{"p[i in range(N)]": ["-c*x_dot[i]/9 - sum(where(norm(p[i] - p[j]) < d, c*u[i, j], 0)'
+        ' for j in range(N) if j != i)", "sum(where(norm(p[i] - p[j]) < d, -c*w[i, j], 0)'
+        ' for j in range(N) if j != i)"]}}',
+    ),
+    "fields that begin at a line": (
+        CHARGES,
+        "sum(where(x[i] > s, B[i], 0)*(x[i] - s)*y_dot[i] for i in range(N))",
+    ),
+    "fields in a strip, beside others": (
+        CHARGES,
+        "sum(x[i]*y_dot[i] + B[i]*min(max(x[i], -0.1), 0.1)*y_dot[i] for i in range(N))"
+        " - sum((x[i] - x[i - 1])**2 for i in range(1, N))",
+    ),
+    "forces in strips": (
+        BEADS,
+        "sum(k*min(max(x[i], -0.1), 0.2) + c*where(x[i] > 0.5, x[i] - 0.5, 0) for i in range(N))",
     ),
     "brakes before the next one": (
         BEADS,
@@ -422,9 +449,11 @@ def test_switches_that_are_passed_over_together_are_not_due(
 @pytest.mark.parametrize(
     "potential",
     [
-        "sum(k*abs(x[i]) + where(x[i] > 1, x[i] - 1, 0) for i in range(N))",
         '0\ngeneralized_forces: {{"x[i in range(N)]": "-c*sign(x_dot[i] - x_dot[0])"}}',
         "sum(max(0, sqrt(0.1 + abs(x[i])**3) - 0.4)**2 for i in range(N))",
+        "sum(k*min(max(x[i], -c), c) for i in range(N))",
+        "sum(abs(x[i] - 0.3) + max(0, x[i] - 0.1 - 0.2) for i in range(N))",
+        "sum(abs(x[i]) for i in range(N))\ndissipation: sum(abs(x_dot[i]) for i in range(N))",
         "sum((atan2(x[i], x[0] - 3) - 1)**2 for i in range(N))",
         "sum(max(0, atan2(x[i], x[0] - 3))**2 for i in range(N))",
         '0\ndissipation: "sum(atan2(x_dot[i], x[0] - 3)**2 for i in range(N))"',

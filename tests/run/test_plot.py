@@ -145,6 +145,22 @@ def test_a_grid_becomes_families_and_maps(folder):
     np.testing.assert_array_equal(sorted(one.y[-1] for one in family.items), sorted(theta[:, :, -1].flat))
 
 
+def test_the_final_values_are_those_of_the_event_that_stopped_each_member(tmp_path):
+    """The range v^2 sin(2a)/g of a projectile; its samples end before that."""
+    (tmp_path / "throw.yaml").write_text(
+        "parameters: {g: 10, v: 10, a: 0.5}\n"
+        "coordinates: {x: {initial: 0, velocity: v*cos(a)}, y: {initial: 0, velocity: v*sin(a)}}\n"
+        "lagrangian: (x_dot**2 + y_dot**2)/2 - g*y\n"
+        "events: {ground: {when: y, direction: falling, action: stop}}\n"
+        "solve: {stop: 1.5, samples: 4}\n"
+    )
+    lagrange("sweep", "throw.yaml", "--over", "a=0.3:1.3:5", "--outputs", "q", cwd=tmp_path)
+    x, _ = panels(tmp_path, "throw_sweep.h5", "final")
+    (curve,) = x.items
+    times = np.minimum(2 * np.sin(curve.x), 1.5)  # the steepest throws have not ended
+    np.testing.assert_allclose(curve.y, 10 * np.cos(curve.x) * times, rtol=1e-13)
+
+
 def test_random_members_become_histograms(folder):
     final, *_ = panels(folder, "drawn.h5")
     with h5py.File(folder / "drawn.h5") as file:

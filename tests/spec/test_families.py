@@ -228,6 +228,38 @@ def test_a_piece_has_no_members_where_its_range_is_empty(name: str) -> None:
     assert [each.name for each in one.constraints] == [each.name for each in two.constraints][:1]
 
 
+@given(st.integers(1, 6), st.integers(-2, 3), st.integers(0, 4), st.sampled_from(["<", ">=", "!=", "=="]))
+@examples(20)
+def test_indices_may_depend_on_one_another(size: int, shift: int, start: int, compares: str) -> None:
+    """Members are those of Python's own loops, and have their values; what is left out does not exist."""
+    ranges = f"i in range(N), j in range({start}, i + {shift}) if (i + j) % 3 {compares} 1"
+    text = f"sizes: {{N: {size}}}\ncoordinates: [x]\ndefinitions:\n  d[{ranges}]: 10*i + j\n"
+    text += "  whole: 1\nlagrangian: x_dot**2/2\n"
+    holds = {"<": int.__lt__, ">=": int.__ge__, "!=": int.__ne__, "==": int.__eq__}[compares]
+    expected = [(i, j) for i in range(size) for j in range(start, i + shift) if holds((i + j) % 3, 1)]
+    if not expected:
+        with pytest.raises(SpecError, match="no members"):
+            read_spec(text, "a.yaml")
+        return
+    spec = read_spec(text, "a.yaml")
+    members = spec.families["definitions"]["d"].members
+    assert [*members] == [f"d[{i},{j}]" for i, j in expected]
+    for i, j in expected:
+        one = spec.definitions[f"d[{i},{j}]"]
+        assert one.indices == {"i": i, "j": j}
+
+
+def test_a_member_that_was_left_out_does_not_exist() -> None:
+    pairs = "definitions: {'d[i in range(N), j in range(i)]': u[i] - u[j]}\npotential: "
+    text = changed("potential: ", pairs)
+    assert text_of(model(text.replace("u[i + 1] - u[i]", "d[i + 1,i]")).potential) == text_of(
+        model(CHAIN).potential
+    )
+    [problem] = problems(text.replace("u[i + 1] - u[i]", "d[i,i]"))
+    assert (underlined(problem), problem.message) == ("d[i,i]", "no member 'd[0,0]', for i = 0 in potential")
+    assert "the members are d[1,0] to d[3,2]" in problem.hint
+
+
 def test_yaml_brackets_of_an_index_just_work() -> None:
     flow = changed("  u[i in range(N)]: {initial: 0.1*i}", "  {u[i in range(N)]: {initial: m[i]}}")
     assert resolve_values(read_spec(flow, "a")).q == (1.0, 0.5, 2.0, 1.0)
@@ -318,8 +350,24 @@ BAD = [
     (
         COORDINATE,
         COORDINATE.replace("]", ", j in range(i)]"),
-        [(6, "i", "unknown size 'i' in 'u[i,j]'", "N")],
+        [(6, "u[i in range(N), j in range(i)]", "the family 'u' has no member 'u[0,0]'", "")],
     ),
+    (
+        COORDINATE,
+        "  u[j in range(i), i in range(N)]: {}",
+        [(6, "i", "the index 'i' is used before its range in 'u[j,i]'", "write its range first")],
+    ),
+    (
+        COORDINATE,
+        "  u[i in range(N), j in range(i - 1, 2)]: {}",
+        [(6, "i in range(N)", "negative index -1 in 'u[i,j]'", "indices count from 0")],
+    ),
+    (
+        COORDINATE,
+        "  u[i in range(N) if i > N]: {}",
+        [(6, "i in range(N) if i > N", "no members in 'u[i]'", "")],
+    ),
+    (COORDINATE, "  u[i in range(N) if i > k]: {}", [(6, "k", "unknown size 'k' in 'u[i]'", "")]),
     (COORDINATE, COORDINATE + "\n  u[0]: {}", [(7, "u[0]", "'u[0]' is given twice", "in line 6")]),
     (
         COORDINATE,
@@ -569,3 +617,10 @@ def test_a_size_among_the_parameters_is_called_that():
         "parameters: {N: 4}\ncoordinates: {x[i in range(N)]: {initial: 0}}\nlagrangian: x_dot[0]**2\n"
     )
     assert found[0].hint == "'N' is a parameter: declare it under 'sizes' instead"
+
+
+def test_a_size_in_the_other_case_is_not_taken_for_a_unit() -> None:
+    text = "sizes: {n: 4}\ncoordinates: {x[i in range(N)]: {initial: 0}}\nlagrangian: x_dot[0]**2\n"
+    with pytest.raises(SpecError) as caught:
+        read_spec(text, "file.yaml")
+    assert caught.value.problems[0].hint == "did you mean 'n'?"

@@ -125,6 +125,11 @@ def test_an_exponential_that_fades_is_0_in_an_initial_value(resolved: Callable[.
     assert [float(x) for x in resolved(spec).q] == [0.0]
 
 
+def test_the_hint_for_a_missing_initial_value_keeps_the_velocity() -> None:
+    with pytest.raises(SpecError, match=r"write theta: \{initial: 0.1, velocity: ...\}, or --set theta=0.1"):
+        resolve(changed("initial: 0.1", "velocity: 2"))
+
+
 def test_an_override_mends_a_missing_initial_value() -> None:
     assert resolve(changed("{initial: 0.1}", "{}"), theta="0.2").q == (0.2,)
 

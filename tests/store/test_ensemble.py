@@ -47,7 +47,7 @@ def write(path: Path, *pieces: list[int], layout: Layout = LAYOUT, dimensions=()
             index = np.array(piece)
             given = {one.path for one in layout.series}
             writer.write(index, {path: rows for path, rows in rows_of(index).items() if path in given})
-        writer.write_texts("message", "how it ended", ["done", "fell", "never"], np.arange(MEMBERS) % 2)
+        writer.write_messages(["done", "fell", "never"], np.arange(MEMBERS) % 2)
         writer.close({"name": "test"})
 
 

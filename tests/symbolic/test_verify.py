@@ -252,8 +252,8 @@ def test_near_a_singular_mass_matrix_the_scale_is_that_of_solving():
     assert phi.scale > 1e6 * abs(phi.value)
 
 
-@pytest.mark.parametrize("force", ["where(x_dot > 0, -0.3, 0.5)", "where(t > 1, 1, 0)"])
-def test_forces_are_not_compared_where_they_jump(force):
+@pytest.mark.parametrize("force", ["where(x_dot > 0, -0.3, 0.5)", "where(t > 1, 1, 0)", "max(0, x_dot)"])
+def test_forces_are_not_compared_where_they_have_a_jump_or_a_kink(force):
     """There friction may hold the motion, and the printed force has the value of one side."""
     text = "coordinates: {x: {initial: 0.1}}\nlagrangian: x_dot**2/2\n"
     text += f"generalized_forces: {{x: '{force}'}}\n"

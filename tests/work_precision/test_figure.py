@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import re
 import xml.etree.ElementTree as ElementTree
 
@@ -62,8 +63,11 @@ def test_a_picture_that_could_not_be_drawn_is_refused_before_any_work(tmp_path, 
     check_picture(str(tmp_path / "a.svg"))
     with pytest.raises(UsageError, match=r"must end in \.svg, \.pdf or \.png"):
         check_picture("a.yaml")
-    with pytest.raises(UsageError, match="there is no directory"):
+    with pytest.raises(FileError, match="there is no directory"):
         check_picture(str(tmp_path / "nosuch" / "a.svg"))
+    with monkeypatch.context() as patch, pytest.raises(FileError, match="no permission to write"):
+        patch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
+        check_picture(str(tmp_path / "a.svg"))
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r"pip install 'lagrange-cli\[plot\]'"):
         check_picture(str(tmp_path / "a.svg"))

@@ -148,6 +148,8 @@ def plot(
 
     check_plotext("--terminal") if terminal else check_matplotlib("lagrange plot")
     name = output or f"{stem(sources[0])}.png"
+    if name in sources:
+        raise UsageError(f"{name} is a picture: plot draws outputs of solve, sweep and section, and systems")
     suffix = "" if terminal else check_format(name)
     asked = PlotRequest(what, x, y)
     target = None if terminal else target_of(name, sources, began, "lagrange plot", force=force)

@@ -102,6 +102,9 @@ def parse_outputs(
     names = tuple(name.strip() for name in text.split(",") if name.strip())
     if not names:
         raise click.BadParameter("expected a comma-separated list, as in --outputs q,v,h", context, parameter)
+    if text.rstrip().endswith(","):
+        hint = "write the list without spaces, as in --outputs q,v,h"
+        raise click.BadParameter(f"{text!r} ends in a comma: {hint}", context, parameter)
     return names
 
 

@@ -79,6 +79,8 @@ class Crossing(TrialStates):
         self.span = 0.0
         """The duration of the motion: the scale of times where it begins at rest, at t = 0. (Nothing much
         shorter can: coefficients of series would overflow.)"""
+        self.limited = False
+        """Whether this scale was needed, so that steps depend on it."""
 
     def cross(self) -> bool:
         """Take the motion a little way across u = 0. Returns whether the error is negligible.
@@ -146,6 +148,11 @@ class Crossing(TrialStates):
         self.prepare()
         return False
 
+    def _duration(self) -> float:
+        """The ``span``, which has an effect from now on."""
+        self.limited = True
+        return self.span
+
     def _agrees(self) -> bool:
         """Whether the arguments of all guards have the signs of their modes, which a long way may change."""
         return bool(np.all(self._arguments() * self.modes[: self.count] >= 0.0))
@@ -161,7 +168,7 @@ class Crossing(TrialStates):
         self.modes[j] = begin
         self._series()
         v = max(v, self._speed())
-        usual = float(max(q / v if v > 0.0 else 0.0, abs(memory[layout.time]) * BRIEF)) or self.span
+        usual = float(max(q / v if v > 0.0 else 0.0, abs(memory[layout.time]) * BRIEF)) or self._duration()
         rates = self._rates_of_rows()
         for later in (usual * part for part in LATER if not v > 0.0):  # from rest, where no force acts yet
             found = later * np.max(np.abs(self._accelerations(memory, rates, later, mode, j)))
@@ -173,7 +180,7 @@ class Crossing(TrialStates):
         least = abs(float(memory[layout.time])) * RESOLVED[parts - 1]
         ways = [one for one in WAYS[parts - 1] if longest * one >= least]
         if farther:
-            before = float(memory[layout.at(Clock.LENGTH)]) or self.span
+            before = float(memory[layout.at(Clock.LENGTH)]) or self._duration()
             most = max(longest, before) / longest * FARTHEST
             ways = list(takewhile(lambda one: one <= most, (farther * LONGER**k for k in count(1))))
         for way in ways:

@@ -101,7 +101,7 @@ class Stepper:
 
             space.rates()  # computes the cyclic momenta
             perturb(space.memory[layout.cyclic_momenta], parameters)
-        self.limited = False
+        self.limited = self._settling is not None and self._settling.limited
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
         self._pause = 1 if program.integrals else FIRST  # a step may be divided very often for integrals
         self._first = None if beside is None else self._short_step(beside.number)
@@ -206,6 +206,7 @@ class Stepper:
                 return Stop.CRAWL, done
             reached = space.memory.copy() if self._settling is not None else None
             if reached is not None and self._goes_on(stop, before, first + done):
+                self.limited |= self._settling is not None and self._settling.limited
                 if space.t > reached[space.layout.time]:
                     crossed = space.between(reached, wanted[done:])
                     space.samples[:, done : done + crossed.shape[1]] = crossed

@@ -10,7 +10,13 @@ from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.mechanics.conserved.combinations import MOST_COMBINED
 from lagrange_cli.mechanics.conserved.found import Found, Trial
 from lagrange_cli.mechanics.conserved.noether import Change, Parts
-from lagrange_cli.mechanics.conserved.reasons import momentum_text, turning_text, unchanged
+from lagrange_cli.mechanics.conserved.reasons import (
+    is_plain,
+    momentum_text,
+    stands_for_all,
+    turning_text,
+    unchanged,
+)
 from lagrange_cli.mechanics.embedding import Component, Embedding
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
@@ -61,6 +67,8 @@ def about_the_centre(found: Found) -> None:
 
 def everything(model: Model[Node]) -> str:
     """What is displaced, in words."""
+    if stands_for_all(model):
+        return f"the point ({', '.join(model.coordinates)})" if is_plain(model) else "the particle"
     return "everything" if any(one.body for one in model.particles) else "all particles"
 
 

@@ -19,12 +19,12 @@ from itertools import chain, product
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import text_of
-from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.written import as_written
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.conserved.ansatz import Term, Variables
 from lagrange_cli.mechanics.conserved.columns import conserved_sums, independent
 from lagrange_cli.mechanics.conserved.noether import Noether
+from lagrange_cli.mechanics.conserved.reasons import is_plain
 from lagrange_cli.mechanics.conserved.residue_states import States
 from lagrange_cli.mechanics.embedding import solution
 from lagrange_cli.mechanics.substitution import substituted
@@ -215,7 +215,7 @@ def as_particle(
 def as_text(model: Model[Node]) -> str:
     """Where the particle is, in words."""
     (one,) = model.particles
-    if tuple(one.position) == tuple(model.q) and model.coordinates == COMPONENTS[: len(model.q)]:
+    if is_plain(model):
         return ""
     place = ", ".join(map(text_of, one.position))
     return f"; the system moves like one particle of mass {text_of(one.mass)} at ({place})"

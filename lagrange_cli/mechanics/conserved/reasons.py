@@ -35,6 +35,17 @@ def has_field(model: Model[Node]) -> bool:
     return any(model.potential.symbols & v.symbols for v in model.v)
 
 
+def stands_for_all(model: Model[Node]) -> bool:
+    """Whether its one particle is none of the file: the system moves like it (``flat``)."""
+    return [one.name for one in model.particles] == [""]
+
+
+def is_plain(model: Model[Node]) -> bool:
+    """Whether the place of that particle is (x, y) or (x, y, z)."""
+    place = tuple(model.particles[0].position)
+    return place == tuple(model.q) and model.coordinates == COMPONENTS[: len(place)]
+
+
 def momentum_text(model: Model[Node], axis: str) -> str:
     """The total momentum along an axis."""
     return f"sum of m*v{axis}" + f" - dU/dv{axis}" * has_field(model)
@@ -51,12 +62,13 @@ def unchanged(noether: Noether, change: Change) -> str:
     """The end of a sentence on a displacement of all particles that leaves the equations as they are."""
     applied = noether.energetics.applied
     constrained = ", and is compatible with the constraints" if noether.model.constraints else ""
+    same = "leaves L unchanged" if stands_for_all(noether.model) else "changes neither T nor U"
     if all(map(is_zero, applied)):
-        return f"changes neither T nor U{constrained}"
+        return f"{same}{constrained}"
     work = graph_of(noether.model).sum([(xi * applied[k], 1.0) for k, xi in change.directions.items()])
     if is_zero(work):
-        return f"changes neither T nor U, and the other forces do no work in it{constrained}"
-    return f"leaves T unchanged, and U changes by the work of the other forces{constrained}"
+        return f"{same}{constrained}; the other forces do no work in it"
+    return f"leaves T unchanged{constrained}; U changes by the work of the other forces"
 
 
 def current_text(model: Model[Node], change: Change, named: Named = ()) -> str:

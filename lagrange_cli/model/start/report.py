@@ -13,6 +13,7 @@ from lagrange_cli.spec.bodies.norms import norm_name
 from lagrange_cli.spec.problems import MOST
 from lagrange_cli.spec.source import Place, Source
 from lagrange_cli.spec.spec import Expression, Spec
+from lagrange_cli.spec.values import initial_hint
 
 SATISFIED = 1e-12
 """A constraint that is off by less, relative to its terms, is not listed."""
@@ -157,8 +158,7 @@ class Refusal:
         """A coordinate is not given, and the constraints leave it free."""
         coordinate = self.spec.coordinates[number]
         message = f"coordinate '{coordinate.name}' has no initial value, and the constraints leave it free"
-        hint = f"write {coordinate.name}: {{initial: 0.1}}, or --set {coordinate.name}=0.1"
-        return self.source.error(coordinate.place, message, hint)
+        return self.source.error(coordinate.place, message, initial_hint(coordinate, coordinate.name))
 
     def no_closure(self, given: Sequence[int], unknown: Sequence[int]) -> SpecError:
         """No values of the open coordinates satisfy the constraints."""

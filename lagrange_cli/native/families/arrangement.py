@@ -203,11 +203,6 @@ class Arrangement:
         listed = [one.table for one in self.slots.of.values() if one.array.source is Source.WHOLE]
         return 1 + max((int(table.max()) for table in listed), default=0)
 
-    @property
-    def scalars(self) -> int:
-        """Constants of the motion, in whole vectors."""
-        return LANES * -(-len(self.tables.constants.slots) // LANES)
-
     def scratch(self, vectors: Vectors) -> Pointer:
         """Where arrays begin in ``%constants``."""
         return vectors.place("%constants", vectors.f.load_integer("@scratch"))

@@ -16,10 +16,10 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState, Restraint
 from lagrange_cli.native.families.saddle import Tabled
 from lagrange_cli.native.families.spans import Span
-from lagrange_cli.native.families.tables import count
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.state import vectors_of
 
 Saddle: TypeAlias = "Tabled | Dense"
 
@@ -85,7 +85,7 @@ def solve(saddle: Saddle, restraint: Restraint, right: Pointer, to: Pointer) -> 
 def copied(saddle: Saddle, rows: Sequence[int], to: Pointer) -> None:
     """The unknowns of these rows, side by side."""
     f, vectors, table = saddle.f, saddle.vectors, saddle.table(rows)
-    with f.loop(0, count(rows), tested=False) as b:
+    with f.loop(0, vectors_of(len(rows)), tested=False) as b:
         row = vectors.gather(saddle.base, places_at(f, b * LANES + table))
         vectors.store_row(row, to, b * LANES)
 

@@ -17,6 +17,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.state import whole_vectors
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
@@ -28,7 +29,7 @@ class DenseTables:
 
     def __init__(self, count: int, tables: Tables) -> None:
         self.count, self.tables = count, tables
-        self.width = width = -(-count // LANES) * LANES
+        self.width = width = whole_vectors(count)
         self.places = {"unknowns": 0, "inverse": width, "diagonal": 2 * width, "matrix": 3 * width}
         self.size = 3 * width + count * width
         """The doubles of all arrays."""

@@ -26,6 +26,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.records import dataclass, field, replace
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ Where = Callable[[Array], Pointer]
 
 def room(count: int) -> int:
     """Doubles for so many numbers: what is read and written in whole vectors may go beyond them by two."""
-    return LANES * (-(-count // LANES) + 2)
+    return whole_vectors(count, 2)
 
 
 @dataclass

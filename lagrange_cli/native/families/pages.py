@@ -7,19 +7,20 @@ The functions come beside a program, so the names in their texts are their own.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Source, Total
 from lagrange_cli.families.values import Described
 from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.everywhere import put_scalars
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
+from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.spec.content import names_of
 
 PLACES = "@places"
@@ -42,7 +43,7 @@ def write_deriving(
     """``@derive``, and the doubles that it fills: what is ``given`` of each parameter, as an expression in
     ``parameters``, and the ``state`` behind it; the rest is scratch."""
     writer = _Writer(system, state, "state")
-    before = LANES * -(-(len(given) + sum(one.count for one in state)) // LANES)
+    before = whole_vectors(len(given) + sum(one.count for one in state))
     return writer.text(writer.derive(parameters, given, before)), before + writer.room
 
 
@@ -63,21 +64,16 @@ class _Writer:
             self.size += room(array.count)
 
     @property
-    def scalars(self) -> int:
-        """Constants that are no arrays, in whole vectors."""
-        return LANES * -(-len(self.tables.constants.slots) // LANES)
-
-    @property
     def room(self) -> int:
         """Doubles for all."""
-        return self.scalars + self.size
+        return self.tables.scalars + self.size
 
     def text(self, functions: Sequence[str]) -> str:
         """The text of functions, with their tables."""
         text = "".join([*functions, self.tables.text()])
         for end in (",", " "):
             text = text.replace(f"{PLACES}{end}", f"{PLACES}_of_{self.name}{end}")
-        return f"{text}{self.scratch} = private constant i64 {self.scalars}\n"
+        return f"{text}{self.scratch} = private constant i64 {self.tables.scalars}\n"
 
     def arrays(self, vectors: DoubleVectors, constants: Pointer | str) -> dict[Array, Pointer]:
         """Where arrays are."""
@@ -130,15 +126,8 @@ class _Writer:
         target: Pointer,
     ) -> None:
         """Compute expressions in parameters, each for its place."""
-        single, count = vectors.single(), self.system.given.count
-        known: dict[Node, Any] = {
-            parameters[name]: single.load("%parameters", i, count)
-            for i, name in enumerate(names_of(self.system.spec.parameters))
-            if name in parameters
-        }
-        emit_values(single, [node for node, _ in nodes], known, None)
-        for node, place in nodes:
-            vectors.store(vectors.of_single(known[node]), target, place)
+        symbols = [parameters.get(name) for name in names_of(self.system.spec.parameters)]
+        put_scalars(vectors, symbols, self.system.given.count, nodes, target)
 
     def derive(self, parameters: Mapping[str, Node], given: Sequence[Node], before: int) -> list[str]:
         """``@derive``; constants are ``before`` doubles behind its results."""

@@ -7,13 +7,12 @@ many digits, whose difference is made larger.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
-from lagrange_cli.expression.node import Node, union
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.companion import LONG, ONCE, put_beside
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.double_double import BEHIND_CONSTANTS, BEHIND_WORK, beside_double_doubles
+from lagrange_cli.native.families.everywhere import put_scalars
 from lagrange_cli.native.families.sharing import Parts
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions
@@ -21,7 +20,6 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.numbers.double_double import operations
-from lagrange_cli.native.recurrences.evaluation import emit_values
 
 BOARD = "@board"
 """Where the board is in scratch."""
@@ -57,7 +55,7 @@ class Preparation(Arrangement):
         long = f.place("%constants", size, "double")
         f.call(None, ONCE, f.pointer("%parameters"), f.pointer("%constants"))
         f.call(None, LONG, f.pointer("%parameters"), long)
-        with f.loop(0, f.count(self.scalars + self.size), tested=False) as i:
+        with f.loop(0, f.count(self.tables.scalars + self.size), tested=False) as i:
             low = f.load(long, i + size)
             put_beside(f, i, f.load("%constants", i), f.load(long, i), low)
         f.give()
@@ -89,7 +87,9 @@ class Preparation(Arrangement):
             [one for one in self.lasting.fixed if isinstance(one, Total)]
         )
         inner.give()
-        self.write_scalars(vectors)
+        symbols = [self.system.parameters.get(name) for name in self.parameters]
+        scalars = [*self.tables.constants.slots.items()]
+        put_scalars(vectors, symbols, self.settings, scalars, "%constants")
         f.call(None, arrays[1:], f.pointer("%constants"))
         if self.strips:
             board = self.board_of(f)
@@ -97,19 +97,6 @@ class Preparation(Arrangement):
                 f.store_row(f.zero(LANES), board, i)
         f.give()
         return [inner.text(), f.text()]
-
-    def write_scalars(self, vectors: Vectors) -> None:
-        """Compute the constants that are no arrays."""
-        single, slots, symbols = vectors.single(), self.tables.constants.slots, self.system.parameters
-        inside = union(slots)
-        known: dict[Node, Any] = {
-            symbols[name]: single.load("%parameters", i, self.settings)
-            for i, name in enumerate(self.parameters)
-            if name in symbols and symbols[name].symbols & inside
-        }
-        emit_values(single, [*slots], known, None)
-        for node, slot in slots.items():
-            vectors.store(vectors.of_single(known[node]), "%constants", slot)
 
 
 def low_parts(work: int, constants: int) -> str:

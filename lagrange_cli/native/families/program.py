@@ -110,9 +110,9 @@ class _Writer(Returning, Observation, MotionJets):
             parts.append(self.values("act", self.acted, [*dict.fromkeys(one for one, _ in self.acted)])[0])
         parts += [self.jet_at_a_state(), self.prepare()]
         text, listed = "\n".join(parts), self.tables.text()
-        text += f"@scratch = private constant i64 {self.scalars}\n" + listed
+        text += f"@scratch = private constant i64 {self.tables.scalars}\n" + listed
         text += f"{BOARD} = private constant i64 {self.board}\n" if self.strips else ""
-        constants = self.scalars + self.size
+        constants = self.tables.scalars + self.size
         if self.kind.parts > 1 or self.factor is not None:
             text += low_parts(work // 2, constants) + "".join(of_vectors(text))
         text += definitions(text)
@@ -121,7 +121,7 @@ class _Writer(Returning, Observation, MotionJets):
             **{
                 **interface.as_data(), "work": work,
                 "constants": constants * (self.kind.parts if self.factor is None else COMPANION),
-                "strips": self.strips, "board": self.scalars + self.board,
+                "strips": self.strips, "board": self.tables.scalars + self.board,
                 "series_at": at if self.integrals else (0, 0, 0),
             },
             text=text,

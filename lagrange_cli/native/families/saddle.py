@@ -16,6 +16,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.state import vectors_of
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
@@ -84,7 +85,7 @@ class Tabled:
         for name, places in entries.items():
             if len(places):
                 table = self.tables.of_array(places)
-                with self.f.loop(0, -(-len(places) // LANES), tested=False) as b:
+                with self.f.loop(0, vectors_of(len(places)), tested=False) as b:
                     row = self.gather_from(base, places_at(self.f, b * LANES + table))
                     self.store(row, name, b * LANES)
         self._floors()

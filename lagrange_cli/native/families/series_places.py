@@ -19,7 +19,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.records import replace
 
 HEAD = "define internal i1 @{}(ptr noalias %constants, {}, ptr noalias %state, ptr noalias %work) #0"
@@ -31,7 +31,7 @@ def velocity_planes(rows: int) -> tuple[int, int]:
     """Where coefficient 0 of the velocities is, and how far it is from one to the next, if so many ``rows``
     are beside one another: these, and integrals behind them. Vectors may begin before them or end behind
     them: zeros are between coefficients."""
-    return LANES, LANES * (-(-rows // LANES) + 1)
+    return LANES, whole_vectors(rows, 1)
 
 
 class SeriesPlaces:

@@ -13,6 +13,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
+from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.native.stepping.acceptance import Allowance
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Row
@@ -244,4 +245,4 @@ class VelocitySteps(FamilySteps):
 
 def weights_size(order: int) -> int:
     """Doubles that ``VelocitySteps`` need at the end of ``%work``; the last one is free."""
-    return LANES * -(-(len(WEIGHTS) * (order + 1) + 1) // LANES)
+    return whole_vectors(len(WEIGHTS) * (order + 1) + 1)

@@ -10,6 +10,7 @@ import numpy as np
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
@@ -23,6 +24,11 @@ class Tables:
     constants: Constants
     places: array[int] = field(default_factory=lambda: array("i"))
     seen: dict[bytes, int] = field(default_factory=dict)
+
+    @property
+    def scalars(self) -> int:
+        """The doubles of constants that are no arrays, in whole vectors."""
+        return whole_vectors(len(self.constants.slots))
 
     def of_places(self, listed: Sequence[int]) -> int:
         """Where the table has these places, in whole vectors: the last one is repeated."""
@@ -43,8 +49,3 @@ class Tables:
         content = self.places.tobytes() or bytes(8)
         text = "\\" + content.hex("\\").upper()
         return f'@places = private constant [{len(content)} x i8] c"{text}", align 64\n'
-
-
-def count(members: Sequence[object]) -> int:
-    """How many blocks of eight they take."""
-    return -(-len(members) // LANES)

@@ -13,16 +13,11 @@ from typing import TypeAlias
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
-from lagrange_cli.native.state import LANES
+from lagrange_cli.native.state import LANES, whole_vectors
 from lagrange_cli.records import dataclass
 
 Number: TypeAlias = "tuple[Real, ...]"
 """A real number, or the two parts of a complex one."""
-
-
-def whole(doubles: int) -> int:
-    """So many and up to a vector more, in whole vectors."""
-    return LANES * (-(-doubles // LANES) + 1)
 
 
 @dataclass(frozen=True)
@@ -46,7 +41,7 @@ class Banded:
     @property
     def stride(self) -> int:
         """From an element to the one below it."""
-        return whole(self.size) if self.full else 3 * self.reach + LANES
+        return whole_vectors(self.size, 1) if self.full else 3 * self.reach + LANES
 
     @property
     def first(self) -> int:
@@ -56,17 +51,17 @@ class Banded:
     @property
     def doubles(self) -> int:
         """Doubles of a matrix, or of a part of a complex one."""
-        return whole(self.size * (self.stride + 1))
+        return whole_vectors(self.size * (self.stride + 1), 1)
 
     @property
     def length(self) -> int:
         """Doubles of a right-hand side, and of what is behind its numbers."""
-        return whole(self.size)
+        return whole_vectors(self.size, 1)
 
     @property
     def factors(self) -> int:
         """Doubles of a column of L."""
-        return whole(self.size if self.full else self.reach)
+        return whole_vectors(self.size if self.full else self.reach, 1)
 
     @property
     def more(self) -> int:

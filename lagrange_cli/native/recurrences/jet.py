@@ -9,7 +9,6 @@ import itertools
 from collections.abc import Callable
 
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import operand
 from lagrange_cli.native.llvm.vector import Bit, Real
@@ -18,6 +17,7 @@ from lagrange_cli.native.recurrences.compensated import compensated_expansion
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.layout import CARRIED, SeriesLayout, lowest
 from lagrange_cli.native.recurrences.rolled import Memory, Opening, Rolled
+from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
@@ -71,7 +71,7 @@ def write_jet(
     f.give(Bit(f, expansion.regular))
     factorization = expansion.factorization
     text = "\n".join([f.text(), *(factorization.functions if alone else ())])
-    return text, LANES * -(-factorization.place // LANES), f.operations
+    return text, whole_vectors(factorization.place), f.operations
 
 
 def first_rolled(program: SeriesProgram, layout: SeriesLayout) -> int:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.native.state import LANES, width_of
+from lagrange_cli.native.state import LANES, whole_vectors, width_of
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SHORT, Op, SeriesProgram, needs, reciprocal
 
@@ -85,10 +85,10 @@ class SeriesLayout:
     @property
     def doubles(self) -> int:
         """Size of ``%work``."""
-        plain = LANES * -(-(self.width + len(self.rows)) * (self.order + 1) // LANES)
+        plain = whole_vectors((self.width + len(self.rows)) * (self.order + 1))
         parts = self.groups[: self.motion], self.groups[self.motion :]
         grouped = (sum(group.width * (2 * self.order + PADDING) for group in part) for part in parts)
-        return plain + sum(LANES * -(-doubles // LANES) for doubles in grouped)
+        return plain + sum(whole_vectors(doubles) for doubles in grouped)
 
     def stride(self, series: int) -> int:
         """Doubles from one of its coefficients to the next."""

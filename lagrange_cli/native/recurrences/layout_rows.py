@@ -6,6 +6,7 @@ Every series has a row: coefficients' high parts behind zeros, then the low part
 from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op, SeriesProgram, reciprocal
 
@@ -32,7 +33,7 @@ class RowLayout:
     @property
     def beyond(self) -> int:
         """Doubles from a high part in a row to its low part."""
-        return LANES + LANES * -(-(self.order + 1 + LANES) // LANES)
+        return LANES + whole_vectors(self.order + 1 + LANES)
 
     def row(self, index: int) -> int:
         """Where coefficient 0 of a series is."""

@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import math
 
-from lagrange_cli.native.linear.banded import whole
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.implicit import BEYOND, HEAD, THETA, ImplicitSteps, areas
 from lagrange_cli.native.stepping.polynomial import weighed
@@ -42,7 +41,7 @@ class CollocationSteps(ImplicitSteps):
 
     @staticmethod
     def carried(layout: StateLayout) -> int:
-        return BEYOND + layout.width + STAGES * whole(layout.degrees)
+        return BEYOND + layout.width + STAGES * whole_vectors(layout.degrees, 1)
 
     def helpers(self) -> list[Function]:
         return [*super().helpers(), self._stages(), self._collocate()]
@@ -53,7 +52,7 @@ class CollocationSteps(ImplicitSteps):
 
     def terms(self, layout: StateLayout) -> tuple[int, ...]:
         """Where in the state the polynomials of velocities are carried, from the linear term on."""
-        first, each = layout.carried_at + BEYOND + layout.width, whole(layout.degrees)
+        first, each = layout.carried_at + BEYOND + layout.width, whole_vectors(layout.degrees, 1)
         return tuple(first + k * each for k in range(STAGES))
 
     def _stages(self) -> Function:

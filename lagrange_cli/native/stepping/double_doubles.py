@@ -14,7 +14,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.layout_rows import RowLayout
-from lagrange_cli.native.state import LANES, Clock
+from lagrange_cli.native.state import LANES, Clock, whole_vectors
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.division import Division
@@ -81,7 +81,7 @@ def stepper(lengths: Lengths, low: int, given: Given) -> list[str]:
 
 def lengths_of(rows: RowLayout, given: Given) -> Lengths:
     """Where series are that have a row each."""
-    floor = given.work - LANES * -(-rows.width // LANES) if given.state.degrees > 1 else 0
+    floor = given.work - whole_vectors(rows.width) if given.state.degrees > 1 else 0
     return Lengths(
         given.state.degrees, len(rows.state), rows.width, rows.order, 1, 1,
         row=2 * rows.beyond, term=1, first=LANES, floor=floor,

@@ -17,13 +17,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from lagrange_cli.errors import TooManyNumbers
-from lagrange_cli.limits import way_out
-from lagrange_cli.limits import whole as whole_limit
-from lagrange_cli.native.linear.banded import whole
+from lagrange_cli.limits import way_out, whole
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES
+from lagrange_cli.native.state import LANES, whole_vectors
 from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.rate_places import HEADER, span_of, wide_of
@@ -36,7 +34,7 @@ KNOWN, FACTORED, LENGTH_FACTORED, CURRENT, TRIED, THETA = range(6)
 """What describes ``%work`` (``cache``): the version of its derivatives; version and length of step of its
 matrices; whether its derivatives are those where the step begins; whether the step is tried again; by what
 Newton's steps became shorter."""
-MOST_NUMBERS = whole_limit("numbers")
+MOST_NUMBERS = whole("numbers")
 DIFFERENCE, SMALL = 2.0**-52, 1e-5
 """A difference is the root of this times a coordinate, or times what it is at least (Hairer and Wanner)."""
 HEAD = "(ptr noalias %constants, ptr noalias %state, ptr noalias %work"
@@ -57,7 +55,7 @@ def areas(given: Given) -> dict[str, int]:
         "cache": LANES,
         "point": wide,
         "base": span_of(layout),
-        "differences": whole(band.size),
+        "differences": whole_vectors(band.size, 1),
         "by_q": band.doubles,
         "by_v": band.doubles,
         "real": band.room(1),

@@ -14,7 +14,7 @@ from lagrange_cli.native.interface import Stop, records_at
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, Clock
+from lagrange_cli.native.state import Clock, whole_vectors
 from lagrange_cli.native.stepping.acceptance import Allowance, PredictionBounds, accepted
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.given import Given
@@ -80,7 +80,7 @@ class Steps(ABC):
         if self.state.degrees < 2 or self.given.floors:
             return None
         width = self.state.width
-        first, last = LANES * -(-(self.state.memory + 3 * width) // LANES), width if self.parts > 1 else 0
+        first, last = whole_vectors(self.state.memory + 3 * width), width if self.parts > 1 else 0
         size = 0.5 * self.bounds.rounding
         return Noise(self.lengths, width, self.state.errors, first, size, last, self.computed)
 
@@ -280,7 +280,7 @@ class Steps(ABC):
         f = Function(f"define internal void @divide({heads}, {more}, {counts}) #0")
         t, low, h, hl, unit = f.reals("t", "low", "h", "hl", "unit")
         index, trial = f.variable(Integer(f, "%first")), f.pointer("%trial")
-        first = LANES * -(-(self.state.memory + 3 * self.state.width) // LANES)
+        first = whole_vectors(self.state.memory + 3 * self.state.width)
         series, arrays = (f.place(trial, one) for one in (first, first + self.given.work))
         units = Units(unit, f.variable(unit))
 

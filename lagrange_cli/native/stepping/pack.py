@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.members import lane_places
-from lagrange_cli.native.state import LANES
+from lagrange_cli.native.state import LANES, vectors_of
 from lagrange_cli.records import dataclass
 
 
@@ -43,7 +43,7 @@ class Pack:
             "errors": self.width,
             **dict.fromkeys(lane_places(self.width, self.section), 1),
             "constants": self.constants,
-            "scratch": -(-self.constants // LANES),
+            "scratch": vectors_of(self.constants),
             "trial": self.rows + self.sampled,
             "rates": self.degrees,
             "allowed": self.degrees,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.state import CARRIED_COUNT, StateLayout
+from lagrange_cli.native.state import CARRIED_COUNT, StateLayout, whole_vectors
 from lagrange_cli.records import dataclass
 
 NEXT, LENGTH, HEADER = 0, 1, LANES
@@ -15,12 +15,12 @@ what tells whether the motion is stuck (``stalling``), and whether rounding erro
 
 def span_of(layout: StateLayout) -> int:
     """Doubles of a number for each rate, in whole vectors that may begin at any of them."""
-    return LANES * (-(-(layout.rows - layout.degrees) // LANES) + 1)
+    return whole_vectors(layout.rows - layout.degrees, 1)
 
 
 def wide_of(layout: StateLayout) -> int:
     """Doubles of a number for each row, likewise."""
-    return LANES * (-(-layout.width // LANES) + 1)
+    return whole_vectors(layout.width, 1)
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Places:
     def own(self) -> int:
         """What the method has for itself."""
         rows = self.layout.width * (self.order + 1)
-        return LANES * (-(-rows // LANES) + 1)  # rows are written in whole vectors
+        return whole_vectors(rows, 1)  # rows are written in whole vectors
 
     @property
     def begin(self) -> int:
@@ -53,7 +53,7 @@ class Places:
     @property
     def low(self) -> int:
         """Its low parts, until it is complete."""
-        return self.state + LANES * (-(-2 * self.layout.width // LANES) + 1)
+        return self.state + whole_vectors(2 * self.layout.width, 1)
 
     @property
     def chosen(self) -> int:
@@ -73,7 +73,7 @@ class Places:
     @property
     def spare(self) -> int:
         """Room for three numbers of each row."""
-        return self.values + LANES * -(-self.watched // LANES)
+        return self.values + whole_vectors(self.watched)
 
     @property
     def modes(self) -> int:
@@ -83,4 +83,4 @@ class Places:
     @property
     def jet(self) -> int:
         """What ``@jet`` works on."""
-        return self.modes + LANES * -(-self.layout.set // LANES)
+        return self.modes + whole_vectors(self.layout.set)

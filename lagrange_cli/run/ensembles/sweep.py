@@ -199,7 +199,7 @@ def follow_and_write(
                 sentences = [in_words(ensemble.spec, ending.value) for ending in Ending]
                 events = writer.crossings_of_events()
                 writer.write_crossings()
-                writer.write_texts("message", "how the member ended", sentences, outcome.endings)
+                writer.write_messages(sentences, outcome.endings)
                 writer.close(
                     {**start.made_by, **told(ensemble, outcome, how_they_ended(ensemble, outcome), events)},
                     last,

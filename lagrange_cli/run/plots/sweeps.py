@@ -112,7 +112,8 @@ def bands(run: Run, one: Quantity) -> Panel:
 
 
 def at_end(run: Run, one: Quantity) -> np.ndarray:
-    """The last value of each member, in the shape of the sweep."""
+    """The last value of each member, in the shape of the sweep: that at the event which stopped it, if the
+    file has it, else that of its last sample."""
     if not timed(run, one):
         part = (*(slice(None) for _ in shape_of(run)), *one.index)
         return np.asarray(run.result.read(one.path, part), float)
@@ -123,7 +124,19 @@ def at_end(run: Run, one: Quantity) -> np.ndarray:
         x = run.result.read(one.path, (*member, slice(None), *one.index))
         known = np.flatnonzero(np.isfinite(x))
         found[member] = x[known[-1]] if len(known) else np.nan
+    set_where_stopped(run, one, found.reshape(-1))
     return found
+
+
+def set_where_stopped(run: Run, one: Quantity, found: np.ndarray) -> None:
+    """Put the values at the events that stopped members in place of those of their last samples."""
+    ends, status = (run.result.read(name).reshape(-1) for name in ("t_end", "status"))
+    for times in (path for path in run.result.held if path.startswith("events/") and path.endswith("/t")):
+        folder = times.removesuffix("t")
+        if f"{folder}{one.path}" in run.result.held:
+            members = run.result.read(f"{folder}member")
+            last = (run.result.read(times) == ends[members]) & (status[members] == "stopped")
+            found[members[last]] = run.result.read(f"{folder}{one.path}", (slice(None), *one.index))[last]
 
 
 def over_members(run: Run, values: np.ndarray, title: str, label: str, logarithmic: bool = False) -> Panel:

@@ -112,7 +112,7 @@ class MembersFile:
     ) -> Target | None:
         """See ``SectionFile``."""
         last = self._checkpoint(outcome, inside=True) if outcome.status == "interrupted" else None
-        self.output.write_texts("message", "how the member ended", endings, outcome.endings)
+        self.output.write_messages(endings, outcome.endings)
         self.output.close(attributes, last)
         return self.output.target
 

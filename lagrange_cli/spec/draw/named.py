@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from itertools import product
-from math import prod
 from typing import Any
 
-from lagrange_cli.expression.indices import counted, integer
+from lagrange_cli.expression.listed import places
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, plain_names
 from lagrange_cli.expression.vocabulary import member_name, velocity_name
-from lagrange_cli.limits import way_out, whole
+from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.draft import Draft, Written
 from lagrange_cli.spec.draw.numbers import ends
@@ -78,13 +76,8 @@ class Named:
         if not axes:
             return [*members]
         try:
-            sizes = self.names.sizes
-            ranges = [
-                counted(axis, sizes) if axis.index else (integer(axis.bounds[0], sizes),) for axis in axes
-            ]
-            if prod(map(len, ranges)) > whole("members"):
-                raise ExpressionError(axes[0].span, "too many members", way_out("members"))
-            found, every = [member_name(base, place) for place in product(*ranges)], frozenset(members)
+            those, every = places(axes, self.names.sizes, whole("members")), frozenset(members)
+            found = [member_name(base, place) for place, _ in those]
             for name in found:
                 if name not in every:
                     first, *_, last = [*members, *members]

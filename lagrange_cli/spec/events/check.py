@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from itertools import product
-from math import prod
 
 from lagrange_cli.expression.confusions import rate_of
-from lagrange_cli.expression.indices import counted, integer
+from lagrange_cli.expression.listed import places
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span
 from lagrange_cli.expression.vocabulary import family_name, member_name, velocity_name
-from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.draft import Draft, Entry, WrittenEvent
+from lagrange_cli.spec.families import MAX_MEMBERS
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
@@ -104,17 +102,13 @@ class _Checker:
                 if axis.index in known:
                     message = f"the index '{axis.index}' is already used"
                     raise ExpressionError(axis.span, message, "give the index another name")
-        ranges = [counted(axis, known) if axis.index else (integer(axis.bounds[0], known),) for axis in axes]
-        if prod(map(len, ranges)) > whole("members"):
-            raise ExpressionError(axes[0].span, "too many members", way_out("members"))
-        for place in product(*ranges):
+        for place, own in places(axes, known, MAX_MEMBERS):
             member = member_name(base, place) if axes else base
             if member not in self.names.values:
                 if self.names.table[base].value is None:
                     continue  # mistakes of the family itself have been reported
                 assert family is not None
                 raise ExpressionError(axes[0].span, f"no member '{member}'", family.hint(member))
-            own = {axis.index: value for axis, value in zip(axes, place) if axis.index}
             yield member, {**around, **own}
 
     def _settable(self, name: Name, base: str, component: str) -> None:

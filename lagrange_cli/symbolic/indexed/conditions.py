@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
-from lagrange_cli.expression.indices import COMPARISONS
 from lagrange_cli.expression.syntax import Comparison, Logic, Tree
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.indexed.whole import Span, Spans, Values, Whole, number, whole_of
@@ -59,21 +58,11 @@ def negation(condition: Condition) -> Condition:
 
 def holds(condition: Condition, values: Values) -> Any:
     """Whether it holds, or for which members."""
-    import numpy as np
+    from lagrange_cli.expression.index_arrays import compared, joined
 
     if isinstance(condition, Joined):
-        parts = [holds(one, values) for one in condition.parts]
-        if condition.operator == "not":
-            return np.logical_not(parts[0])
-        made = parts[0]
-        for part in parts[1:]:
-            made = np.logical_and(made, part) if condition.operator == "and" else np.logical_or(made, part)
-        return made
-    numbers = [one.value(values) for one in condition.operands]
-    made = True
-    for operator, left, right in zip(condition.operators, numbers, numbers[1:]):
-        made = np.logical_and(made, COMPARISONS[operator](left, right))
-    return made
+        return joined(condition.operator, [holds(one, values) for one in condition.parts])
+    return compared(condition.operators, [one.value(values) for one in condition.operands])
 
 
 def changed(condition: Condition, change: Callable[[Whole], Whole]) -> Condition:

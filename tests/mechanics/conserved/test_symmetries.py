@@ -659,6 +659,10 @@ def test_they_are_given_in_formulas_and_words():
         "turning all particles about the origin by w, and changing t by 1, leaves the action unchanged; "
         "L_z is the sum of x*m*vy - y*m*vx"
     )
+    lagrangian = (
+        "coordinates: {x: {initial: 1}, y: {initial: 0}}\nlagrangian: x_dot**2 + y_dot**2 - exp(x**2 + y**2)"
+    )
+    assert told(lagrangian)[0][1] == "turning the point (x, y) about the origin leaves L unchanged"
     assert told(CASES["two masses and a spring"][0])[0] == (
         "sum of m*vx",
         "moving all particles along x changes neither T nor U",
