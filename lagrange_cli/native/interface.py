@@ -76,9 +76,9 @@ class Interface:
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
     or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``; ``limits`` are those
-    whose multipliers are forces up to a limit; ``events`` for each event its direction, its role, and that number
-    for resting contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there
-    is none. The integrals of their arguments are the first. ``changed`` are the new values that actions
+    whose multipliers are forces up to a limit; ``events`` for each event its direction, its role, and that
+    number for resting contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if
+    there is none. The integrals of their arguments are the first. ``changed`` are the new values that actions
     give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a
     simple action, and what it changes the argument of. ``@act`` computes new values, two sizes of each
     event's argument, and the ``masses`` that actions change, of these particles.
