@@ -74,7 +74,8 @@ class Interface:
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
     or ``SIMPLE``, ``ROOTED``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``; ``limits`` are those whose
-    multipliers are forces up to a limit; ``events`` for each event its direction, its role, and that number
+    multipliers are forces up to a limit, ``vectors`` those of lengths, with the number of their parts;
+    ``events`` for each event its direction, its role, and that number
     for resting contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there
     is none. The integrals of their arguments are the first. ``changed`` are the new values that actions
     give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a
@@ -101,6 +102,7 @@ class Interface:
     guards: tuple[int, ...]
     events: tuple[tuple[int, int, int], ...]
     limits: tuple[int, ...]
+    vectors: tuple[tuple[int, int], ...]
     changed: tuple[tuple[int, int], ...]
     affected: tuple[tuple[int, int], ...]
     masses: tuple[str, ...]
@@ -119,7 +121,8 @@ class Interface:
     @cached_property
     def auxiliary(self) -> int:
         """How many auxiliary coordinates there are, behind the others."""
-        return sum(one >= 0 for one in (*self.guards, *(event[2] for event in self.events)))
+        one_each = sum(one >= 0 for one in (*self.guards, *(event[2] for event in self.events)))
+        return one_each + sum(parts - 1 for _, parts in self.vectors)
 
     @cached_property
     def inner(self) -> StateLayout:
@@ -160,6 +163,9 @@ class Interface:
             if one == BREAK:
                 made[j] = replace(made[j], beside=first + arguments)
                 arguments += BESIDE
+        for j, parts in self.vectors:
+            made[j] = replace(made[j], beside=first + arguments, parts=parts)
+            arguments += parts
         for _, _, one in self.events:
             if one == EXPLICIT:
                 made.append(GuardRow(Role.REST, first + arguments))

@@ -33,6 +33,7 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
         program.hiding
         or residual.bent
         or residual.model.events
+        or program.vectors
         or cuts(residual.model)
         or switches([*residual.residual, *integrands], residual.variables)
     ):
