@@ -88,7 +88,7 @@ class FamilyBuilder(ArrayBuilder):
         self.positions: dict[str, Group] = {}
         self.bodies: dict[str, BodyGroup] = {}
         scalars = [one.name for one in groups_of(spec.parameters) if isinstance(one, Parameter)]
-        self.parameters = {name: self.graph.symbol(name) for name in scalars}
+        self.parameters = {name: self.algebra.symbol(name) for name in scalars}
         self.within: list[Group] = []
         """The groups whose members are being built."""
         self._written: dict[tuple[int, int], tuple[Total, ...]] = {}
