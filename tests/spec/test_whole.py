@@ -55,9 +55,9 @@ masses:
 embedding:
   p[i in range(N)]: [x[i] + z, 0]
 potential: sum(u[i, j]**2 for i in range(N) for j in range(M)) + sum(v[i]**2 for i in range(N))
+  + sum(where(abs(x[i] - x[j]) < h[j] or i > j, h[i]*x[i], i) for i in range(N) for j in range(N))
 forces:
   p[i in range(1, N, 2)]: [-p[i].vx, 0]
-  p[i in range(0, N, 2)]: ["sum(where(abs(x[i] - x[j]) < h[j] or i > j, h[i]*p[i].vx, i) for j in range(N))", 0]
 """
 RECURSIVE = """\
 sizes: {N: 7}
