@@ -17,6 +17,7 @@ from lagrange_cli.run.shortened import (
     together,
 )
 from lagrange_cli.run.source import count_of
+from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
     from lagrange_cli.run.check import Classification, Eliminated
@@ -82,7 +83,7 @@ def dependence_on_time(found: Classification) -> str:
 
 def as_text(found: Classification, *, verbose: bool) -> str:
     """The facts in a few lines."""
-    names, spec = [one.name for one in found.spec.coordinates], found.spec
+    names, spec = [*names_of(found.spec.coordinates)], found.spec
     mechanics = found.mechanics
     conserved = {
         one.quantity: f"{one.quantity} = {readable(one.expression)}: {one.because}"
