@@ -36,10 +36,10 @@ def vectors(residual: Residual) -> list[Vector]:
     0."""
     graph, model = residual.graph, residual.model
     speeds = reduce(or_, (v.symbols for v in model.v), 0)
-    inertial = set(_bases(_inertias(residual), speeds))
+    inertial = set(bases(_inertias(residual), speeds))
     found = []
-    for square in _bases(residual.residual, speeds):
-        vector = None if square in inertial else _completed(graph, square, model.v)
+    for square in bases(residual.residual, speeds):
+        vector = None if square in inertial else completed(graph, square, model.v)
         if vector is not None and all(_holds(residual, row, vector) for row in residual.residual):
             found.append(vector)
     return found
@@ -58,14 +58,14 @@ def _inertias(residual: Residual) -> list[Node]:
     return [*entries, *residual.inertias, *momenta]
 
 
-def _bases(nodes: Sequence[Node], speeds: int) -> list[Node]:
+def bases(nodes: Sequence[Node], speeds: int) -> list[Node]:
     """What stands under a root in denominators, if it depends on velocities."""
     powers = (factors_of(node) for node in reachable(nodes, lambda node: bool(node.symbols & speeds)))
     found = (base for factors in powers for base, e in factors if e == -0.5)
     return [*dict.fromkeys(base for base in found if base.symbols & speeds)]
 
 
-def _completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector | None:
+def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector | None:
     """Squares of two or more independent functions of velocities whose sum with weights it is."""
     speeds = reduce(or_, (v.symbols for v in velocities), 0)
     rest, weights, parts, pivots = square, list[Node](), list[Node](), list[Node]()
