@@ -6,7 +6,7 @@ millisecond each time, and a short run meets fifty classes. Here all classes sha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 T = TypeVar("T")
@@ -76,7 +76,7 @@ def dataclass_of(cls: Any, frozen: bool, order: bool, eq: bool) -> Any:
     cls.__record_fields__ = fields
     cls.__record_plain__ = not hasattr(cls, "__post_init__")
     cls.__record_compared__ = tuple(name for name, one in fields.items() if one.compare)
-    cls.__init__ = _initializer(tuple(fields), hasattr(cls, "__post_init__"))
+    cls.__init__ = _initializer(fields, hasattr(cls, "__post_init__"))
     methods: dict[str, Any] = {"__eq__": _equal, "__repr__": _shown, "__hash__": _hash if frozen else None}
     if not eq:
         methods |= {"__eq__": object.__eq__, "__hash__": object.__hash__}
@@ -109,14 +109,25 @@ def fields_of(record: object) -> tuple[str, ...]:
     return tuple(getattr(record, "__record_fields__"))  # noqa: B009 - it is nothing that a type checker knows
 
 
-def _initializer(names: tuple[str, ...], post: bool) -> Callable[..., None]:
-    known = set(names)
+def _initializer(fields: Mapping[str, Field], post: bool) -> Callable[..., None]:
+    names, known = tuple(fields), set(fields)
+    defaults = {
+        name: one.default
+        for name, one in fields.items()
+        if one.factory is None and one.default is not _Nothing
+    }
 
     def __init__(self: Any, *args: Any, **kwargs: Any) -> None:
         values = self.__dict__
+        if len(args) + len(kwargs) != len(names):
+            values.update(defaults)
         values.update(zip(names, args))
         values.update(kwargs)
-        if len(args) + len(kwargs) != len(names) or values.keys() != known:
+        if (
+            values.keys() != known
+            or len(args) > len(names)
+            or not kwargs.keys().isdisjoint(names[: len(args)])
+        ):
             _complete(self, names, args, kwargs)
         if post:
             self.__post_init__()

@@ -13,6 +13,7 @@ import numpy as np
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder
+from lagrange_cli.expression.conditions import is_index
 from lagrange_cli.expression.index_arrays import (
     MOST,
     Differ,
@@ -27,7 +28,7 @@ from lagrange_cli.expression.index_arrays import (
     visited,
 )
 from lagrange_cli.expression.indices import Indices, Unsuited
-from lagrange_cli.expression.syntax import Call, Name, Sum, Tree, plain_names
+from lagrange_cli.expression.syntax import Call, Comparison, Logic, Name, Sum, Tree, is_whole, plain_names
 from lagrange_cli.expression.vocabulary import TIME
 
 
@@ -81,8 +82,13 @@ class ArrayBuilder(Builder):
         return self.number(integers(tree, indices), indices)
 
     def _where(self, tree: Call, indices: Indices) -> Value:
+        """One branch for all members where indices decide, else a switch."""
         assert isinstance(indices, Members)
         condition, *branches = tree.arguments
+        for one in comparisons(condition):
+            compared = one.operands if isinstance(one, Comparison) else ()
+            if not all(is_whole(part, lambda name: is_index(name, indices)) for part in compared):
+                return super()._where(tree, indices)
         return self._value(branches[0 if self._holds(condition, indices) else 1], indices)
 
     def _holds(self, condition: Tree, indices: Indices) -> bool:
@@ -138,3 +144,12 @@ class ArrayBuilder(Builder):
 
     def _key(self, tree: Tree, indices: Indices) -> tuple[int, ...]:
         raise Unsuited
+
+
+def comparisons(condition: Tree) -> Iterator[Tree]:
+    """The comparisons that a condition is made of."""
+    if isinstance(condition, Logic):
+        for one in condition.operands:
+            yield from comparisons(one)
+    else:
+        yield condition

@@ -108,6 +108,14 @@ def numbers_of(one: Bounds) -> Numbers | float | None:
 class ManyBoundsAlgebra(BoundsAlgebra):
     """``Algebra[Bounds]`` with numbers of all terms."""
 
+    def switch(self, u: Bounds, above: Bounds, below: Bounds, at: int) -> Bounds:
+        if not isinstance(u, Many):
+            return super().switch(u, above, below, at)
+        sides = np.where(u.numbers == 0, at, np.sign(u.numbers)).astype(np.int64)
+        if np.any(sides != sides[:1]):
+            raise Differ(sides)
+        return above if sides[0] == 1 else below
+
     def function(self, name: str, arguments: Sequence[Bounds]) -> Bounds:
         known = [numbers_of(one) for one in arguments]
         made = super().function(name, arguments)

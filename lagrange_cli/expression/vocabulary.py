@@ -30,6 +30,8 @@ CALLABLE: dict[str, int] = FUNCTIONS | NON_SMOOTH | VECTOR_FUNCTIONS
 ANY_NUMBER = frozenset({"min", "max"})
 """What takes so many arguments or more."""
 
+KINKED = "where", "sign", "abs", "min", "max", "sqrt", "norm"
+"""Functions that may have kinks."""
 FAMILY_WORDS = frozenset({"sum", "range"})
 """Words of indexed families."""
 

@@ -13,13 +13,11 @@ import numpy as np
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
-from lagrange_cli.expression.build import Builder
-from lagrange_cli.expression.conditions import is_index
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.index_arrays import Places, Whole, flat, of_each_kind, one_if_equal
-from lagrange_cli.expression.indices import Indices, Unsuited
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.expression.syntax import Call, Comparison, Logic, Sum, is_whole, sums
+from lagrange_cli.expression.syntax import Sum, sums
 from lagrange_cli.expression.syntax import Tree as Syntax
 from lagrange_cli.expression.vocabulary import (
     BODY_COMPONENTS,
@@ -54,15 +52,6 @@ def recursion(group: Group, within: list[Group]) -> Iterator[None]:
         within.pop()
 
 
-def comparisons(condition: Syntax) -> Iterator[Syntax]:
-    """The comparisons that a condition is made of."""
-    if isinstance(condition, Logic):
-        for one in condition.operands:
-            yield from comparisons(one)
-    else:
-        yield condition
-
-
 class FamilyBuilder(ArrayBuilder):
     """Builds the trees of one file over arrays. Raises ``Unsuited`` for what it does not know."""
 
@@ -88,7 +77,7 @@ class FamilyBuilder(ArrayBuilder):
         self.positions: dict[str, Group] = {}
         self.bodies: dict[str, BodyGroup] = {}
         scalars = [one.name for one in groups_of(spec.parameters) if isinstance(one, Parameter)]
-        self.parameters = {name: self.graph.symbol(name) for name in scalars}
+        self.parameters = {name: self.algebra.symbol(name) for name in scalars}
         self.within: list[Group] = []
         """The groups whose members are being built."""
         self._written: dict[tuple[int, int], tuple[Total, ...]] = {}
@@ -120,16 +109,6 @@ class FamilyBuilder(ArrayBuilder):
 
     def _unknown(self, identifier: str) -> Value:
         raise Unsuited
-
-    # conditions
-
-    def _where(self, tree: Call, indices: Indices) -> Value:
-        """One branch for all members where indices decide, else a switch."""
-        for one in comparisons(tree.arguments[0]):
-            compared = one.operands if isinstance(one, Comparison) else ()
-            if not all(is_whole(part, lambda name: is_index(name, indices)) for part in compared):
-                return Builder._where(self, tree, indices)
-        return super()._where(tree, indices)
 
     # names
 

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.records import fields_of
-from lagrange_cli.run.shortened import by_template, cut, in_short, listed, readable, section, together
+from lagrange_cli.run.shortened import (
+    MOST_LINES,
+    by_template,
+    cut,
+    in_short,
+    listed,
+    readable,
+    section,
+    together,
+)
 from lagrange_cli.run.source import count_of
+from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
     from lagrange_cli.run.check import Classification, Eliminated
@@ -72,7 +83,7 @@ def dependence_on_time(found: Classification) -> str:
 
 def as_text(found: Classification, *, verbose: bool) -> str:
     """The facts in a few lines."""
-    names, spec = [one.name for one in found.spec.coordinates], found.spec
+    names, spec = [*names_of(found.spec.coordinates)], found.spec
     mechanics = found.mechanics
     conserved = {
         one.quantity: f"{one.quantity} = {readable(one.expression)}: {one.because}"
@@ -86,7 +97,7 @@ def as_text(found: Classification, *, verbose: bool) -> str:
             f"  cyclic: {', '.join(in_short(found.mechanics.cyclic, spec)) or 'none'}",
             *constraints_shown(found),
             *section("conserved", together(conserved, spec), "neither h nor any p_k"),
-            *(section("events", events_of(found.spec), "") if found.spec.events else ()),
+            *(section("events", events_of(spec), "", len(spec.events)) if spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
             *(section("structure", mechanics.structure, "") if verbose and mechanics.structure else ()),
             *(section("integration", details(found), "") if verbose and mechanics.engine else ()),
@@ -224,12 +235,12 @@ def kept_by(found: Classification, name: str) -> str:
 
 
 def events_of(spec: Spec) -> list[str]:
-    """Each event in a line: its name, where it is, and what happens there."""
+    """Each event that is shown, in a line: its name, where it is, and what happens there."""
     from lagrange_cli.model.events import HOW
     from lagrange_cli.spec.spelling import spelled
 
     lines = []
-    for name, each in spec.events.items():
+    for name, each in islice(spec.events.items(), MOST_LINES):
         what = "the motion ends" if each.stops else "recorded"
         if each.changes:
             sizes = spec.sizes

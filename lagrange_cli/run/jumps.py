@@ -23,13 +23,10 @@ if TYPE_CHECKING:
 REMEMBERED = 1024
 """Values that actions set, of which it is remembered whether an energy jumps with them."""
 
-KINKED = "where", "sign", "abs", "min", "max", "sqrt", "norm"
-"""Functions that may have kinks."""
-
 
 def check_energies(spec: Spec, parameters: Mapping[str, float]) -> None:
     """Raise ``SpecError`` if an energy jumps with these values of the parameters."""
-    if may_switch(spec):
+    if may_switch(spec) and not families_continuous(spec, parameters):
         from lagrange_cli.mechanics.switching.jumps import refuse_jumps_in_numbers
 
         with located(spec):
@@ -39,7 +36,7 @@ def check_energies(spec: Spec, parameters: Mapping[str, float]) -> None:
 
 def check_members(spec: Spec, values: EnsembleValues) -> None:
     """Raise ``SpecError`` if an energy jumps with the values that a member has."""
-    if not may_switch(spec):
+    if not may_switch(spec) or families_continuous(spec):
         return
     from lagrange_cli.mechanics.switching.jumping_values import jumps_may_depend_on, may_jump
     from lagrange_cli.mechanics.switching.jumps import refuse_jumps_in_numbers
@@ -58,7 +55,7 @@ def with_actions_judged(spec: Spec, prepared: Prepared) -> Prepared:
     """A check that ends a motion before an action that sets parameters with which an energy jumps."""
     given = {one.name for one in spec.parameters}
     names = {name for event in spec.events.values() for name in event.changes if name in given}
-    if not names or not may_switch(spec):
+    if not names or not may_switch(spec) or families_continuous(spec):
         return prepared
     from lagrange_cli.integrate.methods.taylor import TaylorMethod
     from lagrange_cli.mechanics.switching.jumping_values import jumps_may_depend_on
@@ -93,6 +90,7 @@ def may_switch(spec: Spec) -> bool:
     """Whether an energy or an event is written with a function that has jumps, or a position or a constraint
     with one that has kinks."""
     from lagrange_cli.expression.syntax import calls, plain_names
+    from lagrange_cli.expression.vocabulary import KINKED
 
     definitions = [*written(spec.definitions)]
     energies = [*written(spec.potential), *([] if spec.lagrangian is None else [spec.lagrangian])]
@@ -106,6 +104,15 @@ def may_switch(spec: Spec) -> bool:
     if any(plain_names(one.tree) & defined for one in distinct(places)):
         places += definitions
     return any(calls(one.tree, KINKED) for one in distinct(places))
+
+
+def families_continuous(spec: Spec, parameters: Mapping[str, float] | None = None) -> bool:
+    """Whether what families have in common shows that nothing jumps, with these parameters or with any."""
+    if not spec.families.get("coordinates"):
+        return False
+    from lagrange_cli.families.continuity import continuous
+
+    return continuous(spec, parameters)
 
 
 def refuse_all_jumps(spec: Spec) -> Model[Node]:

@@ -81,13 +81,14 @@ def by_template(lines: Mapping[str, str], spec: Spec) -> list[str]:
     return [*dict.fromkeys(shown.values())]
 
 
-def cut(lines: Sequence[str]) -> list[str]:
+def cut(lines: Sequence[str], total: int | None = None) -> list[str]:
     """The lines, and how many more there are, if they are many."""
-    left = len(lines) - MOST_LINES
+    left = (len(lines) if total is None else total) - MOST_LINES
     return [*lines[:MOST_LINES], *([f"and {left} more, see --json"] if left > 0 else [])]
 
 
-def section(title: str, lines: Sequence[str], none: str) -> list[str]:
-    """A titled list, one line for each entry as long as there are not too many; ``none`` if it is empty."""
-    shown = [f"    {line}" for line in cut(lines)]
+def section(title: str, lines: Sequence[str], none: str, total: int | None = None) -> list[str]:
+    """A titled list, one line for each entry as long as there are not too many; ``none`` if it is empty. Of
+    ``total`` entries, at least those that are shown are among the ``lines``."""
+    shown = [f"    {line}" for line in cut(lines, total)]
     return [f"  {title}:", *shown] if lines else [f"  {title}: {none}"]

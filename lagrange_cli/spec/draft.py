@@ -171,9 +171,10 @@ class Draft:
         return given
 
     @property
-    def events(self) -> tuple[WrittenEvent, ...]:
+    def events(self) -> Sequence[WrittenEvent]:
         """The ``events`` section."""
-        return tuple(self.sections.get("events", ()))
+        given: Sequence[WrittenEvent] = self.sections.get("events", ())
+        return given
 
     @property
     def bodies(self) -> Sequence[WrittenBody]:

@@ -38,6 +38,7 @@ parameters:
   w: [1.0, 0.5, 2.0]
   s: sum(k[i]*w[i % M] for i in range(N) if i != 2)
   r[i in range(N)]: where(i < M, s/(i + 1), r[i - 1]*0.5)
+  h[i in range(N)]: where(k[i] > 1.25 and i < 6, sqrt(k[i] - 1.25), min(k[i], 1/(i + 1)))
 coordinates:
   x[i in range(N)]: {initial: sin(0.3*k[i]) + d[i]**2, velocity: "where(i < 3, w[i % 3], sqrt(2)*i)"}
   u[i in range(N), j in range(M)]: {initial: exp(-((i - N//2)**2 + 30*j)**2), velocity: -tan(i)*j/7}
@@ -54,6 +55,7 @@ masses:
 embedding:
   p[i in range(N)]: [x[i] + z, 0]
 potential: sum(u[i, j]**2 for i in range(N) for j in range(M)) + sum(v[i]**2 for i in range(N))
+  + sum(where(abs(x[i] - x[j]) < h[j] or i > j, h[i]*x[i], i) for i in range(N) for j in range(N))
 forces:
   p[i in range(1, N, 2)]: [-p[i].vx, 0]
 """

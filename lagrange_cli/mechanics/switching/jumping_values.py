@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.switching.jumps import (
     PLAIN,
     POINTS,
     ROUNDING,
+    Case,
     differ,
     sides,
     switched,
@@ -55,6 +56,11 @@ def jumps_may_depend_on(model: Model[Node], names: Collection[str]) -> bool:
 def may_jump(model: Model[Node], parameters: Columns, members: int) -> Mask:
     """The members (members,) that have an energy which may jump, with values that all share, or with one each
     (members,)."""
+    return jumping(graph_of(model), [*switched(model)], parameters, members)
+
+
+def jumping(graph: Graph, listed: Sequence[Case], parameters: Columns, members: int) -> Mask:
+    """The members (members,) in which one of the ``listed`` expressions may jump."""
     found = np.zeros(members, dtype=bool)
     for first in range(0, members, TOGETHER):
         part = slice(first, min(first + TOGETHER, members))
@@ -63,20 +69,19 @@ def may_jump(model: Model[Node], parameters: Columns, members: int) -> Mask:
             name: np.broadcast_to(x if isinstance(x, float) else x[part], (count,))
             for name, x in parameters.items()
         }
-        found[part] = together(model, values, count)
+        found[part] = together(graph, listed, values, count)
     return found
 
 
-def together(model: Model[Node], parameters: Mapping[str, Array], count: int) -> Mask:
+def together(graph: Graph, listed: Sequence[Case], parameters: Mapping[str, Array], count: int) -> Mask:
     """The same for so many members at once."""
-    graph = graph_of(model)
     found = np.zeros(count, dtype=bool)
-    for one, u, own, part in switched(model):
+    for one, u, own, part in listed:
         above, below = sides(graph, part, u)
         for at in zeros(graph, u, one.symbols):
-            found |= differing(graph, above, below, at, parameters)
+            found |= differing(graph, above, below, at, parameters, count)
         for symbol in own[:MOST_SYMBOLS]:
-            found |= at_roots(graph, (above, below, u), str(symbol.data), parameters)
+            found |= at_roots(graph, (above, below, u), str(symbol.data), parameters, count)
     return found
 
 
@@ -90,11 +95,15 @@ def zeros(graph: Graph, u: Node, symbols: Sequence[Node]) -> Iterator[dict[Node,
 
 
 def differing(
-    graph: Graph, above: Node, below: Node, at: Mapping[Node, Node], parameters: Mapping[str, Array]
+    graph: Graph,
+    above: Node,
+    below: Node,
+    at: Mapping[Node, Node],
+    parameters: Mapping[str, Array],
+    count: int,
 ) -> Mask:
     """Members whose sides differ by more than rounding at random states, ``at`` which the argument is 0."""
     source = random.Random(0)
-    count = len(next(iter(parameters.values())))
     equal, known = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     for _ in range(POINTS):
         values = states(graph, [above, below, *at.values()], parameters, source, signed=False)
@@ -109,12 +118,11 @@ def differing(
 
 
 def at_roots(
-    graph: Graph, nodes: tuple[Node, Node, Node], name: str, parameters: Mapping[str, Array]
+    graph: Graph, nodes: tuple[Node, Node, Node], name: str, parameters: Mapping[str, Array], count: int
 ) -> Mask:
     """Members whose sides differ at a root of the argument, on lines in the direction of one symbol."""
     above, below, u = nodes
     source = random.Random(0)
-    count = len(next(iter(parameters.values())))
     found, places = np.zeros(count, dtype=bool), np.array(PLACES)[:, None]
     for _ in range(POINTS):
         values = states(graph, nodes, parameters, source, signed=True)

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
+from typing import TypeAlias
 
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.expression.evaluate import evaluate
@@ -73,6 +74,10 @@ class Continuous:
         return InfiniteForce(self.key, when, name=self.name, kink=self.slope, rush=rush)
 
 
+Case: TypeAlias = "tuple[Continuous, Node, list[Node], Node]"
+"""What must not jump, the argument of a switch in it, symbols of this, and the terms that change with it."""
+
+
 def refuse_jumps(model: Model[Node]) -> None:
     """Raises ``InfiniteForce`` where an energy has a jump of constant size, or where velocities jump."""
     graph = graph_of(model)
@@ -86,11 +91,16 @@ def refuse_jumps(model: Model[Node]) -> None:
             raise one.refusal()
 
 
-def switched(model: Model[Node]) -> Iterator[tuple[Continuous, Node, list[Node], Node]]:
+def switched(model: Model[Node]) -> Iterator[Case]:
+    """What must not jump in a model, by switches."""
+    return cases(graph_of(model), continuous(model))
+
+
+def cases(graph: Graph, listed: Iterable[Continuous]) -> Iterator[Case]:
     """What must not jump, and the arguments of switches in it: with those of its symbols that are in the
     argument, and the terms that change with it."""
-    for one in continuous(model):
-        for u, part in parts(graph_of(model), one.node).items():
+    for one in listed:
+        for u, part in parts(graph, one.node).items():
             own = [symbol for symbol in one.symbols if symbol.symbols & u.symbols]
             if own:
                 yield one, u, own, part
@@ -270,7 +280,7 @@ def solutions(graph: Graph, u: Node, moving: int) -> Iterator[dict[Node, Node]]:
 
 def stays(graph: Graph, left: Node, moving: int) -> bool:
     """Whether a sum is not 0, whatever its parameters are: a product of what moves has one term, which no
-    other cancels."""
+    other cancels. Of those that contain parameters, such as sin(k x), some may be equal."""
     found: dict[Node, int] = {}
     for term, coefficient in terms_of(left):
         if not math.isfinite(coefficient):
@@ -278,7 +288,7 @@ def stays(graph: Graph, left: Node, moving: int) -> bool:
         scale, factor = graph.split_parameters(term, moving)
         vanishes = any(one.kind not in NEVER_ZERO for one in reachable([scale]))
         found[factor] = found.get(factor, 0) + (coefficient != 0) * (2 if vanishes else 1)
-    return 1 in found.values()
+    return 1 in found.values() and (len(found) == 1 or not any(one.symbols & ~moving for one in found))
 
 
 def differ(graph: Graph, above: Node, below: Node, at: Mapping[Node, Node]) -> bool:

@@ -10,6 +10,7 @@ from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span
 from lagrange_cli.expression.vocabulary import family_name, member_name, velocity_name
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.draft import Draft, Entry, WrittenEvent
 from lagrange_cli.spec.families import MAX_MEMBERS
 from lagrange_cli.spec.kinds import Kind
@@ -32,10 +33,13 @@ def check_events(draft: Draft, names: Names, problems: Problems) -> dict[str, Ev
     """The events by name, members of families one by one; mistakes are added to ``problems``."""
     checker = _Checker(draft, names, problems)
     found = {}
+    for group in groups_of(draft.events):
+        for event in names.apart(group):
+            if event.when is not None:
+                checker.when(event, event.when)
     for event in draft.events:
         changes = checker.changes(event)
         if event.when is not None:
-            checker.when(event, event.when)
             found[event.name] = Event(event.when, event.direction, event.stops, changes, event.place)
     return found
 
@@ -49,9 +53,8 @@ class _Checker:
     def when(self, event: WrittenEvent, when: Expression) -> None:
         """Check that it is a scalar that varies along the motion."""
         where = f"event '{event.key.label}'"
-        check_scalar(self.names, when, "events", where)
-        kinds, bounds = self.names.check(when, "events", where)
-        if bounds is not None and kinds <= {Kind.PARAMETER, Kind.SIZE}:
+        kinds = check_scalar(self.names, when, "events", where)
+        if self.problems.trusts(when.tree) and kinds <= {Kind.PARAMETER, Kind.SIZE}:
             self.problems.add_once(
                 when.place,
                 f"{where} needs an expression that becomes 0, but this one never changes",

@@ -56,6 +56,7 @@ def test_a_jump_is_refused(potential: str) -> None:
         "where(x > 1, x**2, 2*x - 1)",
         "where(x < 0.1, x**2*y, 0.01*y)",  # the last bits differ
         "where(x > k, x**2/2, m)",  # with these parameters
+        "max(0, where(x > 1, k*x, m) - y)",
         "where(x > y, x, y)",
         "where(x > 0 and y > 0, x*y, 0)",
         "where(t > 1, x, 2*x + 5)",
