@@ -1,5 +1,5 @@
 """Places of a file that are allowed and perhaps not meant: units that contradict each other, equality that
-rounding decides, and angles that are singular at the start."""
+rounding decides, names that nothing uses, and angles that are singular at the start."""
 
 from __future__ import annotations
 
@@ -35,6 +35,15 @@ def rounded_equalities(spec: Spec) -> tuple[Problem, ...]:
         source.problem(place, f"rounding may decide whether {comparison} holds", hint)
         for place, comparison in doubtful_equalities(spec)
     )
+
+
+def unused_names(spec: Spec) -> tuple[Problem, ...]:
+    """A warning for each parameter, definition and size that nothing uses."""
+    from lagrange_cli.spec.source import Source
+    from lagrange_cli.spec.unused import unused
+
+    source = Source(spec.filename, spec.text)
+    return tuple(source.problem(*found) for found in unused(spec))
 
 
 def singular_poses(spec: Spec, values: Values) -> tuple[Problem, ...]:
