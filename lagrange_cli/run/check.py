@@ -13,7 +13,13 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.choice import chosen_method
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.domains import check_domain
-from lagrange_cli.run.doubtful import contradicting_units, rounded_equalities, singular_poses, unused_names
+from lagrange_cli.run.doubtful import (
+    contradicting_units,
+    odd_dissipation,
+    rounded_equalities,
+    singular_poses,
+    unused_names,
+)
 from lagrange_cli.run.integrability import undecided, velocity_constraints
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
@@ -124,6 +130,8 @@ def classify(
 
         draw(spec, values, spec.solve.start or 0.0)
     warnings = (*contradicting_units(spec), *rounded_equalities(spec), *unused_names(spec))
+    if values is not None:
+        warnings += odd_dissipation(spec, values.parameters)
     if values is not None and spec.bodies:
         warnings += singular_poses(spec, consistent)
     parameters = {} if values is None else values.parameters
