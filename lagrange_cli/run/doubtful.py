@@ -55,8 +55,8 @@ def unused_names(spec: Spec) -> tuple[Problem, ...]:
 
 
 def odd_dissipation(spec: Spec, parameters: Mapping[str, float]) -> tuple[Problem, ...]:
-    """A warning where Rayleigh's function D is odd in a velocity, or where all its forces drive the motion: at
-    random states with velocities of all sizes, for systems of up to ``MOST`` coordinates."""
+    """A warning where Rayleigh's function D is odd in a velocity, or where it is negative: at random states
+    with velocities of all sizes, for systems of up to ``MOST`` coordinates."""
     given = [*spec.forces.get("dissipation", {}).values()]
     if not given or len(spec.coordinates) > MOST:
         return ()
