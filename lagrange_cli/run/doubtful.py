@@ -1,5 +1,5 @@
 """Places of a file that are allowed and perhaps not meant: units that contradict each other, equality that
-rounding decides, names that nothing uses, dissipation that does not brake, and angles that are singular at the start."""
+rounding decides, unused names, dissipation that does not brake, and singular angles at the start."""
 
 from __future__ import annotations
 
@@ -81,7 +81,8 @@ def odd_dissipation(spec: Spec, parameters: Mapping[str, float]) -> tuple[Proble
     def anywhere() -> Array:
         return np.array([drawn.choice((-1, 1)) * 10 ** drawn.uniform(-3, 6) for _ in range(STATES)])
 
-    there = {**parameters, TIME: anywhere(), **{name: anywhere() for name in places}}
+    there: dict[str, Array | float] = {**parameters, TIME: anywhere()}
+    there |= {name: anywhere() for name in places}
     rest = {**there, **dict.fromkeys(speeds, 0.0)}
 
     def value(state: Mapping[str, Array | float]) -> Array:

@@ -67,10 +67,9 @@ class _Entering:
         """Note the name of an observable that is that of a coordinate or a velocity: its values are written
         beside theirs."""
         other = self.names.table.get(name)
-        if other is not None and other.what in (Kind.COORDINATE, Kind.VELOCITY):
+        if other is not None and other.place and other.what in (Kind.COORDINATE, Kind.VELOCITY):
             message = f"the observable '{name}' has the name of a {other.what.value}"
-            where = f"the {other.what.value} in line {other.place.line}" if other.place else "it"
-            self.problems.add(place, message, f"rename the observable: {where} is written by this name")
+            self.problems.add(place, message, f"rename it, or the coordinate in line {other.place.line}")
 
     def _named(self, section: str, entries: Iterable[Any]) -> Iterator[tuple[str, Place, Family | None]]:
         """Each name of a section once, with its place, and its family where it is that of one."""
