@@ -58,6 +58,7 @@ def followed(
     proven = provable and (proven or may_hide(residual))
     proven_too = [*smooth.integrands.values()] if hiding else []
     arguments = [*(one.argument for one in smooth.guards), *smooth.events, *smooth.limits, *smooth.breaks]
+    arguments += smooth.parts
     doubtful = arguments if provable and (proven or may_hide(residual, arguments)) else []
     hiding = hiding or bool(doubtful)
     named = {f"guard {i}": argument for i, argument in enumerate(arguments)}

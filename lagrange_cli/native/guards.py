@@ -86,6 +86,10 @@ class GuardRow:
     placed: bool = False
     """Whether the argument is a place: the motion may pass through 0 whatever its multiplier is."""
 
+    parts: int = 0
+    """Of the length of a vector, how many parts that has: their rows are ``beside``, and as many multipliers
+    follow one another."""
+
     @property
     def limited(self) -> bool:
         """Whether what holds the motion follows from other forces alone: it has limits and no row of its

@@ -74,14 +74,15 @@ class Interface:
     is what eight motions at once work on; 0 where the
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
-    ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``; ``limits`` are those
-    whose multipliers are forces up to a limit; ``events`` for each event its direction, its role, and that number
-    for resting contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there
-    is none. The integrals of their arguments are the first. ``changed`` are the new values that actions
-    give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a
-    simple action, and what it changes the argument of. ``@act`` computes new values, two sizes of each
-    event's argument, and the ``masses`` that actions change, of these particles.
+    ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary
+    coordinate, or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``;
+    ``limits`` are those whose multipliers are forces up to a limit, ``vectors`` those of lengths, with the
+    number of their parts; ``events`` for each event its direction, its role, and that number for resting
+    contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there is none.
+    The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
+    event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple
+    action, and what it changes the argument of. ``@act`` computes new values, two sizes of each event's
+    argument, and the ``masses`` that actions change, of these particles.
     ``@constrain`` computes so many ``constraints``, their rates, and the entries of the matrix of the
     equations that ``pattern`` names; only where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
@@ -103,6 +104,7 @@ class Interface:
     guards: tuple[int, ...]
     events: tuple[tuple[int, int, int], ...]
     limits: tuple[int, ...]
+    vectors: tuple[tuple[int, int], ...]
     changed: tuple[tuple[int, int], ...]
     affected: tuple[tuple[int, int], ...]
     masses: tuple[str, ...]
@@ -121,7 +123,8 @@ class Interface:
     @cached_property
     def auxiliary(self) -> int:
         """How many auxiliary coordinates there are, behind the others."""
-        return sum(one >= 0 for one in (*self.guards, *(event[2] for event in self.events)))
+        one_each = sum(one >= 0 for one in (*self.guards, *(event[2] for event in self.events)))
+        return one_each + sum(parts - 1 for _, parts in self.vectors)
 
     @cached_property
     def inner(self) -> StateLayout:
@@ -163,6 +166,9 @@ class Interface:
             if one == BREAK:
                 made[j] = replace(made[j], beside=first + arguments)
                 arguments += BESIDE
+        for j, parts in self.vectors:
+            made[j] = replace(made[j], beside=first + arguments, parts=parts)
+            arguments += parts
         for _, _, one in self.events:
             if one == EXPLICIT:
                 made.append(GuardRow(Role.REST, first + arguments))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import cuts
 from lagrange_cli.mechanics.switching.switches import switches
@@ -35,6 +36,7 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
         or residual.model.events
         or cuts(residual.model)
         or switches([*residual.residual, *integrands], residual.variables)
+        or vectors(residual)
     ):
         return False
     degrees, definite = len(residual.model.q), residual.definite

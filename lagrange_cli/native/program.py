@@ -120,6 +120,7 @@ def write_program(
         given=parts if factor is None else 2,
         guards=tuple(number_of(one) for one in smooth.guards),
         limits=tuple(j for j, one in enumerate(smooth.guards) if one.limit is not None),
+        vectors=tuple((j, len(one.vector.parts)) for j, one in enumerate(smooth.guards) if one.vector),
         events=events,
         changed=changed,
         affected=affected,

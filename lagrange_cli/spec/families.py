@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 from lagrange_cli.expression.confusions import is_unit
 from lagrange_cli.expression.indices import counted, integer
-from lagrange_cli.expression.listed import places
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, parts, plain_names
 from lagrange_cli.expression.vocabulary import member_name
@@ -142,6 +141,8 @@ class _Expander:
 
     def _some(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]] | None:
         """Members whose indices depend on one another, as ``range(i)`` does, or satisfy conditions."""
+        from lagrange_cli.expression.listed import places
+
         if any(plain_names(tree) & self.problems.broken for axis in piece.key.axes for tree in axis.trees):
             return None
         try:

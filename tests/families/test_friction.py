@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lagrange_cli.families.system import reason
+from lagrange_cli.families.system import any_family_system, reason
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.methods.modes import Modes
@@ -229,3 +229,18 @@ forces: {"block[i in range(N)]": ["-sign(x_dot[i])", FORCE]}
         found.append(family_run(spec, Compilation("taylor", 2.0**-52, OUTPUTS)))
         assert ("jump" in "".join(reason(spec))) == (found[-1] is None)
     assert found[0] is not None and found[1] is None
+
+
+@pytest.mark.parametrize(
+    ("length", "whole"),
+    [("norm((x_dot[i], y_dot[i]))", False), ("sqrt(block[i].vx**2 + block[i].vy**2 + 0.01)", True)],
+)
+def test_friction_along_vectors_is_followed_where_members_are_written_out(length: str, whole: bool) -> None:
+    """It may hold them at rest; softened friction does not."""
+    text = "sizes: {N: 9}\ncoordinates: {'x[i in range(N)]': {velocity: 1}, 'y[i in range(N)]': {}}\n"
+    text += "masses: {'block[i in range(N)]': 1}\nembedding: {'block[i in range(N)]': ['x[i]', 'y[i]']}\n"
+    text += "potential: sum((x[i] - x[i - 1])**2/2 for i in range(1, N))\n"
+    text += f"forces: {{'block[i in range(N)]': '-(x_dot[i], y_dot[i])/{length}'}}\n"
+    spec = read_spec(text, "system.yaml")
+    assert (any_family_system(spec) is not None) is whole
+    assert whole or "along a vector" in reason(spec)[0]

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.methods.at_zero import ROUNDED_OFF
-from lagrange_cli.integrate.methods.leading import Leading, few_or_all
+from lagrange_cli.integrate.methods.leading import few_or_all
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.pivoting import Pivoting, dip
+from lagrange_cli.integrate.methods.sliding import SOON, Sliding
 from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
-SOON = 2.0**-30
-"""A velocity that becomes 0 within this fraction of the time is set to 0."""
 ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
@@ -38,7 +37,7 @@ ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
 
-class Settling(Leading):
+class Settling(Sliding):
     """The choice of the modes of switches."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
@@ -62,7 +61,9 @@ class Settling(Leading):
                 break
             own[:] = signs
         self.begin_at_rest(values)
-        at_zero = [j for j in range(self.count) if values[j] == 0.0]
+        lengths = [j for j in self.vectors() if not values[j] > 0.0]
+        own[lengths] = 0.0
+        at_zero = [j for j in range(self.count) if values[j] == 0.0 and j not in lengths]
         if at_zero:
             self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
         else:
@@ -76,13 +77,15 @@ class Settling(Leading):
         """Whether the motion goes on from where compiled code has stopped."""
         if stop is Stop.GUARD and self._rows.guards[due].role is Role.BREAK:
             return not self.breaks(due) and self.passes(due)
+        if stop is Stop.GUARD and self._rows.guards[due].parts:
+            return self.slide_or_hold(due)
         if stop is Stop.GUARD:
             return self.settle(due) or self.rest() or self.cross()
         if stop is Stop.ROOT:
             return self.rest() or self.cross() or self.tries()
         if stop not in (Stop.UNDERFLOW, Stop.NOT_FINITE, Stop.STUCK):
             return False
-        if self.rests_on() or self.rest() or self.cross():
+        if self.stops() or self.rests_on() or self.rest() or self.cross():
             return True
         return self.rests_on() or self.goes_farther() or self.leave_out() or self.blur()
 

@@ -204,6 +204,8 @@ class Stepper:
             self.limited |= bool(space.info[2])
             if stop is Stop.PAUSE and self._marks(self.steps):
                 return Stop.CRAWL, done
+            if self._settling is not None:
+                self._settling.ahead = float(wanted[done]) if done < len(wanted) else self._stop
             reached = space.memory.copy() if self._settling is not None else None
             if reached is not None and self._goes_on(stop, before, first + done):
                 self.limited |= self._settling is not None and self._settling.limited

@@ -10,6 +10,7 @@ from lagrange_cli.mechanics.guards.forces import by_forces, mixes
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.guards.held import foresee_multipliers, held_by_multipliers, with_auxiliary
 from lagrange_cli.mechanics.guards.modes import Modes
+from lagrange_cli.mechanics.guards.vectors import vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
 from lagrange_cli.mechanics.switching.cuts import Cut, cuts
@@ -26,6 +27,7 @@ def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
         or residual.model.events
         or switches([*residual.residual, *followed(residual), *integrands.values()], variables)
         or inner_poles([*integrands.values()], residual.residual, variables)
+        or vectors(residual)
     ):
         return Guarded(residual, integrands)
     return with_multipliers(residual, integrands, found)[1]
@@ -127,12 +129,7 @@ def assembled(
         of_place = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
         coefficients = [one for one in entangled if not one.reverses]
         return frozenset(one.original for one in of_place or coefficients or entangled)
-    limits = [
-        limit + sign * modes.multipliers[guard.auxiliary]
-        for guard in modes.guards.values()
-        if guard.auxiliary is not None and (limit := guard.limit) is not None
-        for sign in (1.0, -1.0)
-    ]
+    limits = [node for guard in modes.guards.values() for node in _limits(modes, guard)]
     if modes.multipliers:
         wider, both = held_by_multipliers(modes, wider, [*quadratures, *limits], events)
         quadratures, limits = both[: len(quadratures)], [*both[len(quadratures) :]]
@@ -143,7 +140,22 @@ def assembled(
     symbols = (graph.symbol(f"pole {i}") for i in range(len(poles)))
     guards = (*watched, *(Guard(u, u, mode) for u, mode in zip(poles, symbols)))
     named = dict(zip(integrands, quadratures))
-    return Guarded(wider, named, guards, len(modes.multipliers), events, modes.rests, tuple(limits), breaks)
+    parts = tuple(u for guard in guards if guard.vector is not None for u in guard.vector.parts)
+    return Guarded(
+        wider, named, guards, len(modes.multipliers), events, modes.rests, tuple(limits), breaks, parts
+    )
+
+
+def _limits(modes: Modes, guard: Guard) -> list[Node]:
+    """Limit plus force and limit minus force; of a vector, their squares."""
+    if guard.limit is None:
+        return []
+    limit, forces = guard.limit, [modes.multipliers[i] for i in guard.holding]
+    force = forces[0]
+    if guard.vector is not None:
+        force = modes.graph.sum([(d * f * f, 1.0) for d, f in zip(guard.vector.weights, forces)])
+        limit = limit * limit
+    return [limit + force, limit - force]
 
 
 def _cuts(modes: Modes, events: Sequence[Node]) -> list[Guard]:

@@ -25,7 +25,7 @@ def by_forces(
     bound = union(_reactions(modes))
     graph, nodes = modes.graph, [*rows, *quadratures]
     for original, guard in modes.guards.items():
-        if guard.auxiliary is None or not bound:
+        if guard.auxiliary is None or guard.vector is not None or not bound:
             continue
         m = modes.multipliers[guard.auxiliary]
         inside = ((i, x) for i, x in enumerate(nodes) if x.symbols & m.symbols)

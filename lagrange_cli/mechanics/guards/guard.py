@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.guards.vectors import Vector
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import Cut
 from lagrange_cli.records import dataclass
@@ -39,6 +40,14 @@ class Guard:
     limit: Node | None = None
     broken: Cut | None = None
     """The quantity that jumps where the argument is 0, so that the motion ends there."""
+    vector: Vector | None = None
+    """What the argument is the length of. It has an auxiliary coordinate for each of its parts then."""
+
+    @property
+    def holding(self) -> range:
+        """The places of its auxiliary coordinates."""
+        count = 1 if self.vector is None else len(self.vector.parts)
+        return range(0) if self.auxiliary is None else range(self.auxiliary, self.auxiliary + count)
 
 
 @dataclass(frozen=True)
@@ -66,6 +75,8 @@ class Guarded:
     events: tuple[Node, ...] = ()
     rests: tuple[Rest, ...] = ()
     limits: tuple[Node, ...] = ()
-    """Limit plus force and limit minus force, for each guard with a limit."""
+    """Limit plus force and limit minus force, for each guard with a limit; of vectors, their squares."""
     breaks: tuple[Node, ...] = ()
     """Of each guard where something jumps x, which is negative there, and the squares of a ``Cut``."""
+    parts: tuple[Node, ...] = ()
+    """Those of each vector."""

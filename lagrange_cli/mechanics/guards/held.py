@@ -55,7 +55,9 @@ def held_by_multipliers(
     added, slopes = [], []
     holding = [guard for guard in modes.guards.values() if guard.auxiliary is not None]
     resting = [(one.auxiliary, events[one.event], one.mode, True) for one in modes.rests]
-    resting += [(one.auxiliary or 0, one.argument, one.mode, False) for one in holding]
+    for guard in holding:
+        parts = (guard.argument,) if guard.vector is None else guard.vector.parts
+        resting += [(i, u, guard.mode, False) for i, u in zip(guard.holding, parts)]
     for (_, u, mode, rests), symbol in zip(sorted(resting, key=lambda one: one[0]), symbols):
         free, zero = graph.ddt(symbol), graph.zero
         by = model.v if any(u.symbols & v.symbols for v in model.v) else model.q

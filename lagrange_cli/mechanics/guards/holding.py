@@ -71,6 +71,11 @@ def holders_of(smooth: Guarded, multipliers: Sequence[Node]) -> tuple[Holder, ..
         if guard.limit is not None:
             above, below = next(limits), next(limits)
             force, limit = (above - below) / 2.0, (above + below) / 2.0
+        if guard.vector is not None:
+            arguments = at_rates(model, guard.vector.parts)[1]
+            _, (force, limit) = at_rates(model, [force, limit])
+            found.append(Holder(guard.mode, arguments, multipliers[guard.auxiliary], force, limit))
+            continue
         arguments = at_rates(model, arguments_of(residual, guard))[1]
         last = rate(graph, arguments[-1], residual.variables)
         _, (force, limit, last) = at_rates(model, [force, limit, last])

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.mechanics.guards.guard import Guard, Rest
+from lagrange_cli.mechanics.guards.vectors import held, split, vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rewritten
 from lagrange_cli.mechanics.switching.switches import Merging, switches, vanishes_with, where_zero
@@ -36,6 +37,18 @@ class Modes:
         """Whether the equations are written: switches with other arguments than theirs have no modes then."""
         self.inertial = self._inertial()
         """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
+        for vector in vectors(residual):
+            length = self.graph.power(vector.square, self.graph.constant(0.5))
+            if length in free:
+                continue
+            mode, zero = self.graph.symbol(f"mode {len(self.guards)}"), self.graph.zero
+            argument, first = three_ways(self.graph, mode, length, length, zero), len(self.multipliers)
+            kept = Guard(argument, length, mode, first, reverses=True, limit=self.graph.one, vector=vector)
+            self.guards[length] = kept
+            self.multipliers += [
+                self.graph.symbol(f"multiplier {first + i}") for i in range(len(vector.parts))
+            ]
+        self.holding = union(self.multipliers)
 
     def _inertial(self) -> set[Node]:
         """Switches in masses, in momenta, and in factors of accelerations."""
@@ -65,7 +78,21 @@ class Modes:
                 return self.graph.ddt(arguments[0]) if moves else self.graph.zero
             return None
 
-        return rewritten(self.graph, self.merged(nodes), change, self.made)
+        nodes = [self._by_length(node) for node in self.merged(nodes)]
+        return rewritten(self.graph, nodes, change, self.made)
+
+    def _by_length(self, node: Node) -> Node:
+        """A node that contains u/|u| for vectors u, with unknowns in its place while the motion is held."""
+        for guard in self.guards.values():
+            if guard.vector is None or not node.symbols & guard.vector.square.symbols:
+                continue
+            plain, others = split(self.graph, node, guard.vector)
+            at_rest = None if others.is_zero else held(self.graph, others, guard.vector)
+            if at_rest is not None:
+                unknown = zip(at_rest[1], (self.multipliers[i] for i in guard.holding))
+                resting = self.graph.sum([(at_rest[0], 1.0), *((a * b, 1.0) for a, b in unknown)])
+                node = plain + three_ways(self.graph, guard.mode, others, others, resting)
+        return node
 
     def _has_mode(self, node: Node) -> bool:
         """Whether it is a switch that a mode stands for."""

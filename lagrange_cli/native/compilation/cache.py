@@ -244,8 +244,9 @@ def unpack(key: str, content: bytes) -> bytes | None:
 
 def digest(content: bytes | memoryview) -> bytes:
     """SHA-256, of all but large contents from the interpreter's own module: importing ``hashlib``, which is
-    several times as fast, takes longer than all else here."""
-    for module in ("_sha2", "_sha256", "hashlib") if len(content) < LARGE else ("hashlib",):
+    several times as fast, takes longer than all else here. Where it has been imported it is used."""
+    small = len(content) < LARGE and "hashlib" not in sys.modules
+    for module in ("_sha2", "_sha256", "hashlib") if small else ("hashlib",):
         with suppress(ImportError):
             value: bytes = import_module(module).sha256(content).digest()
             return value

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
+from functools import cache
 from importlib import import_module
 
 STAGES = (
@@ -23,8 +24,12 @@ FIRST_PROCESSOR = 16384
 """Bytes that hold the lines about the first processor, however many there are."""
 
 
+@cache
 def fingerprint() -> dict[str, object]:
-    """All of it, as JSON data. Raises ``OSError`` if a file's status cannot be read."""
+    """All of it, as JSON data. Raises ``OSError`` if a file's status cannot be read.
+
+    A process looks once: what changes later is not the code that it has in memory.
+    """
     import llvmlite
 
     package = import_module(__name__.partition(".")[0])

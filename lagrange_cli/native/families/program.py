@@ -94,6 +94,7 @@ class _Writer(Returning, Observation, MotionJets):
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
+            vectors=(),
             events=self.numbered(), changed=self.events.changed if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),

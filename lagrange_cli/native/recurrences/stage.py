@@ -175,10 +175,13 @@ class Stage(Generic[V]):
             changes = [changed(argument, one.level) for argument in one.arguments]
             return expansion.linear(one, changes, start, self.careful)
         if one.op is Op.MULTIPLY:
-            pairs = ((b, changed(a, one.level)) for a, b in (one.arguments, one.arguments[::-1]))
-            return kind.total(
-                [(expansion.table[other][0], value) for other, value in pairs if value is not None], start
-            )
+            both = [changed(argument, one.level) for argument in one.arguments]
+            pairs = [(one.arguments[1], both[0]), (one.arguments[0], both[1])]
+            terms = [(expansion.table[other][0], value) for other, value in pairs if value is not None]
+            first, second = both
+            if self.is_index(one.level, 0) and first is not None and second is not None:
+                terms.append((kind.neg(first), second))  # both have changed since the product
+            return kind.total(terms, start)
         if one.op is Op.SELECT:
             above, below = (changed(argument, one.level) for argument in one.arguments)
             return kind.add(start, expansion.select(one, above, below))

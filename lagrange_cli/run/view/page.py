@@ -71,7 +71,7 @@ def page(
         program, recording, notice = programmed(motion, derived)
         drawing = drawn(motion, followed)
         shown = {"members": [*members], "conserved": [*recording.conserved], "notice": notice}
-        why = why or too_large(program.text)
+        why = why or sliding(program) or too_large(program.text)
         if why and members:
             raise UsageError(f"the motions cannot be computed on a page: {why}")
         replays = why and f"{why} {REPLAYED}{cut_short(motion, followed)}"
@@ -162,6 +162,11 @@ def obstacle(motion: Motion, derived: FamilySystem | Residual) -> str:
     if bound and any(one.changes for one in motion.spec.events.values()):
         return "Actions of events in a system with constraints are computed by lagrange solve only."
     return ""
+
+
+def sliding(program: Program) -> str:
+    """Why a page cannot follow friction along a vector, as a sentence; empty if there is none."""
+    return "Friction against a vector is computed by lagrange solve only." if program.vectors else ""
 
 
 def too_large(program: str) -> str:

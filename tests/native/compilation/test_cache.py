@@ -1,5 +1,6 @@
 """The store of compiled programs: what it gives back, what it refuses, and that it never fails."""
 
+import importlib
 import os
 import stat
 import subprocess
@@ -270,15 +271,21 @@ def test_the_platform_says_where(monkeypatch, platform, environment, folder):
 
 
 @pytest.mark.parametrize("missing", [0, 1, 2])
-def test_the_digest_is_sha_256_by_whatever_module(monkeypatch, missing):
-    names = ("_sha2", "_sha256", "hashlib")
-    real = module.import_module
+@pytest.mark.parametrize("loaded", [True, False])
+def test_the_digest_is_sha_256_by_whatever_module(monkeypatch, missing, loaded):
+    """OpenSSL's, which is fast, if it has been imported; and only if there is no other where it has not."""
+    names, used = ("_sha2", "_sha256", "hashlib"), []
+    known = dict.fromkeys(names[missing:], importlib.import_module("hashlib"))
 
     def import_module(name):
-        if name in names[:missing]:
+        if name not in known:
             raise ImportError
-        return real(name)
+        used.append(name)
+        return known[name]
 
     monkeypatch.setattr(module, "import_module", import_module)
+    if not loaded:
+        monkeypatch.delitem(sys.modules, "hashlib")
     expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     assert module.digest(b"abc").hex() == expected
+    assert used == ["hashlib" if loaded else names[missing]]

@@ -1,0 +1,147 @@
+"""Friction along a vector u with several components that become 0 together: forces that contain u/|u|.
+
+While u is not 0, u/|u| has a series; the mode is 1. Where u = 0 the motion may be held there, with mode 0, as
+by a switch (see ``held``): u_i/|u| is an unknown n_i then, whose equation is du_i/dt = 0, as long as |n| <=
+1.
+
+The square of |u| is a polynomial in velocities: sum_i d_i u_i^2, by completing squares, u_i = v_i + terms in
+other velocities and in q, t. So no root is needed: |n|^2 = sum_i d_i n_i^2, where n_i stands for u_i/|u|."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A vector: its ``square``, and the ``weights`` d_i and ``parts`` u_i = ``pivots`` v_i + ... of that."""
+
+    square: Node
+    weights: tuple[Node, ...]
+    parts: tuple[Node, ...]
+    pivots: tuple[Node, ...]
+
+
+def vectors(residual: Residual) -> list[Vector]:
+    """The vectors that forces are divided by the lengths of, if forces have finite values where these are
+    0."""
+    graph, model = residual.graph, residual.model
+    speeds = reduce(or_, (v.symbols for v in model.v), 0)
+    inertial = set(bases(_inertias(residual), speeds))
+    found = []
+    for square in bases(residual.residual, speeds):
+        vector = None if square in inertial else completed(graph, square, model.v)
+        if vector is not None and all(_holds(residual, row, vector) for row in residual.residual):
+            found.append(vector)
+    return found
+
+
+def _holds(residual: Residual, row: Node, vector: Vector) -> bool:
+    """Whether a row is linear in u/|u|, with factors that no multiplier of a constraint stands in."""
+    found = held(residual.graph, row, vector)
+    bound = reduce(or_, (one.symbols for one in residual.multipliers), 0)
+    return found is not None and not any(one.symbols & bound for one in found[1])
+
+
+def _inertias(residual: Residual) -> list[Node]:
+    entries = [entry for row in residual.unpushed.entries for entry in row.values()]
+    momenta = [node for one in residual.cyclic_momenta for node in (one.momentum, one.speed)]
+    return [*entries, *residual.inertias, *momenta]
+
+
+def bases(nodes: Sequence[Node], speeds: int) -> list[Node]:
+    """What stands under a root in denominators, if it depends on velocities."""
+    powers = (factors_of(node) for node in reachable(nodes, lambda node: bool(node.symbols & speeds)))
+    found = (base for factors in powers for base, e in factors if e == -0.5)
+    return [*dict.fromkeys(base for base in found if base.symbols & speeds)]
+
+
+def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector | None:
+    """Squares of two or more independent functions of velocities whose sum with weights it is."""
+    speeds = reduce(or_, (v.symbols for v in velocities), 0)
+    rest, weights, parts, pivots = square, list[Node](), list[Node](), list[Node]()
+    for v in velocities:
+        first = graph.diff(rest, v)
+        if is_zero(first):
+            continue
+        weight = graph.diff(first, v) / 2.0
+        if weight.symbols & speeds or is_zero(weight):
+            return None
+        if weight.kind is Kind.NUMBER and weight.data < 0.0:
+            return None
+        part = graph.sum([(term / weight, 0.5 * c) for term, c in terms_of(first)])
+        rest = rest - weight * part * part
+        weights.append(weight)
+        parts.append(part)
+        pivots.append(v)
+    if len(parts) < 2 or not is_zero(rest):
+        return None
+    return Vector(square, tuple(weights), tuple(parts), tuple(pivots))
+
+
+def held(graph: Graph, node: Node, vector: Vector) -> tuple[Node, tuple[Node, ...]] | None:
+    """``node`` where u = 0: a node without u/|u|, and the factor of each u_i/|u|; None where it has no
+    value there, or is not linear in these."""
+    inverse = graph.symbol("inverse length")
+    made: dict[Node, Node] = {}
+    for one in reachable([node]):
+        arguments = [made[a] for a in one.arguments]
+        if one.kind is Kind.PRODUCT and vector.square in one.arguments:
+            place = one.arguments.index(vector.square)
+            exponent = one.data[place]
+            if exponent < 0 and exponent != -0.5:
+                return None
+            others = graph.product((a, e) for i, (a, e) in enumerate(zip(arguments, one.data)) if i != place)
+            made[one] = others * inverse if exponent < 0 else graph.zero
+        elif (one.kind is Kind.POWER and vector.square in one.arguments) or (
+            one.kind is Kind.DDT and one.arguments[0] is not arguments[0]
+        ):
+            return None
+        else:
+            made[one] = rebuilt(graph, one, arguments)
+    slope = graph.diff(made[node], inverse)
+    (plain,) = substituted(graph, [made[node]], {inverse: graph.zero})
+    if slope.is_zero:
+        return plain, (graph.zero,) * len(vector.parts)
+    if slope.symbols & inverse.symbols:
+        return None
+    symbols = [graph.symbol(f"component {i}") for i in range(len(vector.parts))]
+    values: dict[Node, Node] = {}
+    for v, part, u in reversed([*zip(vector.pivots, vector.parts, symbols)]):
+        (others,) = substituted(graph, [part - v], values)
+        values[v] = u - others
+    (by_parts,) = substituted(graph, [slope], values)
+    if any(one.kind is Kind.DDT for one in reachable([by_parts])):
+        return None
+    at_rest = dict.fromkeys(symbols, graph.zero)
+    if not is_zero(substituted(graph, [by_parts], at_rest)[0]):
+        return None
+    slopes = [graph.diff(by_parts, u) for u in symbols]
+    return plain, substituted(graph, slopes, at_rest)
+
+
+def split(graph: Graph, node: Node, vector: Vector) -> tuple[Node, Node]:
+    """The terms of a node without roots of the square, and the sum of those with them."""
+    with_roots = {
+        one
+        for one in reachable([node], lambda one: bool(one.symbols & vector.square.symbols))
+        if one.kind is Kind.PRODUCT and any(a is vector.square and e != int(e) for a, e in factors_of(one))
+    }
+    inside: set[Node] = set()
+    for one in reachable([node]):
+        if one in with_roots or not inside.isdisjoint(one.arguments):
+            inside.add(one)
+    terms = terms_of(node)
+    return (
+        graph.sum((term, c) for term, c in terms if term not in inside),
+        graph.sum((term, c) for term, c in terms if term in inside),
+    )
