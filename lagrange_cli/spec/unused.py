@@ -37,14 +37,15 @@ def unused(spec: Spec) -> Iterator[tuple[Place, str, str]]:
         if name not in used:
             used.add(name)
             pending += inside.get(name, ())
+    user = {name: other for other, names in inside.items() for name in names}
     for name, (what, given) in declared.items():
         if name in used:
             continue
-        by = next((other for other, names in inside.items() if name in names), None)
+        by = user.get(name)
         if by is None:
             yield given[0].place, f"{what} '{name}' is not used", "use it in an expression, or delete it"
         else:
-            message = f"{what} '{name}' is used only by '{by}', which is not used"
+            message = f"{what} '{name}' is used only in what is not used itself, such as '{by}'"
             yield given[0].place, message, f"use '{by}' in an expression, or delete both"
 
 

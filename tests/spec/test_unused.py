@@ -25,7 +25,7 @@ def found(text):
 
 def test_what_is_used_only_by_something_unused_is_told_apart():
     assert found(SYSTEM) == [
-        (1, "parameter 'P' is used only by 'Q', which is not used"),
+        (1, "parameter 'P' is used only in what is not used itself, such as 'Q'"),
         (1, "parameter 'Q' is not used"),
     ]
 
