@@ -36,7 +36,8 @@ class Checked:
     skipped, engine : tuple of str
         What a run does not compute, and how the equations are integrated, in sentences.
     warnings : tuple of Problem
-        Places of the file where units contradict each other, or rounding may decide.
+        Places of the file where units contradict each other, rounding may decide, names have no use, or
+        dissipation does not brake.
     """
 
     def __init__(self, found: Classification) -> None:

@@ -13,6 +13,7 @@ from lagrange_cli.drawing.scene import Place, Scene
 from lagrange_cli.drawing.upright import plane_of, up_of
 from lagrange_cli.expression.arrays import Array
 from lagrange_cli.expression.node import Node, union
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 
 TURN, RISE = (0.0, 2 * math.pi), (-math.pi / 2, math.pi / 2)
@@ -113,20 +114,25 @@ def _mark(scene: Scene, track: Track) -> Array:
 
 def _of_constraints(scene: Scene, held: set[str]) -> Iterator[Track]:
     """The curve or surface that a constraint keeps a particle on, or where an event changes how it moves (a
-    floor), if it can be solved for a component, or is an ellipse or an ellipsoid."""
-    walls = [scene.scope.scalar(one) for one in scene.spec.constraints.values()]
-    walls += [scene.scope.scalar(one.when) for one in scene.spec.events.values() if one.changes]
+    floor), if it can be solved for a component, or is an ellipse or an ellipsoid. In other coordinates than
+    Cartesian ones a constraint is solved for one of them."""
+    kept = [scene.scope.scalar(one) for one in scene.spec.constraints.values()]
+    floors = [scene.scope.scalar(one.when) for one in scene.spec.events.values() if one.changes]
     for name, place in scene.positions.items():
-        plain = [one for one in place if one in scene.coordinates]
-        if name in held or len(plain) < 2:
+        if name in held:
             continue
-        for node in walls:
+        plain = [one for one in place if one in scene.coordinates]
+        cartesian = len(plain) > 1
+        symbols = plain[::-1] if cartesian else [scene.coordinates[k] for k in scene.depends(place)]
+        for node in (*kept, *floors) if cartesian else kept:
             if node.symbols & scene.moving & ~union(place):
                 continue
-            solved = _solved(scene, node, plain[::-1])
-            there, rise = (dict([solved]), None) if solved is not None else _round(scene, node, plain)
+            solved, rise = _solved(scene, node, symbols), None
+            there = {} if solved is None else dict([solved])
+            if not there and cartesian:
+                there, rise = _round(scene, node, plain)
             if there:
-                on = tuple(there.get(one, one) for one in place)
+                on = substituted(scene.graph, place, there)
                 along = scene.depends(on)
                 if 1 <= len(along) <= scene.dimension - 1:
                     angles = [scene.coordinates[k] for k in along]

@@ -60,6 +60,19 @@ def pairs(scene: Scene, node: Node, owners: Owners) -> Iterator[tuple[End, str]]
         yield scene.zero, name
 
 
+def reached(scene: Scene, stretch: Node, owners: Owners) -> Iterator[tuple[End, str]]:
+    """Pairs of points whose distance is a coordinate itself, or a function of it, while others turn the line
+    between them: two particles, or one and the point that it is at a distance from."""
+    names = near(scene, stretch, owners)[:MOST]
+    for b in names:
+        joint = scene.without(scene.positions[b], stretch.symbols & scene.moving)
+        owner = next((name for name, other in scene.positions.items() if other == joint), None)
+        if owner is not None or not union(joint) & scene.moving:
+            yield joint if owner is None else owner, b
+    for a, b in combinations(names, 2):
+        yield a, b
+
+
 def centres(scene: Scene, node: Node, place: Place) -> Iterator[Place]:
     """The points from which ``node`` may be the distance of a particle at ``place``, as it is written."""
     inner = [node, *(one.arguments[0] for one in reachable([node]) if is_root(one))]
@@ -120,18 +133,26 @@ def distance_in(scene: Scene, node: Node, owners: Owners) -> tuple[End, str] | N
     It is one if its gradient is parallel to that of the square of the distance. Of several pairs of points,
     as there are on a rod, those farthest apart are taken.
     """
-    symbols = [q for q in scene.coordinates if q.symbols & node.symbols] if node.symbols else []
+    for ends in (pairs, reached):
+        found = {
+            (a, b): float(np.nanmax(apart(scene, a, b)))
+            for a, b in ends(scene, node, owners)
+            if _is_distance(scene, node, a, b)
+        }
+        if found:
+            return max(found, key=found.__getitem__)
+    return None
+
+
+def _is_distance(scene: Scene, node: Node, a: End, b: End) -> bool:
+    """Whether ``node`` is a function of the distance of two points, which more than one coordinate moves."""
+    across = scene.difference(place_of(scene, a), place_of(scene, b))
+    symbols = [q for q in scene.coordinates if q.symbols & (node.symbols | union(across))]
     if len(symbols) < 2:
-        return None
-    slopes = scene.probe([scene.graph.diff(node, q) for q in symbols])
-    found: dict[tuple[End, str], float] = {}
-    for a, b in pairs(scene, node, owners):
-        across = scene.difference(place_of(scene, a), place_of(scene, b))
-        square = scene.graph.sum([(one * one, 1.0) for one in across])
-        others = scene.probe([scene.graph.diff(square, q) for q in symbols])
-        if _parallel(slopes, others):
-            found.setdefault((a, b), float(np.nanmax(apart(scene, a, b))))
-    return max(found, key=found.__getitem__, default=None)
+        return False
+    square = scene.graph.sum([(one * one, 1.0) for one in across])
+    slopes, others = (scene.probe([scene.graph.diff(one, q) for q in symbols]) for one in (node, square))
+    return _parallel(slopes, others)
 
 
 def _parallel(a: Array, b: Array) -> bool:

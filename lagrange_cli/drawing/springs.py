@@ -6,11 +6,10 @@ A square may stand for a whole distance, or for one component of it: k ((x1 - x2
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 
 import numpy as np
 
-from lagrange_cli.drawing.distances import MOST, End, Owners, apart, near, owners_of, pairs, place_of
+from lagrange_cli.drawing.distances import MOST, End, Owners, apart, near, owners_of, pairs, place_of, reached
 from lagrange_cli.drawing.probe import equal, steady
 from lagrange_cli.drawing.scene import Place, Scene
 from lagrange_cli.expression.node import Kind, Node, factors_of, union
@@ -103,24 +102,11 @@ def _whole(scene: Scene, stretch: Node, owners: Owners) -> Spring | None:
         return along
     moved = scene.without_constants(stretch)
     values = np.abs(scene.probe([moved, stretch]))
-    for a, b in (*pairs(scene, moved, owners), *_reached(scene, stretch, owners)):
+    for a, b in (*pairs(scene, moved, owners), *reached(scene, stretch, owners)):
         distance = apart(scene, a, b)
         if equal(values[0], distance) or equal(values[1], distance):
             return Spring(a, b, slack=moved is stretch)
     return None
-
-
-def _reached(scene: Scene, stretch: Node, owners: Owners) -> Iterator[tuple[End, str]]:
-    """Pairs of points whose distance is a coordinate itself, while others turn the line between them: two
-    particles, or one and the point that it is at a distance from."""
-    names = near(scene, stretch, owners)[:MOST]
-    for b in names:
-        joint = scene.without(scene.positions[b], stretch.symbols & scene.moving)
-        owner = next((name for name, other in scene.positions.items() if other == joint), None)
-        if owner is not None or not union(joint) & scene.moving:
-            yield joint if owner is None else owner, b
-    for a, b in combinations(names, 2):
-        yield a, b
 
 
 def _along_a_line(scene: Scene, stretch: Node, owners: Owners) -> Spring | None:

@@ -11,16 +11,18 @@ SUM, PRODUCT, POWER = 0, 1, 2
 """How tightly operators bind."""
 TWELFTHS = 12
 """Parts of pi that are recognized."""
+MOST = 17
+"""Less than this are the denominators of coefficients in sums that are multiplied by a number."""
 THIRDS = frozenset({3, 6, 7, 9, 11, 12})
 """Denominators of exponents that are no decimals."""
 
 
-def text_of(node: Node, names: Mapping[Node, str] | None = None, moving: int = 0) -> str:
-    """``node`` in the words of a system file; ``names`` are those of nodes that have one. In products,
-    factors with symbols that are ``moving`` come last."""
+def text_of(node: Node, moving: int = 0) -> str:
+    """``node`` in the words of a system file. In products, factors with symbols that are ``moving`` come
+    last."""
     made: dict[Node, tuple[str, int]] = {}
     for one in reachable([node]):
-        made[one] = _text(one, made, moving) if one not in (names or {}) else ((names or {})[one], POWER)
+        made[one] = _text(one, made, moving)
     return made[node][0]
 
 
@@ -40,11 +42,7 @@ def _text(node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> tupl
     if node.kind is Kind.SYMBOL:
         return str(node.data), POWER
     if node.kind is Kind.SUM:
-        constant, coefficients = node.data
-        terms = [_term(float(c), argument) for c, argument in zip(coefficients, arguments)]
-        if constant != 0:
-            terms.append(number_text(constant))
-        return joined(terms), SUM if len(terms) > 1 or terms[0].startswith("-") else PRODUCT
+        return _sum(node, made, moving)
     if node.kind is Kind.PRODUCT:
         return _product(node, made, moving)
     if node.kind is Kind.POWER:
@@ -54,6 +52,15 @@ def _text(node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> tupl
     if node.kind is Kind.SWITCH:
         inside[0] += " > 0"
     return f"{name}({', '.join(inside)})", POWER
+
+
+def _sum(node: Node, made: Mapping[Node, tuple[str, int]], moving: int, times: int = 1) -> tuple[str, int]:
+    """A sum so many times."""
+    constant, coefficients = node.data
+    terms = [_term(times * float(c), one, made, moving) for c, one in zip(coefficients, node.arguments)]
+    if constant != 0:
+        terms.append(number_text(times * constant))
+    return joined(terms), SUM if len(terms) > 1 or terms[0].startswith("-") else PRODUCT
 
 
 def _product(node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> tuple[str, int]:
@@ -83,11 +90,27 @@ def exponent_text(exponent: float) -> str:
     return f"({near})" if simple else number_text(exponent)
 
 
-def _term(coefficient: float, argument: tuple[str, int]) -> str:
+def _term(coefficient: float, node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> str:
+    """A number of times ``node``. Sums in it get whole coefficients where the number stays whole:
+    4*x*(a - b/4) becomes x*(4*a - b)."""
+    argument, whole = made[node], dict[Node, tuple[str, int]]()
+    for one, exponent in zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else ():
+        times = _denominator(one)
+        left = coefficient / times**exponent
+        if times > 1 and left.is_integer():
+            coefficient, whole[one] = left, _sum(one, made, moving, times)
+    if whole:
+        argument = _product(node, {one: whole.get(one, made[one]) for one in node.arguments}, moving)
     if abs(coefficient) == 1:
         return "-" * (coefficient < 0) + bracketed(argument, PRODUCT)
     text = bracketed(argument, PRODUCT)
     return number_text(coefficient) + (text[1:] if text.startswith("1/") else f"*{text}")
+
+
+def _denominator(node: Node) -> int:
+    """The least number of times that a sum has whole coefficients; 1 where it is no sum, or has none."""
+    numbers = [float(c) for c in (node.data[0], *node.data[1])] if node.kind is Kind.SUM else []
+    return next((n for n in range(1, MOST) if all((n * c).is_integer() for c in numbers)), 1)
 
 
 def joined(terms: list[str]) -> str:

@@ -13,7 +13,13 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.choice import chosen_method
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.domains import check_domain
-from lagrange_cli.run.doubtful import contradicting_units, rounded_equalities, singular_poses
+from lagrange_cli.run.doubtful import (
+    contradicting_units,
+    odd_dissipation,
+    rounded_equalities,
+    singular_poses,
+    unused_names,
+)
 from lagrange_cli.run.integrability import undecided, velocity_constraints
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
@@ -76,11 +82,10 @@ class Mechanics:
 class Classification:
     """A system, and what is known of it before any run.
 
-    ``skipped`` says what a run does not compute. ``warnings`` are places of the file where units contradict
-    each other, where rounding may decide whether two numbers are equal, and where a body's angles are
-    singular. ``begin`` says how the initial state became consistent, ``integrability`` which constraints on
-    velocities, and combinations of them, are holonomic after all, and ``integrals`` has the functions that
-    these keep constant, by name, as far as they are found.
+    ``skipped`` says what a run does not compute. ``warnings`` are places of the file that are allowed and
+    perhaps not meant (``doubtful``). ``begin`` says how the initial state became consistent,
+    ``integrability`` which constraints on velocities, and combinations of them, are holonomic after all, and
+    ``integrals`` has the functions that these keep constant, by name, as far as they are found.
     """
 
     spec: Spec
@@ -124,7 +129,9 @@ def classify(
         from lagrange_cli.drawing.draw import draw
 
         draw(spec, values, spec.solve.start or 0.0)
-    warnings = (*contradicting_units(spec), *rounded_equalities(spec))
+    warnings = (*contradicting_units(spec), *rounded_equalities(spec), *unused_names(spec))
+    if values is not None:
+        warnings += odd_dissipation(spec, values.parameters)
     if values is not None and spec.bodies:
         warnings += singular_poses(spec, consistent)
     parameters = {} if values is None else values.parameters

@@ -1,14 +1,22 @@
 """Places of a file that are allowed and perhaps not meant: units that contradict each other, equality that
-rounding decides, and angles that are singular at the start."""
+rounding decides, unused names, dissipation that does not brake, and singular angles at the start."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from lagrange_cli.errors import Problem
+    from lagrange_cli.expression.arrays import Array
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
+
+MOST = 100
+"""Coordinates of systems whose dissipation is looked at."""
+STATES, ODD = 32, 1e-9
+"""Random states, and the part of its size that an even function changes by rounding."""
 
 
 def contradicting_units(spec: Spec) -> tuple[Problem, ...]:
@@ -35,6 +43,72 @@ def rounded_equalities(spec: Spec) -> tuple[Problem, ...]:
         source.problem(place, f"rounding may decide whether {comparison} holds", hint)
         for place, comparison in doubtful_equalities(spec)
     )
+
+
+def unused_names(spec: Spec) -> tuple[Problem, ...]:
+    """A warning for each parameter, definition and size that nothing uses."""
+    from lagrange_cli.spec.source import Source
+    from lagrange_cli.spec.unused import unused
+
+    source = Source(spec.filename, spec.text)
+    return tuple(source.problem(*found) for found in unused(spec))
+
+
+def odd_dissipation(spec: Spec, parameters: Mapping[str, float]) -> tuple[Problem, ...]:
+    """A warning where Rayleigh's function D is odd in a velocity, or where it is negative: at random states
+    with velocities of all sizes, for systems of up to ``MOST`` coordinates."""
+    given = [*spec.forces.get("dissipation", {}).values()]
+    if not given or len(spec.coordinates) > MOST:
+        return ()
+    from random import Random
+
+    import numpy as np
+
+    from lagrange_cli.expression.arrays import evaluate
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
+    from lagrange_cli.expression.vocabulary import TIME, velocity_name
+    from lagrange_cli.model.scope import Scope
+    from lagrange_cli.model.start.equations import with_what_is_used
+    from lagrange_cli.spec.source import Source
+
+    scope = Scope(with_what_is_used(spec, given), GraphAlgebra())
+    function = scope.scalar(given[0])
+    if scope.multipliers:
+        return ()
+    drawn, places = Random(0), [one.name for one in spec.coordinates]
+    speeds = {velocity_name(one.name): v for one, v in zip(spec.coordinates, scope.v)}
+
+    def anywhere() -> Array:
+        return np.array([drawn.choice((-1, 1)) * 10 ** drawn.uniform(-3, 6) for _ in range(STATES)])
+
+    there: dict[str, Array | float] = {**parameters, TIME: anywhere()}
+    there |= {name: anywhere() for name in places}
+    rest = {**there, **dict.fromkeys(speeds, 0.0)}
+
+    def value(state: Mapping[str, Array | float]) -> Array:
+        return np.broadcast_to(evaluate([function], state)[0], (STATES,))
+
+    def problem(message: str, name: str) -> tuple[Problem, ...]:
+        hint = f"Rayleigh's function is usually a sum of squares, as in c*{name}**2/2"
+        return (Source(spec.filename, spec.text).problem(given[0].place, message, hint),)
+
+    zero, sizes = value(rest), np.logspace(-2, 8, STATES)
+    with np.errstate(all="ignore"):
+        for name in (name for name, v in speeds.items() if v.symbols & function.symbols):
+            ahead, back = value({**rest, name: sizes}) - zero, value({**rest, name: -sizes}) - zero
+            scale = np.abs(ahead) + np.abs(back) + np.abs(zero)
+            known = np.isfinite(scale)
+            if (known & (np.abs(ahead - back) > ODD * scale)).any() and (
+                np.abs(ahead + back)[known] <= ODD * scale[known]
+            ).all():
+                return problem(
+                    f"the dissipation is odd in {name}: its force does not change direction with it", name
+                )
+        change = value({**there, **{name: anywhere() for name in speeds}}) - zero
+        change = change[np.isfinite(change)]
+        if len(change) and (change < 0).all():
+            return problem("the dissipation is negative: its forces drive the motion", next(iter(speeds)))
+    return ()
 
 
 def singular_poses(spec: Spec, values: Values) -> tuple[Problem, ...]:

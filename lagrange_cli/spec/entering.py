@@ -52,6 +52,8 @@ class _Entering:
         self._free("definitions", groups_of(draft.entries("definitions")), Kind.DEFINITION)
         self._free("embedding", particles, Kind.PARTICLE)
         self._free("bodies", groups_of(draft.bodies), Kind.BODY)
+        for name, place, _ in self._named("observables", groups_of(draft.entries("observables"))):
+            self._observable(name, place)
         for section in ("constraints", "nonholonomic"):
             for name, place, family in self._named(section, groups_of(draft.entries(section))):
                 self.names.declare_multiplier(name, place, family)
@@ -60,6 +62,14 @@ class _Entering:
                 self.names.check_index(index, Span(0, 1))
             except ExpressionError as error:
                 self.problems.add(place, error.message, error.hint)
+
+    def _observable(self, name: str, place: Place) -> None:
+        """Note the name of an observable that is that of a coordinate or a velocity: its values are written
+        beside theirs."""
+        other = self.names.table.get(name)
+        if other is not None and other.place and other.what in (Kind.COORDINATE, Kind.VELOCITY):
+            message = f"the observable '{name}' has the name of a {other.what.value}"
+            self.problems.add(place, message, f"rename it, or the coordinate in line {other.place.line}")
 
     def _named(self, section: str, entries: Iterable[Any]) -> Iterator[tuple[str, Place, Family | None]]:
         """Each name of a section once, with its place, and its family where it is that of one."""

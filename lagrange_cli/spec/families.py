@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from math import prod
 from typing import Any, TypeVar
@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from lagrange_cli.expression.confusions import is_unit
 from lagrange_cli.expression.indices import counted, integer
 from lagrange_cli.expression.near import known_hint, near_hint
-from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, plain_names
+from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, parts, plain_names
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
@@ -30,8 +30,7 @@ One = TypeVar("One", Entry, Declared, WrittenEvent, WrittenBody)
 
 def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
     """The draft with the members of families, in the order of their indices."""
-    parameters = {one.name for one in draft.sections.get("parameters", ())}
-    expander = _Expander(sizes, problems, parameters)
+    expander = _Expander(draft, sizes, problems)
     expanded: dict[str, Any] = {}
     families: dict[str, dict[str, Family]] = {}
     for row in SECTIONS.rows:
@@ -50,10 +49,10 @@ def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
 
 @dataclass
 class _Expander:
+    draft: Draft
+    """As it is written, for what a name is that is taken for a size."""
     sizes: Mapping[str, int]
     problems: Problems
-    parameters: Collection[str]
-    """Their names, for a hint where one is taken for a size."""
     indices: list[tuple[str, FilePlace]] = field(default_factory=list)
     """Every index of a key, with its place."""
     members: int = 0
@@ -206,6 +205,8 @@ class _Expander:
         later = [one.index for one in axes if one.index in unknown]
         if later:
             message, hint = f"the index '{later[0]}' is used before its range", "write its range first"
+        elif misplaced := self._misplaced(axis, start):
+            message, hint = misplaced
         elif unknown:
             name = unknown[0]
             self.problems.broken.add(name)  # said once
@@ -214,11 +215,35 @@ class _Expander:
             if name.islower() and piece.key.axes == (axis,) and not axis.index:
                 size = next(iter(self.sizes), "N")
                 hint = f"write {piece.key.name}[{name} in range({size})] for all members"
-            elif name in self.parameters:
+            elif self._is_parameter(name):
                 hint = f"'{name}' is a parameter: declare it under 'sizes' instead"
-            if is_unit(name) and name not in self.parameters and not axis.index:
+            if is_unit(name) and not axis.index and not self._is_parameter(name):
                 hint += f"; a unit is written '{piece.name}: {{value: 1.0, unit: {name}}}'"
         self.problems.add(piece.at(error.span), f"{message} in '{piece.key.label}'", hint)
+
+    def _misplaced(self, axis: Axis, start: int) -> tuple[str, str] | None:
+        """What is wrong with the name that begins at ``start`` in a range or a condition, where the file
+        gives it to something else than a size."""
+        for tree in axis.trees if axis.index else ():
+            for one in parts(tree):
+                if not isinstance(one, Name) or one.span.start != start or one.base in self.sizes:
+                    continue
+                made = "conditions of families compare" if tree in axis.conditions else "ranges are made of"
+                hint, role = f"{made} indices and sizes", self._role(one.base)
+                if self._is_parameter(one.base) and not one.indices:
+                    self.problems.broken.add(one.base)  # said once
+                    hint += f": declare '{one.base}' under 'sizes' instead"
+                return (f"'{one.base}' is {role}", hint) if role else None
+        return None
+
+    def _role(self, name: str) -> str:
+        """What a name stands for."""
+        from lagrange_cli.spec.roles import role_in_draft  # for mistakes only
+
+        return role_in_draft(self.draft, name)
+
+    def _is_parameter(self, name: str) -> bool:
+        return any(one.name == name for one in self.draft.declared("parameters"))
 
     def _shown(self, axis: Axis) -> str:
         used = frozenset[str]().union(*map(plain_names, axis.bounds))

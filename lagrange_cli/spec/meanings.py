@@ -130,6 +130,8 @@ class Meanings:
         self.bound: dict[str, Meaning] = {}
         """What ``NAME.multiplier`` stands for, by the constraint's name: these are names of their own."""
         self.values = Settled()
+        self.ranged = False
+        """Whether an unknown name may be given a range, as in the point of a curve."""
         self._alike: dict[str, Any] = {}
 
     def declare(
@@ -162,15 +164,18 @@ class Meanings:
         return True
 
     @contextmanager
-    def besides(self, free: Iterable[str]) -> Iterator[None]:
-        """Let expressions contain further names for a while, which are free: the parameters of a curve."""
+    def besides(self, free: Iterable[str], *, more: bool) -> Iterator[None]:
+        """Let expressions contain further names for a while, which are free: the parameters of a curve, which
+        may have ``more`` of them."""
         own = {name: Meaning(Kind.PARAMETER, frozenset({Kind.PARAMETER}), scalar()) for name in free}
         self.table |= own
         for name in own:
             self.values.settle(name, scalar())
+        self.ranged = more
         try:
             yield
         finally:
+            self.ranged = False
             for name in own:
                 del self.table[name]
                 self.values.forget(name)

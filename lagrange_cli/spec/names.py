@@ -222,7 +222,8 @@ class Names(Meanings):
         else:
             from lagrange_cli.spec.unknown import Unknown
 
-            unknown = Unknown(self.table, self.bound, self.rules[section].allowed, expression.indices)
+            allowed = self.rules[section].allowed
+            unknown = Unknown(self.table, self.bound, allowed, expression.indices, self.ranged)
             raise ExpressionError(name.span, *unknown.report(base))
         rule = self.rules[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]

@@ -37,13 +37,15 @@ SHORT, LONGEST = 4, 12
 class Unknown:
     """The names that an expression may contain: ``table`` by name, ``bound`` by the name of a constraint.
 
-    ``allowed`` are the kinds that may stand in its section, ``indices`` those of its family.
+    ``allowed`` are the kinds that may stand in its section, ``indices`` those of its family. If ``ranged``, a
+    name may be given a range instead of being declared.
     """
 
     table: Mapping[str, Meaning]
     bound: Mapping[str, Meaning]
     allowed: Collection[Kind]
     indices: Mapping[str, int]
+    ranged: bool = False
 
     def report(self, name: str) -> tuple[str, str]:
         """The message for an unknown name, and a hint."""
@@ -68,6 +70,8 @@ class Unknown:
             return message, f"write {'*'.join(factors)}"
         known = known_hint(self._words())
         declare = f"add it to the parameters: '{parameter_example(name)}'"
+        if self.ranged:
+            declare = f"give it a range: {{at: ..., {name}: [-1, 1]}}"
         if near and len(name) < 3:
             return message, f"{near} Or {declare}"
         return message, near or (f"{known}; or {declare}" if known else declare)

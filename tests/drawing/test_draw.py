@@ -106,6 +106,39 @@ def test_a_rod_is_found_however_its_constraint_is_written(written, found):
     assert ends(drawing, drawing.rods) == found
 
 
+@pytest.mark.parametrize(
+    "place, constraint, found",
+    [
+        ("[r*sin(phi), -r*cos(phi)]", "r - R", "|"),
+        ("[r*sin(phi), -r*cos(phi)]", "r**2 - R**2", "|"),
+        ("[z + r*sin(phi), -r*cos(phi)]", "r - R", "cart"),
+        ("[r*sin(phi)*cos(z), r*sin(phi)*sin(z), r*cos(phi)]", "r - R", "|"),
+        ("[r, phi]", "r - R", None),
+        ("[r*sin(phi), -r*cos(phi)]", "phi - R", None),
+    ],
+)
+def test_a_rod_is_found_in_polar_coordinates(place, constraint, found):
+    drawing = drawn(
+        "parameters: {R: 1.2}\ncoordinates: {r: {initial: R}, phi: {initial: R}, z: {initial: 0.5}}\n"
+        f"masses: {{cart: 1, bob: 1}}\npositions: {{cart: [z, 0], bob: {place}}}\n"
+        f"constraints: {{held: {constraint}}}\n"
+    )
+    assert ends(drawing, drawing.rods) == (set() if found is None else {tuple(sorted(("bob", found)))})
+
+
+def test_a_wire_is_found_in_polar_coordinates():
+    drawing = drawn(
+        "parameters: {R: 1.2}\ncoordinates: {r: {initial: 1.5*R}, phi: {initial: 0}}\n"
+        "masses: {bead: 1}\npositions: {bead: [r*cos(phi), r*sin(phi)]}\n"
+        "constraints: {wire: r - R*(1 + cos(phi)/2)}\n"
+    )
+    assert not drawing.rods
+    x, y = locus(drawing, drawing.curves[0], 0.0, np.zeros(2), {"R": 1.2})
+    r, phi = np.hypot(x, y), np.arctan2(y, x)
+    assert np.abs(r - 1.2 * (1 + np.cos(phi) / 2)).max() < 1e-12
+    assert np.ptp(phi) > 6
+
+
 def test_a_pendulum_hangs_on_its_cart():
     drawing = drawn(
         """

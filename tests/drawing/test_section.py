@@ -181,6 +181,7 @@ WRONG = [
     ("curves: {c: {at: [k, 1], k: [0, 1]}}", "k", "the parameter 'k' cannot have a range", "coordinate"),
     ("curves: {c: {at: [t, 1], t: [0, 1]}}", "t", "the time has no range", ""),
     ("curves: {c: {at: [u, 1], u: }}", "u", "'u' has no range", "u: [0, 1]"),
+    ("curves: {c: {at: [u, 1]}}", "u", "unknown name 'u'", "or give it a range: {at: ..., u: [-1, 1]}"),
     ("curves: {c: {at: cart, theta: [0, 1]}}", "theta", "a range for several coordinates", "theta[0]"),
     ("colours: {cart: rod}", "rod", "unknown colour of 'cart': 'rod'", "did you mean 'red'?"),
     ("colours: {cart: 'red;}</style>'}", "red;}</style>", "unknown colour", "a colour of CSS"),

@@ -13,6 +13,7 @@ from lagrange_cli.expression.text import text_of
     [
         "x", "-x", "2*x", "x - y", "-x - y + 3", "x*(y + 1)", "-(x + 1)*y", "2/(x*y)", "x/y**2", "(x - 1)**3",
         "x**y", "(x + y)**(x*y)", "sqrt(x**2 + y**2)", "sin(x)/cos(2*pi*x)", "exp(-x**2)", "atan2(y, x)",
+        "x*(4*x*y - x)**2 + y", "8*x*sqrt(4*x - y + 1)", "1/(3*x - 5*y)**3", "2*x*(0.3*x - y)",
         "3*(x*y)**0.25", "1/(x + y)", "-x/(2*y)", "(x/y)**y", "x - (y - 2*(x + y)**2)", "5e-7*x", "x/pi",
     ],
 )  # fmt: skip
@@ -29,3 +30,12 @@ def test_text_reads_back(text):
 def test_numbers_in_terms_of_pi():
     algebra = GraphAlgebra()
     assert text_of(build(parse("2*pi*x + pi"), algebra.symbol, algebra)) == "2*pi*x + pi"
+
+
+@pytest.mark.parametrize(
+    "text", ["x*(4*x*y - z)", "1/(4*x - y)", "y + 2*x*(4*y - 1)", "8*x*sqrt(4*x - y)", "2*x*(x - 0.25*y)"]
+)
+def test_factors_go_into_sums_with_fractions(text):
+    """The graph has 4*x*(x*y - 0.25*y)."""
+    algebra = GraphAlgebra()
+    assert text_of(build(parse(text), algebra.symbol, algebra)) == text

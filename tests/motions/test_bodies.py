@@ -107,7 +107,7 @@ bodies:
     orientation: {orientation}
 potential: m*g*dot((0, 0, 1), top.at(0.1, 0.2, 0.3))
 torques: {{top: [0.3*top.R13, 0.2*top.vz, -0.1*top.wz]}}
-observables: {{x: "top.at(1, 2, 3).x", vy: "top.at(1, 2, 3).vy", w2: top.w2, wz: top.wz, R12: top.R12}}
+observables: {{px: "top.at(1, 2, 3).x", vy: "top.at(1, 2, 3).vy", w2: top.w2, wz: top.wz, R12: top.R12}}
 """
 
 
@@ -134,7 +134,7 @@ def test_angles_in_any_sequence_agree_with_a_quaternion(sequence):
     )
     quaternion = HEAVY.format(coordinates=f"{{{start}}}", orientation="{quaternion: [w, x, y, z]}")
     two = follow(quaternion, 2.0, 41, outputs=("observables", "ledger"))
-    for name in ("x", "vy", "w2", "wz", "R12"):
+    for name in ("px", "vy", "w2", "wz", "R12"):
         assert two[f"observables/{name}"] == pytest.approx(one[f"observables/{name}"], abs=1e-12)
     for motion in (one, two):
         assert np.abs(motion["diagnostics/ledger/h"]).max() < 1e-13

@@ -104,6 +104,7 @@ BAD = [
     ("potential", "generalized_forces: {bob: 1}\npotential", [(12, "bob", "unknown coordinate", "'forces'")]),
     (POTENTIAL, "bob*g*bob.y", [(12, "bob*g*bob.y", "expected a scalar", "'masses: {bob: M}'")]),
     ("potential", "generalized_forces: {x: 1}\npotential", [(12, "x", "unknown coordinate 'x'", "theta")]),
+    ("potential", "observables: {theta: 1}\npotential", [(12, "theta", "name of a coordinate", "line 7")]),
     ("potential", "observables: {at: bob}\npotential", [(12, "bob", "expected a scalar", "")]),
     # expressions
     (POTENTIAL, "m*g*theta^2", [(12, "^", "'^'", "write ** for powers")]),

@@ -367,7 +367,16 @@ BAD = [
         "  u[i in range(N) if i > N]: {}",
         [(6, "i in range(N) if i > N", "no members in 'u[i]'", "")],
     ),
-    (COORDINATE, "  u[i in range(N) if i > k]: {}", [(6, "k", "unknown size 'k' in 'u[i]'", "")]),
+    (
+        COORDINATE,
+        "  u[i in range(N) if i > k]: {}",
+        [(6, "k", "'k' is a parameter in 'u[i]'", "under 'sizes'")],
+    ),
+    (
+        COORDINATE,
+        "  u[i in range(N) if u > i]: {}",
+        [(6, "u", "'u' is a coordinate", "conditions of families")],
+    ),
     (COORDINATE, COORDINATE + "\n  u[0]: {}", [(7, "u[0]", "'u[0]' is given twice", "in line 6")]),
     (
         COORDINATE,
@@ -616,7 +625,7 @@ def test_a_size_among_the_parameters_is_called_that():
     found = problems(
         "parameters: {N: 4}\ncoordinates: {x[i in range(N)]: {initial: 0}}\nlagrangian: x_dot[0]**2\n"
     )
-    assert found[0].hint == "'N' is a parameter: declare it under 'sizes' instead"
+    assert found[0].hint == "ranges are made of indices and sizes: declare 'N' under 'sizes' instead"
 
 
 def test_a_size_in_the_other_case_is_not_taken_for_a_unit() -> None:

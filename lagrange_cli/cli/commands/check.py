@@ -27,8 +27,8 @@ def check(systems: tuple[str, ...], verbose: bool, given: Given) -> int:
     Print the degrees of freedom, whether the system is scleronomic or rheonomic, the cyclic coordinates, the
     conserved quantities with the reasons, and what 'solve' will skip. A file is accepted exactly if 'solve'
     accepts it. All its mistakes are shown. There are warnings about units that contradict each other, about
-    conditions that rounding may decide, and about angles of a body that are singular at the start. Nothing is
-    integrated or written.
+    conditions that rounding may decide, about names that nothing uses, about dissipation that does not brake,
+    and about angles of a body that are singular at the start. Nothing is integrated or written.
     """
     return run_each(systems, partial(check_system, given=given, verbose=verbose), as_json=given.as_json)
 

@@ -50,7 +50,7 @@ class Curves:
                     free.add(name)
                     self._is_used(one, curve, label)
         if curve.point is not None:
-            with self.names.besides(free):
+            with self.names.besides(free, more=len(curve.ranges) < 2):
                 self.points.point(curve.point, label)
         return Course(curve.name, curve.place, curve.point, ranges, frozenset(free))
 
