@@ -102,13 +102,17 @@ def across(
 
     def sign(values: Mapping[str, float]) -> float:
         value, _ = evaluate([border], {**state.parameters, **values})
-        return math.nan if value[border] != value[border] else math.copysign(1.0, value[border])
+        return math.copysign(1.0, value[border]) if abs(value[border]) > 0.0 else value[border]
 
     for name in moving[:MOST_SYMBOLS]:
         for sense in (1.0, -1.0):
-            before = here
+
+            def beside(distance: float, name: str = name, sense: float = sense) -> dict[str, float]:
+                return {**here, name: here[name] + sense * distance * scale(here[name])}
+
+            before = here if sign(here) else beside(-DISTANCES[0])
             for distance in DISTANCES:
-                there = {**here, name: here[name] + sense * distance * scale(here[name])}
+                there = beside(distance)
                 if sign(there) * sign(before) < 0:
                     pair = ((before, "before a switch or pole"), (there, "beyond a switch or pole"))
                     found = []

@@ -47,9 +47,6 @@ class Factorization(Generic[V]):
         if definite and (constraints or len(matrix) <= self.unrolled[name]):
             factor = factor_loose if loose and constraints else factor_symmetric
             return factor(self.kind, matrix, len(matrix) - constraints)
-        if constraints:
-            backward, regular = self.factor([row[::-1] for row in matrix], definite)
-            return Backward(backward), regular
         if len(matrix) <= self.unrolled[name]:
             return factor_general(self.kind, matrix)
         block = LargeGeneral(cast("Written[V]", self.kind), self.place, len(matrix))
@@ -61,19 +58,6 @@ class Factorization(Generic[V]):
 def all_unrolled(kind: NumberKind[V]) -> Factorization[V]:
     """A factorization in blocks of any size, without memory."""
     return Factorization(kind, 0, dict.fromkeys(UNROLLED, ANY_SIZE))
-
-
-@dataclass(frozen=True)
-class Backward(Generic[V]):
-    """A block that is factored with its last column first. So forces of constraint are eliminated before
-    accelerations, which then follow from what holds the motion, and from constraints, wherever these
-    determine them: where nothing can move, they are exactly 0."""
-
-    factored: Factored[V]
-
-    def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
-        """x with M x = ``scale * right``."""
-        return self.factored.solve(right, scale)[::-1]
 
 
 @dataclass(frozen=True)
