@@ -276,6 +276,7 @@ def test_the_way_to_a_singular_configuration_is_taken_again_in_pieces(monkeypatc
     monkeypatch.setattr(stepper, "POLL_SECONDS", 0.0)
     monkeypatch.setattr(stepper, "FIRST", 1)
     monkeypatch.setattr(passing, "MOST_REPLAYED", most)
+    monkeypatch.setattr(passing, "UNASKED", 0)
     motion = follow(CUSP, 10.0, 101, outputs=("q",), interrupted=lambda: interrupted and len(pieces) >= 5)
     assert motion.outcome.ending.status == ("interrupted" if interrupted else "failed")
     assert 0.6 < motion.outcome.t < 0.61 and len(motion["t"]) == 7

@@ -42,6 +42,9 @@ LOOKS = 65
 MOST_REPLAYED = 1 << 17
 """So many steps are taken again for all polynomials together. The longer the time is that one is known on,
 the fewer it takes; those on shorter times are left out."""
+UNASKED = 1 << 10
+"""So many of them are taken before signals are asked for, so that a motion that is interrupted again and
+again, and begins to pass anew each time, gets beyond most configurations."""
 PROJECTIONS = 4
 """How often the state behind is moved to the constraints."""
 
@@ -137,14 +140,14 @@ def passed(
     def more(steps: int) -> int:
         nonlocal left
         left -= steps
-        return min(left, pause(singular))
+        unasked = left - (MOST_REPLAYED - UNASKED)
+        return unasked if unasked > 0 else min(left, pause(singular))
 
     def sampled(times: Array) -> Array | None:
         before = [one for one in origins if one[layout.time] <= times[0]]
         return space.again(before[-1], times, more)
 
-    ways = passages(singular, longest, shortest, sampled)
-    for way in ways if pause(singular) else ():
+    for way in passages(singular, longest, shortest, sampled):
         limited = limited or way.stop >= end
         if way.stop < end:
             space.memory[:] = memory
