@@ -105,7 +105,7 @@ def test_a_recipe_touches_few_files(recipe, most):
     assert len(touched(RECIPES[recipe])) <= most
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_force_key_acts_as_the_force_that_it_stands_for(package):
     outputs = ("--outputs", "q,v,h,ledger")
     drag = solved(package, PENDULUM + "drag: {bob: c}\n", *outputs)
@@ -120,7 +120,7 @@ def test_a_force_key_acts_as_the_force_that_it_stands_for(package):
     assert "the drag on 'bob' is in kg, and should be in kg/s" in run(package, "check", "a.yaml").stderr
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_method_follows_the_motion_and_what_it_cannot_do_is_refused(package):
     taylor = solved(package, PENDULUM)
     found = solved(package, PENDULUM, "--method", "GBS", "--tolerance", "1e-12")

@@ -45,7 +45,7 @@ def modules_of(*arguments: str) -> set[str]:
         return modules_imported_by([*arguments], Path(folder))
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     ("arguments", "needed"),
     [

@@ -75,7 +75,7 @@ def test_methods_are_compared():
 CHAIN = SYSTEMS / "fpu_chain.yaml"
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("count", [4, 8, 9])
 def test_equations_with_indices_are_those_of_the_members(count):
     whole = lagrange.equations(CHAIN, size={"N": count}, indexed=True)

@@ -64,7 +64,7 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("name", CASES)
 def test_a_motion_is_saved_to_the_bytes_of_the_command(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -33,7 +33,7 @@ MOTIONS = (
 )
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("motion", "stop"), MOTIONS, ids=lambda each: getattr(each, "system", ""))
 def test_the_energy_of_each_motion_is_conserved(motion: Motion, stop: float) -> None:
     short = replace(motion, stop=stop)
@@ -45,7 +45,7 @@ def test_the_energy_of_each_motion_is_conserved(motion: Motion, stop: float) -> 
     assert abs(short.energy_errors(moved)[1]) > 1e-4
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "motion", [motion for motion, _ in MOTIONS if motion.by_hand is not None], ids=lambda each: each.system
 )

@@ -109,7 +109,7 @@ def give(page, name, value):
     page.wait_for_function(DONE)
 
 
-@pytest.mark.exhaustive(keep=12)
+@pytest.mark.exhaustive(keep=8)
 @pytest.mark.parametrize("name", shipped.names())
 def test_the_page_of_a_shipped_system(opened, name):
     """The state at the end is that of ``solve``, something is drawn, and the equations are there."""

@@ -18,7 +18,7 @@ def solve(capsys, system, *options):
     return status, json.loads(said.out) if said.out else None, said.err
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("options", [(), ("--method", "DOP853"), ("--tolerance", "1e-7"), ("--samples", "2")])
 @pytest.mark.parametrize("system", ["pendulum", "n_pendulum"])
 def test_the_samples_are_those_of_the_plain_run_and_each_has_an_error(

@@ -32,7 +32,7 @@ def table(name: str) -> dict[str, list[float]]:
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("options", [[], ["--certify"], ["--precision=double-double"], ["--method=LSODA"]])
 def test_a_table_has_the_same_numbers_as_the_file(options):
     run = [*RUN, "--outputs", "all", *options]

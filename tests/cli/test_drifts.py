@@ -27,7 +27,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     "command",
     [
@@ -73,7 +73,7 @@ NO_VALUE = "passing: warning: not a finite number at some of the samples: "
 OF_EACH = "/observables/a (first {}at t = {}), /observables/b (first {}at t = {})\n"
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "command, told",
     [

@@ -86,7 +86,7 @@ def test_there_is_a_case_for_every_ending_of_every_method():
         assert found == set(Ending) - EVENTS - (theirs if method in OURS else own)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     ("method", "text", "ending"), CASES, ids=[f"{method} {ending.name}" for method, _, ending in CASES]
 )
@@ -128,7 +128,7 @@ def series(file: h5py.File) -> Iterator[h5py.Dataset]:
     return (one for one in found if one.name != "/checkpoint")
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize(
     ("text", "ending"),
     [

@@ -146,7 +146,7 @@ def test_a_motion_that_an_event_stops_is_done(folder, capsys):
     assert "is finished already: stopped, event 'ground'" in capsys.readouterr().out
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     ("system", "stop", "patience"), [("table", 3, 1), ("table", 20, 7), ("rest", 20, 5), ("released", 0.9, 1)]
 )
@@ -182,7 +182,7 @@ def test_an_interrupted_run_holds_the_crossings_so_far(folder, monkeypatch):
         assert len(found) > 5 and found[-1] <= file["t"][-1] and reached > 0
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("more", [(), ("--precision", "double-double")])
 def test_a_run_that_was_killed_goes_on_to_the_same_bytes(folder, more):
     run = ("table.yaml", *ASKED, *more)

@@ -56,7 +56,7 @@ LONGER = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize(("system", "options", "stop", "later"), LONGER.values(), ids=LONGER)
 def test_a_finished_run_goes_on_to_the_bytes_of_the_longer_one(system, options, stop, later, capsys):
     expected = at_once(system, *options, "--stop", later)
@@ -85,7 +85,7 @@ ANEW = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(("system", "options", "stop", "later"), ANEW.values(), ids=ANEW)
 def test_where_nothing_is_kept_the_run_starts_at_the_beginning_and_says_so(
     system, options, stop, later, capsys

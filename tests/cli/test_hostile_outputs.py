@@ -164,7 +164,7 @@ def moved(content: bytes, record: Checkpoint) -> bytes:
     return content[:place] + sealed(record.pack(), place)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("name", RUNS)
 def test_a_damaged_output_is_refused_or_harmless(folder, outputs, name, unopened, capsys):
     """Bytes changed, cut off and added, most of them near the record."""
@@ -237,7 +237,7 @@ def structures(file: Any, pipe: str) -> Iterator[None]:
     yield
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("name", RUNS)
 def test_what_leads_out_of_an_output_is_not_followed(folder, outputs, name, capsys):
     """Links, virtual datasets and external storage that lead to a pipe, chunks of gigabytes, cycles."""
@@ -259,7 +259,7 @@ def test_what_leads_out_of_an_output_is_not_followed(folder, outputs, name, caps
     assert os.path.exists("pipe")
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("name", ["out.h5", ".out.h5.checkpoint", ".out.h5.part", ".out.h5.1.part"])
 @pytest.mark.parametrize("kind", ["pipe", "link", "loop", "folder", "sparse", "device"])
 def test_what_is_no_plain_file_of_ours_is_not_read(folder, outputs, name, kind, unopened, capsys):
@@ -311,7 +311,7 @@ def test_a_head_of_many_values_is_refused_before_they_are_made(monkeypatch):
 PLAIN = "coordinates: {theta1: {initial: 1}}\nlagrangian: theta1_dot**2/2 - theta1**2/2\nsolve: {stop: 1}\n"
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     "command", [("view", "-o", "o.html"), ("plot", "-o", "o.png")], ids=lambda one: one[0]
 )

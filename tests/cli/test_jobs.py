@@ -67,7 +67,7 @@ def test_a_request_can_be_sent_to_a_process():
     assert pickle.loads(pickle.dumps(action)).keywords == {"asked": asked, "demand": None}
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupt_ends_all_and_keeps_what_was_computed(tmp_path, number):
     """As Ctrl-C does, for which the terminal tells the whole group; where the one that waits is killed, its

@@ -125,7 +125,7 @@ def test_limits_that_make_no_sense(tmp_path, monkeypatch, limits):
     assert run.returncode == 2 and run.stderr.startswith("Error: LAGRANGE_LIMITS: ")
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("gravity", ["9.81", "1e20"], ids=["far", "tiny steps"])
 def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
     settings = ("--set", f"g={gravity}", "--stop", "1e9", "--samples", "3", "-o", "out.h5")
@@ -228,7 +228,7 @@ LARGE = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(("text", "commands", "message"), LARGE.values(), ids=LARGE)
 def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands, message):
     """What is derived is derived by both; ``message`` is that of ``equations`` where it refuses."""
@@ -253,7 +253,7 @@ def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path
     assert "LAGRANGE_LIMITS=work=" in run.stderr
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("command", ["check", "solve", "equations"])
 def test_the_work_of_deriving_is_bounded(tmp_path, command, monkeypatch):
     with_limits(monkeypatch, "work=2000")

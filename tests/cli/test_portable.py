@@ -67,7 +67,7 @@ def test_another_processor_and_library_give_the_same_bits_of_shipped_systems(nam
     check_digests(cpu, features, [shipped(name)], tmp_path)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(("cpu", "features"), KINDS)
 @pytest.mark.parametrize("name", ["fpu_chain --size N=1000 --stop 2", "n_pendulum --size N=20 --stop 0.1"])
 def test_another_processor_and_library_give_the_same_bits_of_families(name, cpu, features, tmp_path):
@@ -76,7 +76,7 @@ def test_another_processor_and_library_give_the_same_bits_of_families(name, cpu,
     check_digests(cpu, features, [given], tmp_path)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("name", ["double_pendulum", "spherical_pendulum", "driven_damped_pendulum"])
 def test_it_is_the_same_motion(name, tmp_path):
     """Up to rounding: before chaos can show."""

@@ -153,7 +153,7 @@ def test_another_precision_is_not_continued(folder, capsys):
     assert main([*run, "--resume"]) == 5
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("potential", ["0.3*exp(-(x/1e-3)**2)", "0.6*sin(3*x)**60", "0.3/(1 + (1e6*x)**4)"])
 def test_double_double_does_not_leap_over_narrow_forces(tmp_path, potential):
     (tmp_path / "a.yaml").write_text(

@@ -355,7 +355,7 @@ sys.exit(main(sys.argv[1:]))
 """The command, where every stage lasts until it has been shown."""
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
 @pytest.mark.parametrize(
     ("command", "shown"),

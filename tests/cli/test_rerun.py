@@ -67,7 +67,7 @@ def test_one_of_a_link_to_the_file_is_replaced_too(folder):
     assert main(["solve", "there/pendulum.yaml"]) == 0
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     "command",
     [("plot", "--stop", "1"), ("view",), ("animate", "--stop", "0.1", "--speed", "0.5", "-o", "a.gif")],
@@ -105,7 +105,7 @@ OTHERS = {
 }
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("earlier", "later", "message"), OTHERS.values(), ids=OTHERS)
 def test_a_run_that_was_asked_for_otherwise_is_kept(folder, earlier, later, message, capsys):
     assert solve(*earlier) == 0
@@ -290,7 +290,7 @@ COMMANDS = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(("stem", "command"), COMMANDS.items(), ids=COMMANDS)
 def test_tables_sweeps_and_sections_that_fail_replace_nothing(folder, stem, command, capsys):
     stop = [] if "--stop" in command else ["--stop", "10"]

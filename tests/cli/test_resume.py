@@ -104,7 +104,7 @@ LONG = (DOUBLE, "--stop", "8000", "--samples", "80001", "-o", "out.h5")
 LEFT = [".out.h5.checkpoint", ".out.h5.lock", ".out.h5.part"]
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("patience", [1, 2, 3])
 def test_what_ctrl_c_has_ended_goes_on_to_the_same_bytes(folder, interrupted_after, patience, capsys):
     run = (*RUN, *CONTINUED)
@@ -128,7 +128,7 @@ def test_what_ctrl_c_has_ended_goes_on_to_the_same_bytes(folder, interrupted_aft
     assert os.listdir(folder) == ["out.h5"]
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     "method",
     [
@@ -150,7 +150,7 @@ def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_af
         assert file["t"][-1] == float(method[1]) and np.all(np.diff(file["t"][:]) < 0)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("number", [2, 3])
 def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, number):
     """Its matrices are made once more, from the state that their derivatives were taken at."""
@@ -168,7 +168,7 @@ def test_an_implicit_run_goes_on_to_the_same_bytes(folder, interrupted_after, nu
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("method", ["ias15", "DOP853", "Radau"])
 def test_a_run_with_events_goes_on_to_the_same_bytes(folder, interrupted_after, method):
     """Steps that were taken again to end at events, on a state that is moved back to constraints."""
@@ -207,7 +207,7 @@ SWEEPS = {
 }  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("arguments", SWEEPS.values(), ids=SWEEPS)
 @pytest.mark.parametrize("patience", [2, 3])
 def test_an_interrupted_sweep_follows_only_the_members_that_are_missing(
@@ -342,7 +342,7 @@ def test_a_finished_output_is_left_alone(folder, capsys):
     assert "is finished already: reached the end" in capsys.readouterr().out
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("others", [False, True])
 def test_a_run_that_was_killed_when_its_output_had_just_got_its_name_is_finished(
     folder, remains, others, capsys
@@ -422,7 +422,7 @@ OTHERS = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("finished", [True, False])
 @pytest.mark.parametrize(("options", "message"), OTHERS.values(), ids=OTHERS)
 def test_another_run_is_not_continued(folder, interrupted_after, options, message, finished, capsys):
@@ -472,7 +472,7 @@ def remains(tmp_path_factory):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("name", LEFT[::2])
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(where=st.floats(0, 1), flip=st.integers(1, 255), cut=st.booleans())
@@ -552,7 +552,7 @@ def test_a_folder_that_becomes_unwritable_keeps_the_result_in_the_hidden_file(fo
     assert (folder / ".out.h5.part").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "name", [".out.h5.part", ".out.h5.checkpoint.new", ".out.h5.lock", ".out.h5.checkpoint"]
 )
@@ -577,7 +577,7 @@ def test_where_checkpoints_cannot_be_written_the_run_goes_on(folder, monkeypatch
     assert (folder / "out.h5").read_bytes() == expected
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize(
     ("number", "closed"), [(signal.SIGINT, []), (signal.SIGTERM, ["out"]), (signal.SIGHUP, ["out", "err"])]
 )

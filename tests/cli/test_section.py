@@ -133,7 +133,7 @@ def test_a_stroboscopic_section_has_the_periods_of_its_members(tmp_path, spring)
         assert np.abs(file["q/x"][()] - [[1, 0, -1, 0]] * 2).max() < 1e-14
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
 def test_a_section_is_taken_with_the_method_that_the_file_or_an_option_asks_for(tmp_path, spring, method):
     """x = sin(w t)/w from x = 0: crossings after each period."""
@@ -271,7 +271,7 @@ class Impatient:
         return self.asked > 2
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("sweep", [(), ("--over", "g=1,1.5")])
 @pytest.mark.parametrize("cut", [("--every", "0.3"), ("--where", "x", "--direction", "either")])
 def test_ledgers_of_a_section_contain_what_actions_have_changed(cut, sweep, tmp_path):

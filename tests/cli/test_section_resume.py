@@ -63,7 +63,7 @@ def contents(path: Path, count: int) -> dict[str, bytes]:
     return found
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("case", CASES)
 def test_a_motion_goes_on_with_the_same_bits_however_often_it_is_interrupted(
     case, tmp_path, monkeypatch, capsys

@@ -364,7 +364,7 @@ def test_a_reader_that_hangs_up_does_not_disturb_the_work(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["incline.h5", "pendulum.h5"]
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_keeps_what_was_computed(tmp_path, number):
     process = subprocess.Popen(
@@ -413,7 +413,7 @@ def test_a_motion_that_cannot_be_continued_is_kept_with_status_4(tmp_path):
         assert np.isfinite(file["q/r"]).all()
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF", "LSODA"])
 def test_scipys_methods_write_the_same_motion(tmp_path, method):
     solve_json(PENDULUM, "--stop", "2", "--samples", "11", cwd=tmp_path)
@@ -446,7 +446,7 @@ def test_an_h_that_drifts_though_it_is_conserved_is_warned_of(tmp_path, outputs)
     assert ("h drifted by 5.0e-01" in warning) is (outputs != "h")
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["DOP853", "LSODA", "Radau"])
 @pytest.mark.parametrize(("potential", "warned"), [("tanh(x)", True), ("cos(x)", False)])
 def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, potential, warned):

@@ -71,7 +71,7 @@ def test_a_grid_from_the_command_to_the_file(tmp_path):
         assert file.attrs["h_drift"] == file["diagnostics/drift/h"][()].max() < 1e-13
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     ("system", "name", "sets"),
     [
@@ -291,7 +291,7 @@ def test_members_that_cannot_be_followed_are_kept_and_named(tmp_path):
         assert 0 <= file["q/r"][1] < 1e-2 and np.isfinite(file["diagnostics/h"]).all()
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_keeps_the_members_that_have_ended(tmp_path, number):
     process = subprocess.Popen(
@@ -445,7 +445,7 @@ MISSED = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("name", MISSED)
 @pytest.mark.parametrize("method", ["taylor", "LSODA"])
 def test_what_a_method_may_pass_over_is_said(tmp_path, name, method):

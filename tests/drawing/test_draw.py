@@ -273,7 +273,7 @@ def test_places_along_a_motion_and_what_is_seen():
     assert seen.camera.bounds is not None and seen.camera.bounds[1][2] > 0.5
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("name", sorted(path.stem for path in SYSTEMS.glob("*.yaml")))
 def test_every_shipped_system_can_be_drawn(name):
     spec = read_spec((SYSTEMS / f"{name}.yaml").read_bytes(), name)

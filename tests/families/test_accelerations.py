@@ -48,7 +48,7 @@ SURFACES = [
 pytestmark = pytest.mark.usefixtures("however_small")
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("make", [drawn, drawn_on_trees])
 def test_accelerations_are_those_of_the_compiled_code(make, seed: int) -> None:

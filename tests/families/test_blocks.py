@@ -78,7 +78,7 @@ def tilings(monkeypatch: pytest.MonkeyPatch) -> list[tiling.Tiling | None]:
     return found
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("more", range(8))
 @pytest.mark.parametrize("block", [2**8, 2**12])

@@ -121,7 +121,7 @@ def bodies_from(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     monkeypatch.setattr(systems, "FEWEST_TURNING", count)
 
 
-@pytest.mark.exhaustive(keep=0.5, most=10)
+@pytest.mark.exhaustive(keep=0.35, most=10)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("kind", KINDS)
 def test_bodies_move_as_their_members_do(

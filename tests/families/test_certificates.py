@@ -70,7 +70,7 @@ def shares(data: Mapping[str, NDArray[np.float64]], exact: Mapping[str, NDArray[
     return found
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("name", TEXTS)
 @pytest.mark.parametrize("stop", [0.05, 2.0])
 def test_the_estimated_error_of_a_family_covers_the_true_one(

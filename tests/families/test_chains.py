@@ -153,7 +153,7 @@ def fewest(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     monkeypatch.setattr(systems, "FEWEST_JOINTED", count)
 
 
-@pytest.mark.exhaustive(keep=0.25, most=12)
+@pytest.mark.exhaustive(keep=0.2, most=12)
 @pytest.mark.parametrize("case", range(60))
 def test_chains_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
@@ -193,7 +193,7 @@ def pendulum(count: int, parent: str = "i - 1") -> str:
     return PENDULUM.replace("COUNT", str(count)).replace("PARENT", parent)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("parent", ["i - 1", "i//2", "(i - 1)//5*5"])
 def test_a_thousand_rods_keep_their_energy(parent: str) -> None:
     _, found = followed(pendulum(1000, parent), OUTPUTS)
@@ -290,7 +290,7 @@ def test_what_rests_beside_what_moves_does_not_shorten_steps(
     assert motion.outcome.steps < 100
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("parent", ["i - 1", "(i - 1)//2"])
 def test_chains_without_weight_keep_their_angular_momentum(
     parent: str, monkeypatch: pytest.MonkeyPatch

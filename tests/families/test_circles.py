@@ -53,7 +53,7 @@ def followed(case: str, count: int) -> Motion:
     return run(ready, resolve_values(spec, {}), 0.0, 1.5, 7)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     ("case", "count"),
     [(case, n) for case in CASES for n in (1, 2, 3, 8, 9) if n > 1 or case not in ("collisions", "rods")],

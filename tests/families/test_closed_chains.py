@@ -81,7 +81,7 @@ def outputs_of(case: str) -> frozenset[str]:
     return OUTPUTS - {"ledger", "action"} if case == "moving supports" else OUTPUTS
 
 
-@pytest.mark.exhaustive(keep=0.25, most=8)
+@pytest.mark.exhaustive(keep=0.2, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,7 +99,7 @@ def test_chains_move_as_their_members_do(case: str, method: str, monkeypatch: py
             assert np.max(np.abs(values)) < 4e-15, path
 
 
-@pytest.mark.exhaustive(keep=0.25, most=8)
+@pytest.mark.exhaustive(keep=0.2, most=8)
 @pytest.mark.parametrize("case", [*CASES])
 def test_chains_move_as_their_members_do_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = chain(case, 6)
@@ -213,7 +213,7 @@ def tree(chance: random.Random) -> str:
     )
 
 
-@pytest.mark.exhaustive(keep=0.25, most=6)
+@pytest.mark.exhaustive(keep=0.2, most=6)
 @pytest.mark.parametrize("case", range(12))
 def test_random_trees_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

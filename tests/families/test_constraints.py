@@ -143,7 +143,7 @@ def drawn(chance: random.Random) -> str:
     )  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=0.25, most=16)
+@pytest.mark.exhaustive(keep=0.2, most=16)
 @pytest.mark.parametrize("case", range(60))
 def test_families_with_constraints_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

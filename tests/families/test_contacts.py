@@ -79,7 +79,7 @@ FIRST = 6
 """Impacts of a member that are compared: how many there are before it rests is up to rounding."""
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_members_rest_as_they_do_one_by_one(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -154,7 +154,7 @@ def test_other_contacts_go_through_the_members(events: str, monkeypatch: pytest.
     assert systems.family_system(spec) is None
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_said_of_contacts_does_not_grow_with_them(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)

@@ -102,7 +102,7 @@ def followed(prepared: Prepared, text: str, stop: float = 1.5) -> Mapping[str, N
     return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
@@ -128,7 +128,7 @@ def test_events_are_those_of_the_members(
     assert set(one.conserved) <= set(other.conserved)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("case", ["walls", "kicks", "rods", "constraints"])
 def test_what_is_said_of_events_does_not_grow_with_them(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     keep_families(monkeypatch, whole=True)

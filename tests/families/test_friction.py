@@ -53,20 +53,20 @@ def blocks(count: int, force: str, start: str = MOVING[0], speed: str = MOVING[1
     return BLOCKS.format(count=count, force=force, start=start, speed=speed)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_friction_is_that_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(count, CASES[case]), monkeypatch, stop=4.0)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("case", CASES)
 def test_blocks_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(9, CASES[case], speed="0"), monkeypatch, stop=3.0)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @BY_RATES
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
@@ -93,13 +93,13 @@ def test_what_is_let_go_from_rest_does_not_stop_again(method: str, monkeypatch: 
     assert 50 <= calls[0] <= 60
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])
 def test_friction_backward_in_time(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(blocks(3, CASES[case]), monkeypatch, LEDGERS, stop=-1.0, backward=True)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 @pytest.mark.parametrize("speed", ["0", MOVING[1]])
 @pytest.mark.parametrize("case", ["blocks that are driven", "on belts"])

@@ -76,7 +76,7 @@ def followed(prepared: Prepared, text: str, stop: float = 1.0) -> Mapping[str, N
     return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 7).data
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @BY_METHODS
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
@@ -111,7 +111,7 @@ BACKWARD = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @BY_METHODS
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", BACKWARD)

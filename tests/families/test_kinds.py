@@ -86,7 +86,7 @@ def exactly(data: Mapping[str, NDArray[np.float64]], path: str) -> NDArray[np.ob
     return exact(data[path]) + exact(data.get(f"low/{path}", 0.0))
 
 
-@pytest.mark.exhaustive(keep=0.25, most=12)
+@pytest.mark.exhaustive(keep=0.2, most=12)
 @pytest.mark.parametrize("case", range(40))
 @pytest.mark.parametrize(
     "kind", [test_systems, test_chains, test_constraints], ids=["lattices", "chains", "constraints"]
@@ -108,7 +108,7 @@ def test_families_move_as_their_members_do_in_double_double(
             assert np.max(np.abs(one - other), initial=0.0) <= BOUND * size, (path, text)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9, 40])
 def test_the_lowest_mode_of_a_chain_is_a_cosine(count: int) -> None:
     ready, found = followed(CHAIN.format(count=count))

@@ -56,7 +56,7 @@ def moved(text: str, stop: float, prepared: Prepared) -> Motion:
     return run(prepared, resolve_values(read_spec(text, "system.yaml"), {}), 0.0, stop, 2)
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize("count", [1, 2, 7, 8, 9, 16, 17, 40])
 @pytest.mark.parametrize("apart", [1, 2, 7, 8, 9])
 @pytest.mark.parametrize("ring", [True, False])
@@ -77,7 +77,7 @@ def test_a_force_on_two_neighbours(count: int, apart: int, ring: bool) -> None:
     assert np.allclose(found, force / (1 + np.arange(count) / 7), rtol=0, atol=1e-14)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("power", ["(u[i] - u[i - 1])**3", "sin(u[i])*u[i - 1]", ""])
 def test_dot_products_begun_for_several_orders(power: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where coefficients are many, the same sums are added in another order; those of a pendulum, too."""
@@ -119,7 +119,7 @@ potential: sum((x[1] - x[0] - 1.2)**4 + (x[1] - x[0] - 1.2)**2/2 for i in range(
     assert abs(1e12 * heavy + light) < 1e-13 * abs(light)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("count", [1, 7, 8, 9, 17])
 def test_samples_are_what_they_are_alone(count: int) -> None:
     """However many others there are, for any number of members: to the bit; and the last one is the state

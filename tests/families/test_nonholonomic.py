@@ -184,7 +184,7 @@ def compared(text: str, motion: Motion, expected: Motion, most: float = 2.0**-40
             assert np.max(np.abs(values)) < 1e-12, (path, text)
 
 
-@pytest.mark.exhaustive(keep=0.25, most=16)
+@pytest.mark.exhaustive(keep=0.2, most=16)
 @pytest.mark.parametrize("case", range(80))
 def test_families_with_constraints_on_velocities_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
@@ -203,7 +203,7 @@ def test_families_with_constraints_on_velocities_move_as_their_members_do(
     compared(text, motion, expected)
 
 
-@pytest.mark.exhaustive(keep=0.25, most=10)
+@pytest.mark.exhaustive(keep=0.2, most=10)
 @pytest.mark.parametrize("case", range(60))
 def test_chains_and_trees_with_constraints_on_velocities_move_as_their_members_do(
     case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch

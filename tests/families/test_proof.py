@@ -42,7 +42,7 @@ CASES = [(count, kind, width, DOUBLE) for count in (1, 3, 9) for kind in POTENTI
 CASES += [(count, "pulses", 1e-3, DOUBLE_DOUBLE) for count in (1, 9)]
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("count", "kind", "width", "precision"), CASES)
 def test_narrow_walls_reflect_what_is_too_slow(
     count: int, kind: str, width: float, precision: str, monkeypatch: pytest.MonkeyPatch

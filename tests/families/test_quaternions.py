@@ -91,7 +91,7 @@ def test_free_bodies_move_as_their_members_do_in_double_double(monkeypatch: pyte
     families.alike(motion.data, expected.data, 2.0**-94)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("case", CASES)
 def test_coupled_bodies_move_as_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, count in (("FEWEST_TURNING", 0), ("FEWEST_JOINTED", 0)):

@@ -131,7 +131,7 @@ def test_of_chains_and_bodies(case: str, count: int, method: str, monkeypatch: p
     assert np.max(np.abs(found[0] - found[1])) < 2.0**-40 * size
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("case", MOVED)
 def test_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     (written, given), found = MOVED[case], []

@@ -46,20 +46,20 @@ def lossy(loss: str, count: int, start: str = MOVING[0], speed: str = MOVING[1])
     return blocks(count, "0", start, speed).replace("(-1)**i", "cos(3*i)") + f'dissipation: "{loss}"\n'
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("count", [2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_friction_between_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(lossy(CASES[case], count), monkeypatch, stop=4.0)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("case", CASES)
 def test_members_may_begin_at_rest(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(lossy(CASES[case], 9, "3*sin(5*i)", "0"), monkeypatch, stop=3.0)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @BY_RATES
 @pytest.mark.parametrize("case", CASES)
 def test_friction_between_members_in_steps_on_rates(
@@ -68,7 +68,7 @@ def test_friction_between_members_in_steps_on_rates(
     compare(lossy(CASES[case], 3), monkeypatch, stop=3.9, method=method)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("method", ["taylor", "ias15"])
 @pytest.mark.parametrize("case", ["neighbours", "a stack on the floor"])
 def test_ledgers_have_the_forces_between_members(
@@ -77,7 +77,7 @@ def test_ledgers_have_the_forces_between_members(
     compare(lossy(CASES[case], 3), monkeypatch, LEDGERS, stop=3.0, method=method)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("count", [2, 3, 9])
 def test_forces_that_are_written_for_each_member(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each relative velocity is in the forces on two members, with either sign, and followed once."""
@@ -87,7 +87,7 @@ def test_forces_that_are_written_for_each_member(count: int, monkeypatch: pytest
     compare(text, monkeypatch, stop=4.0)
 
 
-@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.exhaustive(keep=0.25)
 @given(data=st.data())
 @examples(2)
 def test_random_stacks(data: st.DataObject) -> None:

@@ -39,7 +39,7 @@ def share(monkeypatch: pytest.MonkeyPatch, least: int) -> None:
         monkeypatch.setattr(module, "SHARED", least)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("more", range(8))
 @pytest.mark.parametrize("block", [2**8, 2**12])
@@ -67,7 +67,7 @@ def test_rounds_of_blocks(
         assert end.state.tobytes() == plain.state.tobytes(), threads
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853"])
 @pytest.mark.parametrize("count", [1, 2, 4])
 @pytest.mark.parametrize("size", [(40, 9), (41, 8), (47, 25)])

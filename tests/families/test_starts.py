@@ -47,7 +47,7 @@ constraints:
 """
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("case", ["tree", *CASES])
 @pytest.mark.parametrize("exact", [False, True])
 def test_numbers_are_those_of_the_members(case: str, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:

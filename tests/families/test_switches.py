@@ -248,14 +248,14 @@ def compare(
     assert one.conserved == other.conserved
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_switches_are_those_of_the_members(case: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, count), monkeypatch)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @BY_RATES
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("case", CASES)
@@ -265,7 +265,7 @@ def test_switches_in_steps_on_rates(
     compare(written(case, count), monkeypatch, method=method)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     "case", ["stops on both sides", "drag", "dashpots", "jumps with places", "distances on one axis"]
 )
@@ -273,13 +273,13 @@ def test_ledgers_have_switches_too(case: str, monkeypatch: pytest.MonkeyPatch) -
     compare(written(case, 3), monkeypatch, LEDGERS)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("case", ["a ring", "drag", "times", "events", "dashpots", "rods"])
 def test_switches_change_backward_as_well(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(written(case, 3), monkeypatch, stop=-1.0, backward=True)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     "case", ["drag", "powers without a series", "walls", "events", "two indices", "rods", "backlash"]
 )
@@ -296,7 +296,7 @@ def test_switches_in_double_double(case: str, monkeypatch: pytest.MonkeyPatch) -
     alike(one, other, 2.0**-92)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 9])
 @pytest.mark.parametrize("outputs", [OUTPUTS, LEDGERS])
 def test_forces_that_jump_hold_members_where_these_are(
@@ -317,7 +317,7 @@ SHAPES = (
 OTHERS = "x[(i + 1) % N, j]", "x[i, (j + 1) % M]", "x[i, j - 1]", "x[j, i % M]"
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @given(data=st.data())
 @examples(2)
 def test_random_families_with_switches(data: st.DataObject) -> None:

@@ -85,7 +85,7 @@ def followed(
     )
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("method", ["ias15", "DOP853"])
 @pytest.mark.parametrize("count", [40, 41, 47])
@@ -128,7 +128,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[threading.Thread]:
     return found
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(("threads", "helpers"), [(1, 0), (2, 1), (3, 2), (100, 7)])
 def test_threads_are_started_where_there_is_work(
     threads: int, helpers: int, monkeypatch: pytest.MonkeyPatch

@@ -39,7 +39,7 @@ def test_texts_of_files_are_no_formulas():
     assert figure.axes[1]._left_title.get_text() == r"\$b"
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize(("suffix", "begins"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
 def test_the_same_page_is_the_same_file(suffix, begins):
     page = Page(PAGE.title, PAGE.panels[:1])
@@ -115,7 +115,7 @@ def test_a_legend_is_beside_the_title_where_it_has_room():
     assert space.get_legend().get_window_extent().x1 <= space.bbox.x0 + 1
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "text", ["$%$", "$^$", "a $", "$\\frac{$", "$x_$", "#", "'", "\\x", "$\\theta_{1}$", "$x$ (m)"]
 )

@@ -61,7 +61,7 @@ def test_what_grows(folder, seed):
     assert set(statuses) <= set(fuzz.DOCUMENTED)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize(
     "path", sorted((fuzz.ROOT / "tests" / "fuzzing" / "corpus").glob("*.yaml")), ids=lambda path: path.stem
 )
@@ -70,7 +70,7 @@ def test_what_was_found_before(folder, path):
     assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
 
 
-@pytest.mark.exhaustive(keep=3, most=100)
+@pytest.mark.exhaustive(keep=2, most=100)
 @pytest.mark.parametrize("name", sorted(fuzz.kept_inputs()))
 def test_some_of_what_the_fuzzer_kept(folder, name):
     """Inputs that reach different code; all of them are where the next run of the fuzzer begins."""

@@ -8,7 +8,7 @@ import pytest
 from tests.fuzzing import restoring
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("kind", ["wedges", "wall", "driven", "shipped"])
 def test_a_motion_taken_to_pieces_anywhere_is_the_same_motion(kind):
     """Of new motions; ``python -m tests.fuzzing.restoring --runs 1 --seed N --kind KIND`` repeats one."""

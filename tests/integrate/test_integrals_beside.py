@@ -26,7 +26,7 @@ def motions(name: str, **more: Any) -> list[tuple[int, bytes]]:
     return found
 
 
-@pytest.mark.exhaustive(keep=0.25, most=12)
+@pytest.mark.exhaustive(keep=0.2, most=12)
 @pytest.mark.parametrize(
     "name", sorted(path.stem for path in SYSTEMS.glob("*.yaml") if path.stem != "bicycle")
 )
@@ -35,7 +35,7 @@ def test_of_shipped_systems(name: str) -> None:
     assert others == [plain] * len(others)
 
 
-@pytest.mark.exhaustive(keep=0.25, most=4)
+@pytest.mark.exhaustive(keep=0.2, most=4)
 @pytest.mark.parametrize("name", ["double_pendulum", "spherical_pendulum", "henon_heiles", "gyroscope"])
 def test_in_double_double(name: str) -> None:
     plain, *others = motions(name, precision="double-double")

@@ -59,7 +59,7 @@ def cache(tmp_path):
     return Cache(str(tmp_path / "cache"))
 
 
-@pytest.mark.exhaustive(keep=0.25, most=30)
+@pytest.mark.exhaustive(keep=0.2, most=30)
 @pytest.mark.parametrize(
     ("path", "method"),
     [
@@ -83,7 +83,7 @@ def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache, monkeypa
     assert samples(spec, plain) == samples(spec, first) == samples(spec, second)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("old", "new"),
     [
@@ -104,7 +104,7 @@ def test_numbers_and_words_make_no_new_program(old, new, cache):
     assert program.text == write_run(residual_of(read_spec(PENDULUM, "a.yaml")), RUN)[0].text
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "change",
     [

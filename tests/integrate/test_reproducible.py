@@ -141,7 +141,7 @@ def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size, se
         assert getattr(whole.outcome, name) == getattr(pieces.outcome, name), name
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("linkage", [LINKAGE, KICKED])
 @pytest.mark.parametrize("looks", [1, 10])
 def test_a_singular_configuration_is_passed_alike_wherever_the_motion_was_interrupted(looks, linkage):

@@ -27,7 +27,7 @@ def test_samples_do_not_change_the_steps(method):
     assert np.array_equal(coarse["q/theta1"], fine["q/theta1"][::1000])
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @OF_STEPS
 def test_chunks_and_pauses_change_nothing(monkeypatch, method):
     asked = {"outputs": ("q", "v", "h", "ledger"), "method": method, "tolerance": FINEST[method]}
@@ -86,7 +86,7 @@ ENDINGS = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("name", ENDINGS)
 @pytest.mark.parametrize("method", ["taylor", "ias15", "DOP853", "Radau"])
 def test_a_motion_that_cannot_go_on_says_so(name, method):

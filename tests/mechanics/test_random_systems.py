@@ -122,7 +122,7 @@ def close(found: np.ndarray, known: list[mpmath.mpf], slack: float) -> bool:
     return bool(np.max(np.abs(found - np.array([float(x) for x in known]))) <= slack * scale)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @examples(2)
 @given(systems())
 def test_accelerations_momenta_and_h_are_those_of_euler_and_lagrange(system: str) -> None:
@@ -145,7 +145,7 @@ def unaccounted(motion: Motion, names: tuple[str, ...]) -> float:
     return float(max(*ledgers, abs(motion["diagnostics/ledger/h"]).max() / h))
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @examples(2)
 @given(systems())
 def test_ledgers_of_random_systems_close(system: str) -> None:

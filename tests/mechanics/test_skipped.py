@@ -76,7 +76,7 @@ def hold(system: str) -> None:
             assert vanishes(h - kinetic - model.potential)
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("system", [name for name in NAMES if name not in LARGE])
 def test_of_shipped_systems(system: str) -> None:
     hold(system)

@@ -111,7 +111,7 @@ observables: {{px: "top.at(1, 2, 3).x", vy: "top.at(1, 2, 3).vy", w2: top.w2, wz
 """
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("sequence", ["zxz", "zyz", "xyx", "xyz", "zyx", "yxz"])
 def test_angles_in_any_sequence_agree_with_a_quaternion(sequence):
     """The same start, spinning about all axes, in each of them."""
@@ -229,7 +229,7 @@ def test_a_free_top_flips():
     assert np.ptp(motion["angular_momenta/top"], axis=0).max() < 1e-13 * scale
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     ("moments", "spin"),
     [

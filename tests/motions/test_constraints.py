@@ -139,7 +139,7 @@ TWICE = {
 }
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("name", TWICE)
 def test_a_constrained_motion_is_that_in_an_independent_coordinate(name):
     constrained, independent = TWICE[name]

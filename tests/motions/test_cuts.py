@@ -38,7 +38,7 @@ def test_a_motion_ends_where_its_energy_jumps(potential):
     assert motion.outcome.h_drift <= 1e-14
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     "potential", ["0.1*sin(atan2(y, x))", "0.1*cos(n*atan2(y, x))", "atan2(y, x + 9)", "0.1*abs(atan2(y, x))"]
 )

@@ -104,7 +104,7 @@ lagrangian: (x_dot**2 + y_dot**2 + z_dot**2)/2 - 0.1*x**2/2 - c*y**2/2 - pi*2**(
         assert largest(found[f"q/{name}"], known) < 1e-29
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     "potential",
     [

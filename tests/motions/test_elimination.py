@@ -29,7 +29,7 @@ def difference(one: Motion, other: Motion) -> float:
     return found
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("stop", [4.0, -4.0])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_motions_multipliers_and_ledgers_are_the_same(name, stop):
@@ -44,7 +44,7 @@ def test_motions_multipliers_and_ledgers_are_the_same(name, stop):
         assert np.abs(one.datasets[f"diagnostics/ledger/{ledger}"]).max() < 3e-12
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_same_in_double_double(name):
     asked = {"stop": 1.0, "samples": 5, "outputs": "q,v,h,constraints", "precision": "double-double"}
@@ -57,7 +57,7 @@ def test_the_same_in_double_double(name):
     assert max(np.abs(np.asarray(one.datasets[p]) - other.datasets[p]).max() for p in low) < 1e-29
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     "name", [name for name in SYSTEMS if name not in ("struck", "landing", "mixed", "train")]
 )
@@ -119,7 +119,7 @@ def constrained(draw: st.DrawFn) -> str:
     return "\n".join(lines)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @given(constrained())
 @examples(2)
 def test_any_linear_constraints(text):
@@ -128,7 +128,7 @@ def test_any_linear_constraints(text):
     assert difference(one, other) < 1e-11
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(("text", "stop"), [(GEARS, 20_000.0), (TRAIN, 20_000.0), (MIXED, 500.0)])
 def test_constraints_hold_to_rounding_for_ever(text, stop):
     motion = motion_of(text, stop=stop, samples=101, outputs="h,constraints")

@@ -359,7 +359,7 @@ def test_multiple_zeros_are_found_as_exactly_as_simple_ones(when, source):
     assert len(times) == int((30 + b) / math.pi)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "when",
     [

@@ -32,14 +32,14 @@ HIDDEN = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("argument", HIDDEN)
 def test_no_event_is_missed(argument):
     motion = follow(EVENT.format(argument=argument), 10.0, 2)
     assert np.allclose(motion["events/e/t"], HIDDEN[argument], rtol=0, atol=1e-13)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("argument", HIDDEN)
 def test_no_change_of_a_condition_is_missed(argument):
     """y' is the time for which the argument was positive."""
@@ -56,7 +56,7 @@ def test_nor_in_double_double():
     assert np.allclose(motion["events/e/t"], HIDDEN[argument], rtol=0, atol=1e-14)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     ("argument", "end", "events"),
     [

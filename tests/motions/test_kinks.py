@@ -147,7 +147,7 @@ generalized_forces: {{x: "{force}"}}
 """
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize(
     "force",
     [
@@ -186,7 +186,7 @@ def test_a_force_that_grows_like_a_logarithm_is_followed_to_rounding():
     assert np.max(np.abs(motion["q/x"] - expected)) <= 1e-13
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize(
     "force", ["tan(a*t)", "1/cos(a*t)", "1/abs(cos(a*t))", "x*tan(a*t)**2", "1/cos(a*t)**3"]
 )
@@ -210,7 +210,7 @@ WAVES = {
 """Forces of the time with kinks at multiples of a quarter period, or at u = 2 and u = 4."""
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("force", WAVES)
 def test_triangle_waves_are_followed_to_rounding_however_they_are_written(force, request):
     w = round(random.Random(request.config.option.seed).uniform(1, 3), 4)

@@ -38,7 +38,7 @@ POTENTIALS = {
 """Each with its width and as a function of x over that."""
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("potential", POTENTIALS)
 @pytest.mark.parametrize("initial", [-1.0, -2.9])
 def test_a_particle_that_runs_over_a_narrow_potential(potential, initial):
@@ -59,7 +59,7 @@ def test_a_particle_that_runs_over_a_narrow_potential(potential, initial):
     assert motion.outcome.h_drift <= 1e-13
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     "potential",
     ["3/10/(1 + ((x**2 + y**2)/1e-12)**6)", "3/10*1e-72/(x**2 + y**2)**6", "3/10*exp(-(x**2 + y**2)/1e-12)"],
@@ -135,7 +135,7 @@ def test_powers_that_no_series_has_terms_of_are_detected():
     assert abs(passed * crossing + mpmath.quad(slowness, [0, 0.4, rest]) - 10) <= 1e-11
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("power", [50, 57, 62])
 def test_a_force_with_a_high_power_of_a_sine_begins_from_rest(power):
     """sin(1.3 t + 0.2)^power: its integral is a sum of few cosines."""
@@ -152,7 +152,7 @@ def test_a_force_with_a_high_power_of_a_sine_begins_from_rest(power):
     assert abs(motion["v/x"][-1] - impulse) <= 1e-13
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("width", [1e-2, 1e-5, 1e-9])
 @pytest.mark.parametrize(
     "form", ["0.3/cosh(x/{w})**2", "0.6*exp(x/{w})/(1 + exp(x/{w}))**2", "0.5/(exp(x/{w}) + exp(-x/{w}))"]
@@ -166,7 +166,7 @@ def test_exponentials_that_overflow_where_nothing_else_does(form, width):
     assert 0 < 5 - motion["q/x"][-1] < 3 * width
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("power", range(24, 66, 8))
 def test_a_well_of_a_high_power_confines(power):
     motion = follow(LINE.format(initial=0, velocity=1, potential=f"0.6*sin(x)**{power}"), 60.0, 601)
@@ -175,7 +175,7 @@ def test_a_well_of_a_high_power_confines(power):
     assert motion.outcome.h_drift <= 1e-14
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize(
     "potential",
     [
@@ -216,14 +216,14 @@ def test_a_motion_ends_at_a_pole(potential):
     assert abs(motion.outcome.t - float(time)) <= 1e-12
 
 
-@pytest.mark.exhaustive(keep=7)
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_systems_shipped_hide_no_forces(name):
     """It costs a row of the state."""
     assert not may_hide(residual_of((SYSTEMS / f"{name}.yaml").read_text()))
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     ("depth", "hides"),
     [

@@ -156,7 +156,7 @@ def test_forces_that_are_not_linear_in_the_force_of_constraint() -> None:
     np.testing.assert_array_equal(motion["observables/tension"], -motion["multipliers/rod"])
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("text", [RING, BLOCK, WIRE, TENSION], ids=["ring", "line", "abs", "smooth"])
 def test_printed_compiled_and_direct_equations_agree(text: str) -> None:
     derived = derive(read_spec(dedent(text), "system.yaml"), lambda _: nullcontext(), {})

@@ -77,7 +77,7 @@ def apart(found: Motion, known: Motion) -> float:
     return max(float(np.sort(np.abs(found[name] - known[name]))[-4]) for name in names)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("number", range(120))
 def test_methods_agree(number: int) -> None:
     text = random_system(random.Random(number))
@@ -94,7 +94,7 @@ def test_methods_agree(number: int) -> None:
                 )
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("number", range(40))
 def test_samples_and_checkpoints_change_nothing(number: int) -> None:
     chance = random.Random(number)

@@ -127,7 +127,7 @@ def test_the_period_of_a_pendulum_is_an_elliptic_integral():
         assert np.abs(row / (period * np.arange(1, 26)) - 1).max() < 1e-12
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("seed", range(60))
 def test_roots_of_any_pattern_within_one_step(seed):
     """A free motion x = t takes steps without end, so that all roots of a polynomial in x lie in one."""
@@ -170,7 +170,7 @@ def test_a_series_that_converges_more_slowly_than_the_motion():
     assert np.abs(taken.t[0] - math.pi / 40 * np.arange(1, 201)).max() < 1e-13
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize(
     ("surface", "bound"),
     [
@@ -249,7 +249,7 @@ SURFACES = {
 """What surfaces are made of, and between which numbers states are drawn."""
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("seed", range(24))
 def test_random_surfaces_have_the_crossings_that_events_have(seed):
     """Events are found by other code, in steps of another length."""

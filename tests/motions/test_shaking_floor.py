@@ -59,7 +59,7 @@ def test_balls_leave_the_floor_when_it_falls_faster(method: str) -> None:
     assert above[flies].max() > 0.01
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("method", TOLERANCES)
 @pytest.mark.parametrize("count", [1, 3])
 def test_no_ball_falls_through(method: str, count: int, request: pytest.FixtureRequest) -> None:

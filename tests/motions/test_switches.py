@@ -147,7 +147,7 @@ def test_dry_friction_beside_such_a_resistance_lets_go(side):
     assert -2 * root / 0.8 - 0.6 / 0.64 * math.log(1 - 0.8 * root / 0.3) == pytest.approx(2.0, rel=1e-11)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("power", [0.1, 0.25, 0.5, 0.75, 1.3])
 @pytest.mark.parametrize("spelling", ["max(0, x - {a})", "(abs(x - {a}) + x - {a})/2"])
 def test_a_contact_force_that_has_no_series_where_it_begins(power, spelling, source):

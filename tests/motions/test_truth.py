@@ -15,7 +15,7 @@ OPEN = {"repelled", "total_derivative"}
 KINDS = [kind.__name__ for family, kinds in FAMILIES.items() for kind in kinds if kind.__name__ not in OPEN]
 
 
-@pytest.mark.exhaustive(keep=0.25, most=30)
+@pytest.mark.exhaustive(keep=0.2, most=30)
 @pytest.mark.parametrize("name", [f"{kind}_0" for kind in KINDS])
 def test_the_motion_is_the_true_one(name: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     for case in cases(request.config.option.seed, 1, [name]):

@@ -296,7 +296,7 @@ observables: {friction: friction}
 """
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("precision", ["double", DOUBLE_DOUBLE])
 @pytest.mark.parametrize(("text", "normal"), [(SLOPE, [0, 1]), (ALONG, [np.sin(0.5), np.cos(0.5)])])
 def test_a_block_that_comes_to_rest_on_an_incline(text, normal, precision):
@@ -328,7 +328,7 @@ observables: {f1: f1, f2: f2}
 """
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("precision", ["double", DOUBLE_DOUBLE])
 def test_of_two_blocks_one_on_the_other(precision):
     """Both stick until k t = mu1 (m1 + m2) g. Then they slide together with a = (k t - f1)/(m1 + m2), until
@@ -344,7 +344,7 @@ def test_of_two_blocks_one_on_the_other(precision):
     assert np.abs(data["observables/f2"] - np.clip(together, 0, upper)).max() < 1e-13
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("precision", ["double", DOUBLE_DOUBLE])
 def test_of_two_blocks_that_come_to_rest_on_an_incline(precision):
     """They stop at different times, with rounded velocities. Then each friction holds what is above it."""

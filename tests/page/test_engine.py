@@ -79,7 +79,7 @@ def assert_same(found, name, size=None, **changes):
     return expected
 
 
-@pytest.mark.exhaustive(keep=0.25, most=16)
+@pytest.mark.exhaustive(keep=0.2, most=16)
 @pytest.mark.parametrize("name", shipped.names())
 def test_the_page_computes_what_solve_does(name):
     """It is small, needs nothing but memory, and ends where ``solve`` does."""
@@ -94,7 +94,7 @@ def test_the_page_computes_what_solve_does(name):
     assert_same(found, name)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     ("name", "members", "stop"), [("n_pendulum", 16, 1.0), ("fpu_chain", 400, 50.0), ("chain", 80, 0.1)]
 )

@@ -79,7 +79,7 @@ def test_a_film_lasts_reasonably_long(duration):
     assert speed == 1.0 or (f"{speed:.0e}"[0] in "125" and 10 < duration / speed < 40)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize(
     ("name", "moment"), [("run.h5", lambda k: k / 10), ("back.h5", lambda k: 1.5 - k / 10)]
 )

@@ -72,7 +72,7 @@ ENDS = {
 }
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 @pytest.mark.parametrize("case", ENDS)
 def test_the_expression_that_ends_a_motion_is_named(case, precision, tmp_path):

@@ -81,7 +81,7 @@ CASES = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("name", CASES)
 def test_the_motion_is_the_same_in_other_coordinates(name):
     """Both are integrated; the new one is taken back to the coordinates of the file."""
@@ -97,7 +97,7 @@ def test_the_motion_is_the_same_in_other_coordinates(name):
         assert [one[1] for one in back] == pytest.approx(speeds, rel=1e-11, abs=1e-11)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("name", ["turning", "rod", "turned", "modes"])
 def test_the_equations_keep_their_form(name):
     spec = read_spec(CASES[name], "a.yaml")

@@ -20,7 +20,7 @@ potential: sum(u[i]**2 for i in range(N))
 """
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("text", [CHAIN, STRAIGHT])
 def test_what_is_foreseen_is_less_than_what_is_done(text: str) -> None:
     """Bead i has i + 1 coordinates in each of its components."""

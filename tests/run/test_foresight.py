@@ -62,7 +62,7 @@ def taken(spec: Spec) -> Work:
     return numbers.graph.work
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("name", sorted(TEXTS))
 def test_what_is_foreseen_is_done(name: str) -> None:
     """For twice the largest of the smaller sizes."""

@@ -40,7 +40,7 @@ def test_a_member_that_is_not_there_is_refused(sweep):
         member_of(sweep / "one.h5", 0)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("name", ["plot", "animate", "view"])
 def test_commands_show_one_member(sweep, name):
     ending = {"plot": "svg", "animate": "gif", "view": "html"}[name]

@@ -394,7 +394,7 @@ def test_exponents_are_bounded_through_definitions() -> None:
     assert underlined(problem) == "theta**n"
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(("step", "last"), [("sin(d{})", 101), ("d{}*theta + 1", 51), ("1/(1 + d{})", 51)])
 def test_definitions_nested_too_deep_are_refused(step: str, last: int) -> None:
     nested = "".join(f"  d{n + 1}: {step.format(n)}\n" for n in range(3000))

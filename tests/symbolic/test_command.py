@@ -72,7 +72,7 @@ def test_an_explicit_form_that_cannot_be_read_names_the_matrix(tmp_path):
     assert lagrange("equations", "chain.yaml", "--form", "matrix", cwd=tmp_path).returncode == 0
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_printed_is_what_is_integrated(name, capsys):
     sizes = [f"--size={size}={number}" for size, number in SIZES.get(name, {}).items()]
@@ -97,7 +97,7 @@ def test_verify_decides_the_status(difference, arguments, monkeypatch, capsys):
         assert output.splitlines()[-1].startswith("#") == bool(arguments)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_the_text_is_the_same_whatever_order_sets_have(tmp_path, monkeypatch):
     outputs = set()
     for seed in "12":

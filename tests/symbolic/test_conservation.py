@@ -45,7 +45,7 @@ def along_the_motion(equations, quantity):
     return rate
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_named_conserved_is(name):
     equations = equations_of(name)
@@ -54,7 +54,7 @@ def test_what_is_named_conserved_is(name):
         assert same(along_the_motion(equations, each.expression), "0")
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", NAMES)
 def test_rates_of_what_is_not_conserved(name):
     equations = equations_of(name)

@@ -12,7 +12,7 @@ from lagrange_cli.symbolic.source import as_python
 from tests.support.systems import NAMES, agree_at_random, derived, equations_of, same
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", NAMES)
 def test_canonical_equations_give_the_same_motion(name):
     equations = equations_of(name)

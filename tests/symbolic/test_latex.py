@@ -31,7 +31,7 @@ def settable(formula):
         PARSER.parse(f"${text.strip()}$")
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_formula_can_be_set_and_fits_a_line(name, form):

@@ -36,7 +36,7 @@ COORDINATES = {
 """Positions, and the squares of Lame's coefficients: T = m (g_uu u_dot^2 + g_vv v_dot^2)/2."""
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("name", COORDINATES)
 def test_metrics_of_curvilinear_coordinates(name):
     position, along_u, along_v = COORDINATES[name]

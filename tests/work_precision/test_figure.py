@@ -50,7 +50,7 @@ def test_names_of_curves_that_end_together_are_moved_apart(drawn):
     assert heights["DOP853"] - heights["Radau"] >= 11  # points
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(("suffix", "magic"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")])
 def test_several_frames_and_other_formats(tmp_path, suffix, magic):
     path = tmp_path / f"a{suffix}"

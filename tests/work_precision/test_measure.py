@@ -52,7 +52,7 @@ def slope(tolerances, results):
     return np.polyfit(np.log(tolerances), np.log([each.error for each in results]), 1)[0]
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize(
     ("method", "least", "most"), [("DOP853", 0.8, 1.2), ("Radau", 1.1, 1.4), ("LSODA", 0.7, 1.2)]
 )

@@ -57,7 +57,7 @@ lagrangian: (x_dot**2 + y_dot**2)/2 - x**2*y**2/2 - (x**2 + y**2)/32
     assert found.trusted_until == found.trusted_until_as_run
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     ("text", "known"),
     [
@@ -104,7 +104,7 @@ def two_springs(t: Number) -> Number:
     return mpmath.sin(right * t) / right if t < half else -mpmath.sin(left * (t - half)) / left
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize(
     ("text", "known"),
     [

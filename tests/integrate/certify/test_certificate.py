@@ -135,7 +135,7 @@ def coverage(
     return float(np.mean((ratio >= 0.1) & (ratio <= 100)))
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 @pytest.mark.parametrize(
     ("system", "known", "stop"),

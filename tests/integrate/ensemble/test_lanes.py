@@ -118,7 +118,7 @@ def times_of(stop, count=9, start=0.0):
     return Times(start, stop, count, (stop - start) / (count - 1))
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("name", "sense"),
     [*((name, 1) for name in SMOOTH), ("driven_damped_pendulum", -1), ("central_force", -1)],
@@ -176,7 +176,7 @@ def test_a_member_is_the_same_in_any_lane_beside_any_others(name):
         assert same(whole, run(name, parameters[part], states[part], times), rows=part)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("threads", [2, 3, 7])
 def test_the_number_of_threads_changes_nothing(threads):
     parameters, states = members_of("double_pendulum", 100)

@@ -98,7 +98,7 @@ def test_errors_at_the_end_fall_with_a_high_power_of_the_steps() -> None:
     assert errors[1] < 1e-11
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     ("system", "stop"),
     [("pendulum", 5.0), ("rotating_hoop", 3.0), ("lagrange_top", 2.0), ("fpu_chain", 30.0), (MAGNETIC, 10.0),

@@ -35,7 +35,7 @@ def bytes_of(spec, prepared, stop):
     return outcome, {path: b"".join(chunk[path].tobytes() for chunk in chunks) for path in chunks[0]}
 
 
-@pytest.mark.exhaustive(keep=0.25, most=12)
+@pytest.mark.exhaustive(keep=0.2, most=12)
 @pytest.mark.parametrize(
     "path", sorted({*SYSTEMS.glob("*.yaml")} - {SYSTEMS / "bicycle.yaml"}), ids=lambda path: path.stem
 )

@@ -40,7 +40,7 @@ def equations(system: str, method: str = "BDF") -> tuple[Equations, np.ndarray]:
     return Equations.of(machine, parameters), y + 0.1 + 0.05 * np.sin(np.arange(len(y)))
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("system", [*SMOOTH, WILD], ids=[*SMOOTH, "wild"])
 def test_the_jacobian_is_the_slope_of_the_rates(system: str) -> None:
     """Against Richardson's extrapolation of central differences, quadratures included."""
@@ -70,7 +70,7 @@ def test_rates_are_what_the_taylor_method_starts_with() -> None:
     assert list(compiled.rates(0.0, y)[:2]) == list(values.v)
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     "system", ["double_pendulum", "driven_damped_pendulum", "gauge_oscillator", "charged_particle"]
@@ -87,7 +87,7 @@ def test_methods_agree_within_their_tolerance(system: str, method: str) -> None:
         assert abs(motion[path] - series).max() < allowed, path
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("method", METHODS)
 def test_a_smaller_tolerance_gives_a_smaller_error(method: str) -> None:
     exact = follow("pendulum", 5.0, 26)

@@ -91,7 +91,7 @@ STAGES: dict[str, Callable[[Model[Node]], Any]] = {
 }
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("stage", STAGES)
 def test_twice_as_many_members_take_twice_the_steps(stage):
     text = (SYSTEMS / "chain.yaml").read_bytes()
@@ -113,7 +113,7 @@ def test_the_search_is_linear_in_the_number_of_links():
     assert spent[1] < LINEAR * spent[0]
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_a_hanging_chain_of_bodies_keeps_its_angular_momentum_about_the_vertical():
     """The search is not given up for many links: it takes so many steps for each."""
     model = model_of(LINKS, 16)

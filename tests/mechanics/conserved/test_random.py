@@ -136,7 +136,7 @@ def test_particles_conserve_what_is_claimed(text):
     check(text)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @given(balls())
 @examples(1)
 def test_rolling_balls_conserve_what_is_claimed(text):

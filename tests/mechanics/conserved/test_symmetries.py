@@ -601,7 +601,7 @@ def started(text):
     return text.replace(": {}", ": {initial: 0}").replace("{velocity", "{initial: 0, velocity")
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_conserved(case):
     """That, and nothing else; and a motion keeps it, to rounding."""
@@ -618,7 +618,7 @@ def test_what_is_conserved(case):
             assert np.ptp(series) < 4e-13 * max(1, np.abs(series).max()), name
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize("case", range(3))
 def test_what_is_conserved_but_for_a_total_time_derivative(case):
     """h + dF/dt and p_x - dF/dx of L + dF/dt, F = c f(u), u = a x y + b x + w t**2."""
@@ -742,7 +742,7 @@ def test_exact_numbers_need_no_finite_quotients(size):
     assert [one.conserved.quantity for one in symmetries(model, conservation(model)[1])] == ["C_1"]
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 def test_the_search_is_bounded():
     """Of many coordinates only displacements are tried, and all of them are proven together."""
     residual = residual_of(BODIES.replace("{N: 3}", "{N: 15}"))
@@ -798,7 +798,7 @@ BLOCKS = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1.5)
 @pytest.mark.parametrize("case", BLOCKS)
 def test_coefficients_may_be_functions_of_parameters(case):
     """What is found holds for all values of the parameters."""

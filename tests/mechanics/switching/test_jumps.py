@@ -200,7 +200,7 @@ solve: {stop: 0.1, samples: 2}
 """
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0.75)
 @pytest.mark.parametrize(
     ("potential", "jumps"),
     [
@@ -247,7 +247,7 @@ def test_whether_an_energy_jumps_does_not_depend_on_where_its_kink_is(potential)
     assert not jumps_may_depend_on(model_of(RUN.replace("POTENTIAL", potential)), {"a", "b", "k"})
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize(
     "potential",
     [

@@ -42,7 +42,7 @@ def longest_block(text):
     return max(lengths)
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
 def test_no_block_is_long_at_the_level_whose_time_grows_with_its_square(precision, monkeypatch):
     """200 factors took a minute to compile with double-double, in a block of 170,000 lines; here are 15."""
@@ -53,7 +53,7 @@ def test_no_block_is_long_at_the_level_whose_time_grows_with_its_square(precisio
     assert longest_block(program.text) > 5000 and longest_block(compiled[0]) < 1.5 * blocks.LONGEST
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
 @pytest.mark.parametrize("longest", [7, 100])
 def test_short_blocks_give_the_same_bits(precision, longest, monkeypatch):

@@ -56,7 +56,7 @@ def exact(numbers):
     return [sum(map(Fraction, row)) for row in numbers]
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("level", [QUICK, FULL])
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize(("size", "unrolled"), [(1, 0), (2, 0), (4, 5), (5, 0), (7, 0), (18, 0)])

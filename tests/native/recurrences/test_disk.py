@@ -89,7 +89,7 @@ def value(text, x, y):
         return None
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("size", [1e-3, 0.3, 0.9, 3.0, 30.0])
 def test_values_lie_in_the_disks(size):
     draw = random.Random(repr(size))

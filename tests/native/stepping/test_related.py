@@ -37,7 +37,7 @@ def moved(text: str, stop: float) -> Motion:
     return run(ready, resolve_values(spec, {}), 0.0, stop, 3)
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("count", [8, 20])
 def test_a_straight_chain_with_a_tail_takes_the_steps_of_its_head(
     count: int, monkeypatch: pytest.MonkeyPatch

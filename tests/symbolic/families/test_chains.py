@@ -122,7 +122,7 @@ def test_what_is_printed_of_chains_and_trees_is_what_the_file_says(
     holds(drawn(chance, chance.choice(SIZES)))
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("count", [4, 9])
 @pytest.mark.parametrize("case", CASES)
 def test_constraints_on_chains_are_those_of_the_file(case: str, count: int) -> None:
@@ -160,7 +160,7 @@ def test_a_chain_between_two_pins_is_that_of_a_textbook() -> None:
         derive_printed(spec_of(text, 100), "explicit")
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @examples(2)
 @given(
     st.sampled_from([*LINKS]), st.sampled_from(SIZES), st.sampled_from(POTENTIALS), st.sampled_from(FORCES)
@@ -198,7 +198,7 @@ def test_one_bob_is_a_pendulum() -> None:
     assert "l*theta_ddot[0] + g*N*sin(theta[0]) = 0   [theta[0], divided by m*l]" in lines
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("text", [N_PENDULUM, pendulum(10, "(i - 1)//2"), SPACE])
 def test_no_expression_grows_with_the_chain_nor_does_the_work(text: str) -> None:
     def counted(count: int) -> tuple[int, int]:
@@ -236,7 +236,7 @@ def test_springs_between_neighbours_have_the_length_of_the_link() -> None:
     assert potential == "U = k*sum((l[i] + th[i])**2 for i in range(1, N)) + k*(th[N - 1] - th[0])**2/2"
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("text", [N_PENDULUM, SPACE])
 def test_the_python_module_solves_the_equations_of_the_file(text: str) -> None:
     spec = spec_of(text, 3)
@@ -282,7 +282,7 @@ def test_sympy_reads_the_data_back() -> None:
     assert "bob_ax[j]" in tree["equations"]["a[i]"]
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("case", range(20))
 def test_h_changes_as_is_printed(case: int) -> None:
     """dh/dt beside a difference of h along the motion."""

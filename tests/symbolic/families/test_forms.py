@@ -74,7 +74,7 @@ FEWEST = {"given": 2, "lattice": 2, "fpu_chain": 2}
 """The fewest members of these files, if it is not one."""
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize(
     ("name", "count"),
     [(name, count) for name in TEXTS for count in (1, 2, 3, 8, 9) if count >= FEWEST.get(name, 1)],
@@ -149,7 +149,7 @@ def test_a_name_of_the_file_is_not_taken_for_a_momentum() -> None:
         derive_printed(spec, "hamilton")
 
 
-@pytest.mark.exhaustive(keep=0.25)
+@pytest.mark.exhaustive(keep=0.2)
 @pytest.mark.parametrize("form", ["lagrange", "explicit", "hamilton", "matrix"])
 def test_what_is_too_long_written_out_has_indices(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(systems, "FEWEST", 10**9)
@@ -191,7 +191,7 @@ constraints:
 }
 
 
-@pytest.mark.exhaustive(keep=0.5)
+@pytest.mark.exhaustive(keep=0.35)
 @pytest.mark.parametrize("count", [2, 3, 8, 9])
 @pytest.mark.parametrize("name", ROPES)
 def test_constraints_with_indices_are_those_of_the_file(name: str, count: int) -> None:

@@ -123,7 +123,7 @@ def by_members(text: str, size: int, values: dict[str, Any]) -> dict[str, float]
     return {name: float(x) for (name, _), x in zip(listed, found)}
 
 
-@pytest.mark.exhaustive(keep=1.5)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("size", [2, 5])
 def test_forces_with_indices_are_those_written_out(name: str, size: int) -> None:
