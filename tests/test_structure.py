@@ -125,8 +125,13 @@ def test_no_text_is_evaluated():
                 assert "(OfExpressions): no text is ever evaluated" in why, f"{path}:{node.lineno}"
     assert hooks
     for path in (package / "page" / "assets").glob("*.js"):
+        text = path.read_text(encoding="utf-8")
+        names = "|".join(re.findall(r"\b(\w+)=/(?![/*])", text)) or "(?!)"
+        for called in re.finditer(r"\bexec\(", text):  # of a regular expression, or of one that has a name
+            before = text[max(0, called.start() - 40) : called.start()]
+            assert re.search(rf"(?:/[gimsuy]*|\b(?:{names}))\.$", before), (path, before)
         found = re.findall(
             r"\beval\(|\bFunction\(|innerHTML|insertAdjacentHTML|document\.write|set(?:Timeout|Interval)\(\s*[\"'`]",
-            path.read_text(encoding="utf-8"),
+            text,
         )
         assert found == (["innerHTML"] if path.name == "main.js" else []), path

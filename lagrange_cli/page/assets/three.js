@@ -1,6 +1,7 @@
 /* three.js 0.187.0, https://threejs.org/, as far as pages use it: made by tools/three/build.js.
 
-`exec` in it is that of regular expressions, and `setTimeout` is given functions: no text is run as a program.
+`exec` in it is always that of a regular expression, which matches text, such as a colour of the system file, and runs
+none. `setTimeout` is given functions. It calls neither `eval` nor `Function`: no text is run as a program.
 
 The MIT License
 
