@@ -43,6 +43,7 @@ Expressions: TypeAlias = "Mapping[str, Expression]"
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     """The draft, its families known, as a ``Spec``; what is wrong is added to ``problems``."""
     checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
+    checker.names.incomplete = not groups_of(draft.declared("coordinates"))
     parameters = checker.parameters()
     definitions = checker.definitions()
     coordinates = checker.coordinates()
