@@ -60,7 +60,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     return Spec(
         filename=problems.source.filename,
         text=problems.source.text,
-        name=draft.text("name") or Path(problems.source.filename).stem.strip("<>-") or "system",
+        name=draft.text("name") or name_of(problems.source.filename),
         description=draft.text("description"),
         parameters=parameters,
         coordinates=coordinates,
@@ -82,6 +82,12 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         draw=checker.draw(),
         transformations=checker.transformations(),
     )
+
+
+def name_of(filename: str) -> str:
+    """The name of a system whose file gives none; ``?`` stands for what is no text in that of the file."""
+    stem = Path(filename).stem.encode(errors="replace").decode()
+    return stem.strip("<>-") or "system"
 
 
 @dataclass
