@@ -81,7 +81,8 @@ class Settled:
         if found is None:
             raise KeyError(name)
         part, place, value = found
-        return value if part is None else bounds_at(value, part, place)
+        places = Grid(part.ranges) if part else self._names[name.partition("[")[0]].places
+        return bounds_at(value, places.number(place))
 
     def get(self, name: str) -> Any:
         """The same, or None."""
@@ -110,14 +111,14 @@ class Settled:
         return found
 
 
-def bounds_at(value: Any, part: Part[Any], place: MemberPlace) -> Any:
-    """The bounds of one member of those that have been found together."""
+def bounds_at(value: Any, number: int | None) -> Any:
+    """The bounds of one member of those that have been found together, which has this number."""
     if isinstance(value, tuple):
-        return tuple(bounds_at(one, part, place) for one in value)
+        return tuple(bounds_at(one, number) for one in value)
     numbers = getattr(value, "numbers", None)
     if numbers is None:
         return value
-    number = numbers if numbers.ndim == 0 else numbers[Grid(part.ranges).number(place)]
+    number = numbers if numbers.ndim == 0 else numbers[number]
     return Bounds(float(number), value.size, value.depth, value.kind)
 
 
