@@ -261,7 +261,7 @@ def largest(bounds: Sequence[Any]) -> Any:
             return None
         parts = [largest(component) for component in zip(*bounds)]
         return None if any(one is None for one in parts) else tuple(parts)
-    if any(isinstance(one, tuple) or one.value is not None for one in bounds):
+    if any(isinstance(one, tuple) or one.value is not None or hasattr(one, "numbers") for one in bounds):
         return None
     deepest = max(bounds, key=lambda one: one.depth)
     return Bounds(None, max(one.size for one in bounds), deepest.depth, deepest.kind)

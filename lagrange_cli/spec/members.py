@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from math import prod
 from typing import Any, Protocol
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places, Whole, flat
+from lagrange_cli.expression.index_arrays import FARTHEST, Places, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.many_bounds import Many
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
@@ -67,7 +68,7 @@ def shares(family: Family, parts: Sequence[Part[Any]], value: Any) -> Iterator[t
     """The bounds that have been found together for members of these parts, one part after the other, as those
     of each part, or of the whole family (None) in the order of its members."""
     ends = np.cumsum([part.count for part in parts])
-    if ends[-1] == len(family.members):
+    if ends[-1] == len(family.members) and prod(family.shape) < FARTHEST:
         order = np.argsort(np.concatenate([numbers_of(family, part) for part in parts]))
         yield None, chosen(value, order)
         return
@@ -104,9 +105,12 @@ def numbers_of(family: Family, part: Part[Any]) -> Places:
 
 
 def members_at(family: Family, which: Places) -> Places:
-    """Which members of a family are at flat places. Raises ``Unsuited`` where there is none."""
+    """Which members of a family are at flat places. Raises ``Unsuited`` where there is none, or where places
+    are too far apart to be numbered."""
     if family.complete:
         return which
+    if prod(family.shape) >= FARTHEST:
+        raise Unsuited
     assert isinstance(family.members, MemberNames)
     known = flat_places(family.members.places, family.shape)
     found = np.minimum(np.searchsorted(known, which), len(known) - 1)
@@ -119,7 +123,7 @@ def members_at(family: Family, which: Places) -> Places:
 def flat_places(places: Grid | Listed, shape: tuple[int, ...]) -> Places:
     """Places as one number each, the last index fastest (places,)."""
     if isinstance(places, Listed):
-        return np.ravel_multi_index(tuple(np.array([*places]).T), shape)
+        return np.array(np.ravel_multi_index(tuple(np.array([*places]).T), shape), dtype=np.int64)
     found = np.zeros(1, dtype=np.int64)
     for values, size in zip(places.ranges, shape):
         found = (found[:, None] * size + np.arange(values.start, values.stop, values.step)).ravel()
