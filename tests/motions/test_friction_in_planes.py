@@ -138,6 +138,28 @@ generalized_forces: {p: -mu*(p_dot**2 + g*cos(p - w*t))*sign(p_dot)}
     assert not np.any(space["q/y"])
 
 
+@pytest.mark.parametrize("method", TOLERANCES)
+def test_a_bead_on_a_wire_slides_from_the_start(method: str) -> None:
+    common = "parameters: {g: 9.81, mu: 0.5}\nmasses: {bead: 1}\npotential: g*bead.y\n"
+    by_places = """
+coordinates: {x: {initial: 0.8}, y: {initial: -0.6}}
+positions: {bead: [x, y]}
+constraints: {wire: 1 - x**2 - y**2}
+definitions: {v: "(x_dot, y_dot)"}
+forces: {bead: -2*mu*abs(wire.multiplier)*v/norm(v)}
+"""
+    by_angle = """
+coordinates: {p: {initial: "asin(0.8)"}}
+positions: {bead: [sin(p), -cos(p)]}
+generalized_forces: {p: -mu*abs(p_dot**2 + g*cos(p))*sign(p_dot)}
+"""
+    first = follow(common + by_places, 1.5, 301, method=method, tolerance=TOLERANCES[method])
+    other = follow(common + by_angle, 1.5, 301)
+    exact = method in ("taylor", "ias15")
+    assert first["q/x"] == pytest.approx(np.sin(other["q/p"]), abs=1e-13 if exact else 1e-8)
+    assert np.all(other["v/p"][-20:] == 0)
+
+
 def test_a_normal_force_that_falls_lets_a_block_go() -> None:
     text = """
 coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
@@ -196,6 +218,16 @@ def test_a_turntable_that_turns_ever_faster_loses_a_puck() -> None:
     assert hypot(by_series["q/x"][-1], by_series["q/y"][-1]) > 1.1
     for name in ("q/x", "q/y", "v/x", "v/y"):
         assert by_series[name] == pytest.approx(by_rates[name], abs=1e-8)
+
+
+def test_a_sample_just_after_sliding_has_begun_is_as_exact_as_others() -> None:
+    begins = 2 * (16 - 0.25) ** 0.25
+    for soon in (1e-3, 1e-9, 1e-15):
+        motion = follow(TURNTABLE, 1.25 * (begins + soon), 6)
+        assert motion.outcome.ending is Ending.COMPLETE
+        angle = 0.25 * motion.t[4] ** 2
+        assert motion["q/x"][4] == pytest.approx(np.cos(angle), abs=1e-14 + soon**3)
+        assert motion["v/y"][4] == pytest.approx(0.5 * motion.t[4] * np.cos(angle), abs=1e-14 + 20 * soon**2)
 
 
 BALL = """

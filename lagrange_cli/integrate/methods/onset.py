@@ -12,6 +12,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial.legendre import legint, legvander
 
 from lagrange_cli.integrate.methods.gauss import gauss
 from lagrange_cli.integrate.methods.leading import Leading
@@ -20,6 +21,7 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.native.compilation.machine import Machine
 
 SOON = 2.0**-30
 """A velocity that becomes 0 within this fraction of the time is set to 0."""
@@ -34,28 +36,33 @@ NUDGE = 2.0**-10
 
 @dataclass(frozen=True)
 class Rule:
-    """Collocation at Gauss's ``nodes`` on [0, 1]: coefficients of polynomials from values there by the
-    ``inverse`` of powers, and integrals up to the nodes, ``once`` and ``twice``."""
+    """Collocation at Gauss's ``nodes`` on [0, 1]: ``series`` gives the coefficients of Legendre's polynomials
+    from values there, ``once`` and ``twice`` their integrals up to the nodes."""
 
     nodes: Array
-    inverse: Array
+    series: Array
     once: Array
     twice: Array
 
-    def until(self, end: float) -> Array:
-        """The weights of the integral from 0 to some part."""
-        orders = np.arange(1, STAGES + 1)
-        weights: Array = (end**orders / orders) @ self.inverse
-        return weights
+    def until(self, end: float) -> tuple[Array, Array]:
+        """The weights of the integral from 0 to some part, and of the integral of that."""
+        return up_to(np.array([end]), self.series, 1)[0], up_to(np.array([end]), self.series, 2)[0]
+
+
+def up_to(ends: Array, series: Array, times: int) -> Array:
+    """The weights of integrals from 0 to some parts, repeated some times."""
+    integrals = legint(np.eye(STAGES), times, lbnd=-1, scl=0.5)
+    weights: Array = legvander(2.0 * ends - 1.0, STAGES - 1 + times) @ integrals @ series
+    return weights
 
 
 @cache
 def rule() -> Rule:
     """That of all ways."""
-    nodes = np.array([node for node, _ in gauss(STAGES)])
-    inverse = np.linalg.inv(nodes[:, None] ** np.arange(STAGES))
-    once = (nodes[:, None] ** np.arange(1, STAGES + 1) / np.arange(1, STAGES + 1)) @ inverse
-    return Rule(nodes, inverse, once, once @ once)
+    nodes, weights = (np.array(one) for one in zip(*gauss(STAGES)))
+    values = legvander(2.0 * nodes - 1.0, STAGES - 1) * weights[:, None]
+    series = (values * (2.0 * np.arange(STAGES) + 1.0)).T
+    return Rule(nodes, series, up_to(nodes, series, 1), up_to(nodes, series, 2))
 
 
 @dataclass(frozen=True)
@@ -82,15 +89,31 @@ class Held:
     @property
     def scale(self) -> float:
         """A time in which accelerations and forces change by as much as they are, at most."""
-        times = [math.inf]
-        for series in (self.accelerations, *self.forces.values()):
+        times, usual = [math.inf], max((one.usual for one in self.friction.values()), default=0.0)
+        for series, least in ((self.accelerations, usual), *((one, 0.0) for one in self.forces.values())):
             sizes = np.max(np.abs(series), axis=0)
-            times += [(sizes[0] / size) ** (1.0 / m) for m, size in enumerate(sizes) if m and size > 0.0]
+            whole = max(sizes[0], least)
+            times += [(whole / size) ** (1.0 / m) for m, size in enumerate(sizes) if m and size > 0.0]
         return min(times)
+
+
+@dataclass(frozen=True)
+class Way:
+    """The motion from the memory ``origin`` on for a ``length`` of time, by its ``rates`` at Gauss's nodes
+    (nodes, rows but q)."""
+
+    origin: Array
+    length: float
+    rates: Array
 
 
 class Onset(Leading):
     """Motions that begin to slide."""
+
+    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
+        super().__init__(machine, constants, memory, work)
+        self.onset: Way | None = None
+        """How sliding has begun last, until this is forgotten."""
 
     @property
     def _own(self) -> slice[int, int, None]:
@@ -183,7 +206,7 @@ class Onset(Leading):
         """Move on ``until`` a time, at most a ``length``, in which guards that have been ``held`` have other
         modes: they are ``sliding``. Returns further ones, where forces exceed their limits on this way; None
         where polynomials of that length do not describe the motion."""
-        layout, own = self._layout, self.machine.program.degrees
+        own = self.machine.program.degrees
         usual = max((held.friction[j].usual for j in sliding if j in held.friction), default=0.0)
         self.modes[[*sliding]] = [*sliding.values()]
         origin, gauss_rule = self.memory.copy(), rule()
@@ -220,7 +243,7 @@ class Onset(Leading):
                 break
         else:
             return None
-        highest = np.abs(gauss_rule.inverse @ found)[-1] / 4.0 ** (STAGES - 1)
+        highest = np.abs(gauss_rule.series[-1] @ found)
         if np.max(highest) > max(exact, 4.0 * rounded / length):
             return None
         speeds, places = length * (once @ found), length**2 * (twice @ found)
@@ -233,15 +256,31 @@ class Onset(Leading):
                 return None
         if beyond:
             return beyond
-        self.memory[:] = origin
-        self._move(until, np.zeros(layout.rates.stop - layout.rates.start))
-        first, weights, total = layout.q.start, gauss_rule.until(until / length), np.array(here)
-        total[:, :own] = found
-        self._add(slice(first, first + own), length**2 * (weights @ once @ found))
-        total = length * (weights @ total)
-        self._add(layout.rates, total)
+        self.onset = Way(origin, length, np.hstack([found, np.array(here)[:, own:]]))
+        self._follow(self.onset, until)
         self.marks[:] = np.fmin(self.marks, 0.0)
         return {} if self._on_their_sides() else None
+
+    def _follow(self, way: Way, t: float) -> None:
+        """Move to where a motion is after a time."""
+        layout, own = self._layout, self.machine.program.degrees
+        to_speeds, to_places = rule().until(t / way.length)
+        self.memory[:] = way.origin
+        self._move(t, np.zeros(way.rates.shape[1]))
+        places = way.length**2 * (to_places @ way.rates[:, :own])
+        self._add(slice(layout.q.start, layout.q.start + own), places)
+        self._add(layout.rates, way.length * (to_speeds @ way.rates))
+
+    def samples(self, way: Way, times: Array) -> Array:
+        """The states (rows of every part, n) at some times."""
+        memory, layout, found = self.memory.copy(), self._layout, []
+        for t in times - way.origin[layout.time]:
+            self._follow(way, t)
+            high, low = (self.memory[layout.part(part)].copy() for part in (0, 1))
+            found.append(high + low if self.machine.program.parts == 1 else np.append(high, low))
+        self.memory[:] = memory
+        states: Array = np.array(found).reshape(len(times), layout.rows * self.machine.program.parts).T
+        return states
 
     def _speed_along(self, j: int, held: Held) -> float:
         """How large velocities are that make up a vector."""

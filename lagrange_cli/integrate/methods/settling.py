@@ -54,17 +54,16 @@ class Settling(Sliding):
         """Choose the modes of all switches, whatever was before."""
         own = self.modes[: self.count]
         own[:] = 1.0
-        values = np.ones(0)
+        values, vectors = np.ones(0), self.vectors()
         for _ in range(self.count + 1):  # arguments may depend on other modes
             values = self._arguments()
             signs = np.where(values < 0.0, -1.0, 1.0)
+            signs[vectors] = values[vectors] > 0.0
             if np.array_equal(signs, own):
                 break
             own[:] = signs
         self.begin_at_rest(values)
-        lengths = [j for j in self.vectors() if not values[j] > 0.0]
-        own[lengths] = 0.0
-        at_zero = [j for j in range(self.count) if values[j] == 0.0 and j not in lengths]
+        at_zero = [j for j in range(self.count) if values[j] == 0.0 and j not in vectors]
         if at_zero:
             self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
         else:

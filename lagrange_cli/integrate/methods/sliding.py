@@ -26,8 +26,8 @@ class Sliding(Onset):
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
-        self.ahead = np.inf
-        """The time of the next sample, which no way goes beyond."""
+        self.end = np.inf
+        """The time at which the motion ends, which no way goes beyond."""
 
     def vectors(self) -> list[int]:
         """The guards of lengths."""
@@ -68,7 +68,7 @@ class Sliding(Onset):
         self._series()
         excess, rate = self._coefficients(self._rows.guards[j].limit + 1)[:2]
         t = -excess / rate if rate else np.inf
-        if abs(t) <= SOON * self.held([]).scale:
+        if abs(t) <= SOON * abs(self.memory[self._layout.time]):
             self._move(t, self._rates_of_rows())
 
     def _stop(self, j: int) -> None:
@@ -102,13 +102,12 @@ class Sliding(Onset):
         theirs otherwise: a little way."""
         origin, held = self.memory.copy(), self.held(j for j in self.vectors() if self.modes[j] == 0.0)
         now = float(origin[self._layout.time])
-        ahead = self.ahead - now if self.ahead > now else self.span
         length = LONGEST * min(held.scale, self.span)
         while length >= LEAST * max(abs(now), self.span):
             sliding, more = dict(loose), loose
             while more:
                 self.memory[:] = origin
-                found = self._collocated(length, min(length, ahead), held, sliding)
+                found = self._collocated(length, min(length, self.end - now), held, sliding)
                 if found is None:
                     break
                 sliding, more = sliding | found, found
