@@ -169,8 +169,13 @@ potential: 20*z
 constraints: {plane: z}
 definitions: {v: "(x_dot, y_dot, z_dot)"}
 forces: {block: "(3, 4, 5*t) - 0.5*plane.multiplier*v/norm(v)"}
+observables: {along_x: -0.5*plane.multiplier*v.x/norm(v)}
 """
-    motion, past = follow(text, 3, 13), np.fmax(np.linspace(0, 3, 13) - 2, 0)
+    motion = follow(text, 3, 13, outputs=("q", "v", "multipliers", "observables"))
+    past = np.fmax(motion.t - 2, 0)
+    assert motion["multipliers/plane"] == pytest.approx(20 - 5 * motion.t, abs=1e-13)
+    limit = 0.6 * 0.5 * (20 - 5 * motion.t)  # the component of the limit along x
+    assert motion["observables/along_x"] == pytest.approx(-np.fmin(3, limit), abs=1e-13)
     assert motion["q/x"] == pytest.approx(0.6 * 1.25 * past**3 / 6, abs=1e-14)
     assert motion["q/y"] == pytest.approx(0.8 * 1.25 * past**3 / 6, abs=1e-14)
 

@@ -27,9 +27,9 @@ SOON = 2.0**-30
 """A velocity that becomes 0 within this fraction of the time is set to 0."""
 STAGES, ROUNDS, TURNS = 8, 12, 3
 """Gauss's nodes; iterations of Newton's method, at most; and of directions before it."""
-EXACT, ROUNDED = 2.0**-48, 2.0**-50
+EXACT, ROUNDED = 2.0**-48, (2.0**-50, 2.0**-102)
 """Changes in the last iteration and the last coefficient of polynomials: of accelerations, beside that of
-friction; or of velocities, beside these."""
+friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
 NUDGE = 2.0**-10
 """By which part of |u| velocities are changed to find how forces depend on them."""
 
@@ -210,7 +210,8 @@ class Onset(Leading):
         usual = max((held.friction[j].usual for j in sliding if j in held.friction), default=0.0)
         self.modes[[*sliding]] = [*sliding.values()]
         origin, gauss_rule = self.memory.copy(), rule()
-        exact, rounded = EXACT * usual, ROUNDED * float(np.max(np.abs(origin[self._own])))
+        parts = self.machine.program.parts
+        rounded = ROUNDED[parts - 1] * float(np.max(np.abs(origin[self._own])))
         once, twice, times = gauss_rule.once, gauss_rule.twice, gauss_rule.nodes * length
 
         def rates(t: float, places: Array, speeds: Array) -> Array:
@@ -239,6 +240,7 @@ class Onset(Leading):
                 return None
             change = np.linalg.solve(matrix, (accelerations - found).ravel()).reshape(found.shape)
             found = found + change
+            exact = EXACT * (usual if parts == 1 else np.max(np.abs(found)))
             if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
                 break
         else:
@@ -274,7 +276,7 @@ class Onset(Leading):
     def samples(self, way: Way, times: Array) -> Array:
         """The states (rows of every part, n) at some times."""
         memory, layout, found = self.memory.copy(), self._layout, []
-        for t in times - way.origin[layout.time]:
+        for t in np.fmax(times - way.origin[layout.time], 0.0):
             self._follow(way, t)
             high, low = (self.memory[layout.part(part)].copy() for part in (0, 1))
             found.append(high + low if self.machine.program.parts == 1 else np.append(high, low))

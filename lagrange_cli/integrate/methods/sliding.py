@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.compilation.machine import Machine
 
-LONGEST, SHORTER, LEAST = 2.0**-4, 2.0**-2, 2.0**-40
-"""The longest way, as part of the time in which forces change; how much shorter the next one is; and the
-shortest, as part of the time."""
+LONGEST, SHORTER, LEAST = (2.0**-4, 2.0**-12), 2.0**-2, (2.0**-40, 2.0**-80)
+"""The longest way, as part of the time in which forces change: accelerations are known to doubles there; how
+much shorter the next one is; and the shortest, as part of the time."""
 
 
 class Sliding(Onset):
@@ -102,8 +102,9 @@ class Sliding(Onset):
         theirs otherwise: a little way."""
         origin, held = self.memory.copy(), self.held(j for j in self.vectors() if self.modes[j] == 0.0)
         now = float(origin[self._layout.time])
-        length = LONGEST * min(held.scale, self.span)
-        while length >= LEAST * max(abs(now), self.span):
+        which = self.machine.program.parts - 1
+        length = LONGEST[which] * min(held.scale, self.span)
+        while length >= LEAST[which] * max(abs(now), self.span):
             sliding, more = dict(loose), loose
             while more:
                 self.memory[:] = origin
