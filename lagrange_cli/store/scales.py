@@ -17,7 +17,9 @@ class Scales:
 
     def __init__(self, file: Any, layout: Layout) -> None:
         self._components = {size: create_components(file, AXES[:size]) for size in layout.vector_sizes()}
-        self._indices = {axis: create_index(file, name, labels(axis[1])) for axis, name in layout.indices().items()}
+        self._indices = {
+            axis: create_index(file, name, labels(axis[1])) for axis, name in layout.indices().items()
+        }
 
     def attach(self, dataset: Any, series: Series, *leading: Any) -> None:
         """Attach the scales of all axes of a series; ``leading`` are those of the first."""
