@@ -1,4 +1,4 @@
-"""Actions of events of families: which of them are simple, which keep the energy, and where members may rest.
+"""Actions of events of families: which of them are simple, and where members may rest.
 
 All of this follows from tables: which coordinates, velocities and parameters each event reads and sets.
 """
@@ -99,8 +99,7 @@ def with_actions(builder: FamilyBuilder, events: Events, masses: Total) -> Event
         never |= disturbing(events, contacts, n)
     simple = frozenset(acting.tolist()) - never
     affected = tuple(dict.fromkeys(one for one in pairs if one[0] in simple))
-    keeps = bool(np.all((places >= n) & (places < 2 * n))) and keeps_energy(builder, events, masses)
-    return replace(events, simple=simple, affected=affected, keeps_energy=keeps, contacts=contacts)
+    return replace(events, simple=simple, affected=affected, contacts=contacts)
 
 
 def disturbing(events: Events, contacts: Contacts, n: int) -> set[int]:
@@ -114,18 +113,6 @@ def disturbing(events: Events, contacts: Contacts, n: int) -> set[int]:
         for e, place in events.changed
         if not n <= place < 2 * n or not coordinates.get(place - n, set()) <= {e}
     }
-
-
-def keeps_energy(builder: FamilyBuilder, events: Events, masses: Total) -> bool:
-    """Whether no action changes T: each is done at a random state."""
-    acting, places = np.array(events.changed, dtype=np.int64).T
-    state, v = random_state(builder, SEEDS[0])
-    with np.errstate(all="ignore"):
-        after, rows = state.of(events.values), places - builder.q.count
-        mass = state.of(masses)[rows]
-        change = np.bincount(acting, mass * (after**2 - v[rows] ** 2), len(events.listed))
-        size = np.bincount(acting, mass * (after**2 + v[rows] ** 2), len(events.listed))
-    return bool(np.all(np.abs(change) <= ROUNDED * size))
 
 
 def contacts_in(builder: FamilyBuilder, events: Events, read: Reading) -> Contacts | None:

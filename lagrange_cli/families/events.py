@@ -6,7 +6,6 @@ An event of a member is written once, as forces are. What follows from actions i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,14 +50,7 @@ class Events:
     changed: tuple[tuple[int, int], ...]
     simple: frozenset[int]
     affected: tuple[tuple[int, int], ...]
-    keeps_energy: bool
-    """Whether no action changes it."""
     contacts: Contacts | None = None
-
-    @cached_property
-    def set(self) -> frozenset[int]:
-        """The places that actions change."""
-        return frozenset(place for _, place in self.changed)
 
 
 def events_of(builder: FamilyBuilder, spec: Spec, *, free: bool) -> Events | None:
@@ -85,7 +77,7 @@ def events_of(builder: FamilyBuilder, spec: Spec, *, free: bool) -> Events | Non
     values = built(builder, [value for *_, value in sets])
     found = Events(
         events, arguments, sizes_of(builder, arguments), values, tuple((e, place) for e, place, _ in sets),
-        frozenset(), (), keeps_energy=True,
+        frozenset(), (),
     )  # fmt: skip
     refuse_unchanging(builder, arguments)
     return found
