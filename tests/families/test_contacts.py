@@ -234,6 +234,7 @@ def test_discs_collide_inelastically_as_they_do_one_by_one(
     keep_families(monkeypatch, whole=True)
     prepared = ready(text)
     assert {one[1:] for one in prepared.machine.program.events} == {(int(Role.CHANGE), LOOSE)}
+    assert prepared.machine.program.order == 12  # arguments of degree 4 have no more coefficients
     found = followed(prepared, text, 0.9)
     keep_families(monkeypatch, whole=False)
     expected = followed(ready(text), text, 0.9)
