@@ -14,9 +14,10 @@ from typing import Any
 
 import mpmath
 
+from lagrange_cli.errors import BeyondDoubles
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL
 from lagrange_cli.expression.syntax import ExpressionError, Tree
@@ -95,6 +96,12 @@ def _rounded(value: Any) -> Any:
 
 class ExactGraph(Graph):
     """A graph whose numbers are exact, or nearly so."""
+
+    def check_numbers(self) -> None:
+        for node in self.nodes:
+            numbers = (node.data[0], *node.data[1]) if node.kind is Kind.SUM else ()
+            if any(isinstance(one, Fraction) and abs(one) > LARGEST for one in numbers):
+                raise BeyondDoubles
 
     @staticmethod
     def number(value: Any) -> Any:  # type: ignore[override]
