@@ -70,7 +70,7 @@ def assert_energy(derived: DerivedFamilies) -> None:
     def values(lines: Sequence[Line], count: int | None = None) -> Any:
         return read.values(lines, (t, q, v, a, parameters), 10**6, count)[0]
 
-    a = values(found.driving) / values(found.masses or ())
+    a = (values(found.rates or ()) + values(found.pulls)) / values(found.diagonal or ())
 
     def along(expression: Any) -> float:
         ends = []
