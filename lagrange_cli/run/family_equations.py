@@ -109,7 +109,7 @@ def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | No
             if form == "hamilton" or (form in WITH_MATRIX and known.accelerations is None):
                 from lagrange_cli.symbolic.families.derive import with_matrix
 
-                known = with_matrix(known, derived.system, derived.spec)
+                known = with_matrix(known, derived.system, derived.spec, driving=form == "hamilton")
             if form == "hamilton":
                 from lagrange_cli.symbolic.families.hamilton import hamilton_form
 

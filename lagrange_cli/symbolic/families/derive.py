@@ -53,12 +53,16 @@ def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEq
     return None
 
 
-def with_matrix(equations: FamilyEquations, system: FamilySystem, spec: Spec) -> FamilyEquations:
-    """Equations with M and f in M a = f + A^T lambda, however members are coupled.
+def with_matrix(
+    equations: FamilyEquations, system: FamilySystem, spec: Spec, *, driving: bool
+) -> FamilyEquations:
+    """Equations with M and f in M a = f + A^T lambda, however members are coupled, and with the rates of
+    momenta if ``driving``.
 
     Raises ``UsageError`` where M is too large, and else as ``equations_of``.
     """
-    return _Deriver(system, spec, naming=bool(equations.places)).with_matrix(equations)
+    deriver = _Deriver(system, spec, naming=bool(equations.places))
+    return deriver.with_matrix(equations, driving=driving)
 
 
 def equations_of(system: FamilySystem, spec: Spec | None = None, *, naming: bool) -> FamilyEquations:
@@ -147,14 +151,16 @@ class _Deriver(Dynamics):
         )
         return self.printed(found if blocks is None else self.with_forces(found))
 
-    def with_matrix(self, found: FamilyEquations) -> FamilyEquations:
-        """The equations with M, f, A^T lambda and dL/dq + Q + A^T lambda. Raises ``UsageError`` where M is
-        too large."""
-        pairs_of(self.builder.coordinates)
+    def with_matrix(self, found: FamilyEquations, *, driving: bool) -> FamilyEquations:
+        """The equations with M, f and A^T lambda, and with dL/dq + Q + A^T lambda if ``driving``. Raises
+        ``UsageError`` where M is too large, or two of its blocks have one name."""
+        families = self.builder.coordinates
+        pairs_of(families)
         if found.masses is None:
             found = self.with_forces(replace(found, masses=tuple(self.entries())))
-        driving = [line for one in self.builder.coordinates for line in self.driving(one)]
-        return self.printed(replace(found, driving=tuple(driving)))
+        if driving:
+            found = replace(found, driving=tuple(line for one in families for line in self.driving(one)))
+        return self.printed(found)
 
     def with_forces(self, found: FamilyEquations) -> FamilyEquations:
         """The equations with f and A^T lambda."""

@@ -67,6 +67,15 @@ class Dynamics(Given):
         )
         return on_positions, on_velocities
 
+    @cached_property
+    def moving_energy(self) -> sympy.Expr:
+        """The part of T, or of L, whose terms in the equations of motion are d/dt dE/dq_dot - dE/dq: along
+        chains and trees that of rotations, as that of particles has d'Alembert's m a . dr/dq."""
+        if self.system.joints is None:
+            return self.inertia
+        turning = rotational(self.builder).items()
+        return sympy.Add(*(Summed(one, Loops(loops)) for loops, one in turning))
+
     def momentum(self, family: Family) -> dict[str, list[Part]]:
         """What adds up to the momenta of a family."""
         return {MOMENTUM: [*self.parts(self.inertia, velocity_name(family.name))]}
@@ -78,15 +87,12 @@ class Dynamics(Given):
         return [*self.parts(on_positions, family.name), *self.parts(on_velocities, speed)]
 
     def motion(self, family: Family) -> dict[str, list[Part]]:
-        """What adds up to 0 in the equations of a family: d/dt dE/dq_dot - dE/dq, dU/dq, -Q and -A^T lambda.
-        E is T, or L as for momenta; along chains and trees that of rotations, beside m a . dr/dq of particles
-        (d'Alembert)."""
-        energy, rate = self.inertia, self.builder.rate
+        """What adds up to 0 in the equations of a family: m a . dr/dq of particles along chains and trees,
+        d/dt dE/dq_dot - dE/dq, dU/dq, -Q and -A^T lambda."""
+        energy, rate = self.moving_energy, self.builder.rate
         potential = sympy.S.Zero if energy is self.lagrangian else self.given_energies[1]
         particles: list[Part] = []
         if self.system.joints is not None:
-            turning = rotational(self.builder).items()
-            energy = sympy.Add(*(Summed(one, Loops(loops)) for loops, one in turning))
             particles = [
                 Part(mass * rate(rate(x)) * one.factor, (*loops, *one.loops), one.indices)
                 for loops, place, mass in self.particles()
@@ -119,12 +125,24 @@ class Dynamics(Given):
             family = entry_family(one, other)
             if prod(family.shape) > MOST_ENTRIES:
                 raise UsageError(TOO_LARGE.format(prod(family.shape)))
-            twice = [
-                Part(b.factor, (*a.loops, *b.loops), (*a.indices, *b.indices))
-                for a in self.parts(self.inertia, velocity_name(one.name))
-                for b in self.parts(hidden(a.factor, self.builder.count), velocity_name(other.name))
-            ]
+            twice = [*self.of_places(one, other), *self.second_derivatives(self.moving_energy, one, other)]
             yield from self.summed(family, {MASS: twice})
+
+    def of_places(self, one: Family, other: Family) -> Iterator[Part]:
+        """m dr/dq . dr/dq of the particles along chains and trees."""
+        for loops, place, mass in self.particles() if self.system.joints is not None else ():
+            for x in place:
+                beside = [*self.parts(hidden(x, self.builder.count), other.name)]
+                for a in self.parts(x, one.name):
+                    for b in beside:
+                        factor, around = mass * a.factor * b.factor, (*loops, *a.loops, *b.loops)
+                        yield Part(factor, around, (*a.indices, *b.indices))
+
+    def second_derivatives(self, energy: sympy.Expr, one: Family, other: Family) -> Iterator[Part]:
+        """The derivatives of an energy by velocities of two families."""
+        for a in self.parts(energy, velocity_name(one.name)):
+            for b in self.parts(hidden(a.factor, self.builder.count), velocity_name(other.name)):
+                yield Part(b.factor, (*a.loops, *b.loops), (*a.indices, *b.indices))
 
     def summed(self, family: Family, parts: Mapping[str, Sequence[Part]], sign: int = 1) -> Iterator[Line]:
         """Lines with what parts add up to."""
@@ -148,9 +166,16 @@ class Dynamics(Given):
         known = {symbol: Summed(self.unaccelerated(one.body), one.args[1]) for symbol, one in sums.items()}
         for symbol in plain.free_symbols - sums.keys():
             if self.order.role(symbol) >= Role.ACCELERATION:
-                meaning = self.builder.meaning(*KNOWN[symbol.name]) if symbol.name in KNOWN else None
-                known[symbol] = sympy.S.Zero if meaning is None else self.unaccelerated(meaning)
+                if symbol not in self._unaccelerated:
+                    meaning = self.builder.meaning(*KNOWN[symbol.name]) if symbol.name in KNOWN else None
+                    made = sympy.S.Zero if meaning is None else self.unaccelerated(meaning)
+                    self._unaccelerated[symbol] = made
+                known[symbol] = self._unaccelerated[symbol]
         return plain.xreplace(known)
+
+    @cached_property
+    def _unaccelerated(self) -> dict[sympy.Symbol, sympy.Expr]:
+        return {}
 
     def second_rate(self, expression: sympy.Expr, holonomic: bool) -> sympy.Expr:
         """What a constraint says of the accelerations: its second derivative, or the first of one on

@@ -22,7 +22,7 @@ class FamilyEquations:
     """The equations of motion of a system of families. ``T`` and ``U`` are None where the file gives L.
     ``momenta``, ``accelerations``, ``forces`` (those outside L, where there are any) and ``equations`` have a
     line for members that are alike; the ``expression`` of an equation's line is its left side. Where members
-    are coupled to others, as along chains and trees, there are no ``accelerations``. ``paths`` are those along
+    are coupled to others, as along chains and trees, there are no ``accelerations``. ``paths`` are those of
     trees."""
 
     name: str

@@ -1,5 +1,5 @@
 """Hamilton's form of systems of families, with indices (Goldstein, Classical Mechanics, eq. 8.27):
-H = (p - b) . M^-1 (p - b)/2 + U, where b = dL/dq_dot at rest."""
+H = (p - b) . M^-1 (p - b)/2 - L0, where b is dL/dq_dot, and L0 is L, where all velocities are 0."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def momentum_name(coordinate: str) -> str:
 
 def hamilton_form(equations: FamilyEquations) -> FamilyHamiltonian:
     """The Legendre transform of L. Raises ``UsageError`` where a name is taken."""
-    potential = -equations.L if equations.U is None else equations.U
-    potential, driving = at_rest(potential, equations.order), equations.driving
+    energy = -equations.L if equations.U is None or equations.T is None else equations.U - equations.T
+    potential, driving = at_rest(energy, equations.order), equations.driving
     assert driving is not None
     if equations.blocks is not None:
         with suppress(Unsuited):
