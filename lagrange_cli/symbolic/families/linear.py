@@ -105,7 +105,8 @@ def blocks_of(
                 return None
             joined = {family.name, *(names[one] for one in found)}
             apart = [group for group in groups if joined.isdisjoint(one.name for one in group)]
-            groups = [*apart, [one for group in groups if group not in apart for one in group]]
+            together = [one for group in groups if group not in apart for one in group]
+            groups = [*apart, sorted(together, key=families.index)]
     made: list[Block] = []
     for group in sorted(groups, key=lambda group: families.index(group[0])):
         if len({one.shape for one in group}) > 1:

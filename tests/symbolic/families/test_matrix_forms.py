@@ -106,7 +106,8 @@ def printed_energy(derived: DerivedFamilies, state: Any, mass: Any) -> float:
     for one in equations.parameters:
         names[one.name] = np.reshape([parameters[name] for name in one.members], one.shape)
     inverse, first = np.linalg.inv(mass), 0
-    rest = [float(one) for one in directly(spec, parameters, t, q, [0.0] * len(q), [0.0] * len(q)).momenta]
+    still, none = [0.0] * len(q), [0.0] * len(spec.all_constraints)
+    rest = [float(one) for one in directly(spec, parameters, t, q, still, still, multipliers=none).momenta]
     places = {}
     for one in equations.coordinates:
         places[one.name] = slice(first, first + len(one.members)), one.shape
