@@ -124,6 +124,9 @@ class Result:
             found = np.asarray(self._file[path][part])
         except (OSError, RuntimeError, ValueError) as error:
             raise FileError(f"{self.name}: {path} could not be read: {error}") from error
+        if found.dtype.kind == "O":
+            texts = [one.decode() if isinstance(one, bytes) else str(one) for one in found.flat]
+            return np.array(texts, dtype=np.str_).reshape(found.shape)
         return np.char.decode(found, "utf-8") if found.dtype.kind == "S" else found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -56,7 +57,8 @@ TERMINAL = 100
 
 def parse_names(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
     """``"q, drift"`` as a tuple of names."""
-    return tuple(part.strip() for part in (text or "").split(",") if part.strip())
+    parts = re.split(r",(?![^\[]*\])", text or "")  # not within the indices of a member
+    return tuple(part.strip() for part in parts if part.strip())
 
 
 def parse_size(
