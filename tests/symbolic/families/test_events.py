@@ -90,5 +90,5 @@ def test_their_lines_do_not_grow_with_them() -> None:
 
 def test_actions_with_constraints_are_those_of_members() -> None:
     text = SYSTEM.replace("COUNT", "3") + "constraints: {tie: x[0] - y + 0.2}\n"
-    with pytest.raises(UsageError, match="constraints and events that set something every member is written out"):
+    with pytest.raises(UsageError, match="constraints and events that set something every member"):
         lagrange_cli.equations(text, indexed=True)
