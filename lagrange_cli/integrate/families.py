@@ -97,7 +97,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("steps that have to be proven, on chains, with constraints, contact, friction", way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
-    if system.contacts is not None and needs is not Needs.SERIES:
+    if system.impacts is not None and needs is not Needs.SERIES:
         return WrittenOut(f"--method {method} where impacts reduce the speed", "use --method taylor")
     worked = system.contacts is not None or (system.bonds is not None and system.smooth is not None)
     if "ledger" in compilation.outputs and worked:

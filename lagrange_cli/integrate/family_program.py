@@ -9,6 +9,7 @@ import numpy as np
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.polynomials import order_of_all
 from lagrange_cli.families.resting import with_contacts
 from lagrange_cli.families.switches import with_modes_in
 from lagrange_cli.integrate.arrays import Array
@@ -24,6 +25,7 @@ from lagrange_cli.native.families.double_double import DoubleDoubleVectors
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
+from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program
@@ -59,6 +61,8 @@ def write_families(
     scheme = compilation.method if needs is Needs.STEPS else ""
     hides = narrow(system)
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
+    if order > RATES and compilation.order is None and not integrands and not proven:
+        order = int(min(order, max(STEPPING, order_of_all(system))))
     followed = system
     if system.smooth is not None:
         followed, changed = with_modes_in(system, [*dict.fromkeys(one for one, _ in integrands.values())])
