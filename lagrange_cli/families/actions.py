@@ -1,4 +1,4 @@
-"""Actions of events of families: which of them are simple, which keep the energy, and where members may rest.
+"""Actions of events of families: which of them are simple, and where members may rest.
 
 All of this follows from tables: which coordinates, velocities and parameters each event reads and sets.
 """

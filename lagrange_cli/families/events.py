@@ -6,7 +6,6 @@ An event of a member is written once, as forces are. What follows from actions i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,11 +53,6 @@ class Events:
     keeps_energy: bool
     """Whether no action changes it."""
     impacts: Impacts | None = None
-
-    @cached_property
-    def set(self) -> frozenset[int]:
-        """The places that actions change."""
-        return frozenset(place for _, place in self.changed)
 
 
 def events_of(builder: FamilyBuilder, spec: Spec, *, free: bool) -> Events | None:

@@ -109,8 +109,6 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     acting = system.events is not None and bool(system.events.changed)
     if acting and compilation.backward:
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
-    if acting and "conserved" in compilation.outputs:
-        return without_outputs(["conserved"])
     if "reactions" in compilation.outputs and reactions(system) is None:
         return without_outputs(["reactions"])
     if system.smooth is not None and doubtful(system):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -84,7 +84,7 @@ def write_families(
         if compilation.precision == DOUBLE and compilation.factor is None:
             raise
         raise TooManyNumbers(error.message, error.hint.replace(WITHOUT_SERIES, "")) from error
-    constant = unbroken(system, conserved.union(planner.kept))
+    constant = unbroken(system, conserved).union(planner.kept)
     events = planner.families("events", [*system.spec.events])
     at_events = {"q", "v"} if events else frozenset[str]()
     states = planned(FamilyPlanner(planner.residual, planner.energetics, conserved), at_events).states
@@ -100,17 +100,13 @@ def write_families(
     return portable_if_asked(program, compilation), recording
 
 
-def unbroken(system: FamilySystem, conserved: Collection[str]) -> Collection[str]:
+def unbroken(system: FamilySystem, conserved: frozenset[str]) -> frozenset[str]:
     """What is conserved at events, too."""
-    events = system.events
-    if events is None or not events.changed:
+    if system.events is None or not system.events.changed:
         return conserved
-    first = system.q.count
-    kept = {"h"} if events.keeps_energy else set[str]()
-    for i, name in enumerate(names_of(system.spec.coordinates)):
-        if f"p_{name}" in conserved and i + first not in events.set:
-            kept.add(f"p_{name}")
-    return kept.intersection(conserved)
+    from lagrange_cli.families.conservation import constants_of
+
+    return conserved.intersection(one.quantity for one in constants_of(system).conserved if not one.breaks)
 
 
 def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:
