@@ -147,18 +147,12 @@ def derive_families(
     from lagrange_cli.families.system import family_system, without_constraints
 
     with stage("derive"), located(spec):
-<<<<<<< HEAD
         small = small or max(len(spec.coordinates), len(spec.events)) >= MANY
         if small or spec.constrained:
             system = without_constraints(spec)
         else:
             system = family_system(replace(spec, events={}) if spec.events else spec)
-        if system is None or system.smooth is not None:
-=======
-        small = small or len(spec.coordinates) >= MANY
-        system = without_constraints(spec) if small or spec.constrained else family_system(spec)
         if system is None:
->>>>>>> main
             return None
         if spec.constrained and system.joints is None and not small:
             return None
