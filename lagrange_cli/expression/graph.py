@@ -27,6 +27,9 @@ class Graph(NormalForms):
         self._split: dict[tuple[Node, int], tuple[Node, Node]] = {}
         self._vanishing: dict[Node, Node | None] = {}
 
+    def check_numbers(self) -> None:
+        """Raise ``BeyondDoubles`` where a number is no double, as those of exact graphs may be."""
+
     # ------------------------------------------------------------------ derivatives
 
     def diff(self, node: Node, symbol: Node) -> Node:
@@ -194,4 +197,5 @@ class Graph(NormalForms):
         if not fixed:
             return self.constant(coefficient), rest
         moving = [(a, e) for a, e in parts if a.symbols & variables]
-        return coefficient * self.product(fixed), self.product(moving)
+        constant = self.product(fixed)
+        return constant if coefficient == 1.0 else coefficient * constant, self.product(moving)

@@ -118,10 +118,10 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
 
 
 def without_constraints(spec: Spec) -> FamilySystem | None:
-    """The system that a file describes without its constraints, if it is of this kind."""
-    if not spec.constrained:
+    """The system that a file describes without its constraints and events, if it is of this kind."""
+    if not spec.constrained and not spec.events:
         return any_family_system(spec)
-    return any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=()))
+    return any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=(), events={}))
 
 
 def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem:
@@ -237,7 +237,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     }
     observables = dict(observed(builder, spec))
     events = events_of(builder, spec, free="joints" not in parts and parts["bonds"] is None)
-    parts["events"] = events and with_actions(builder, events, parts["masses"])
+    parts["events"] = events and with_actions(builder, events, parts["masses"], parts["forces"])
     if builder.bodies:
         from lagrange_cli.families.turning import bodies_of
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.background import concurrently
 from lagrange_cli.integrate.cache_entry import key_of, pack, unpack
 from lagrange_cli.integrate.methods.selection import follower
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.limits import uncollected
 from lagrange_cli.native.compilation.machine import (
     FULL,
     Machine,
@@ -40,19 +40,6 @@ def untimed(stage: str) -> AbstractContextManager[None]:
     return nullcontext()
 
 
-@contextmanager
-def uncollected() -> Iterator[None]:
-    """A context in which no garbage is collected: a derivation makes many objects, and hardly any garbage.
-    (To look for it took a fifth of the time.)"""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
-
-
 def nothing() -> None:
     """Do nothing in the meantime."""
 
@@ -69,6 +56,7 @@ def prepare(residual: Residual, compilation: Compilation, level: int = FULL) -> 
     return Prepared(recording, machine, compilation, follower(machine, compilation))
 
 
+@uncollected()
 def prepare_system(
     spec: Spec,
     derive: Callable[[Spec], Residual],
@@ -95,25 +83,24 @@ def prepare_system(
         from lagrange_cli.integrate.family_program import write_families
         from lagrange_cli.integrate.program import write_run
 
-        with uncollected():
-            try:
-                with stage("derive"):
-                    system, less = without_costly(spec, compilation)
-                    if system is None:
-                        system, less = family_run(spec, compilation), compilation
-                    residual = derive(spec) if system is None else None
-                if residual is not None:
-                    with stage("program"):
-                        return write_run(residual, compilation)
-            except (TooLarge, TooLargeSystem):
-                system, less = without_expansion(spec, compilation)
-                if less is None or less == compilation:
-                    raise
-            assert system is not None and less is not None
-            with stage("program"):
-                program, recording = write_families(system, less)
-            left_out = tuple(sorted(compilation.outputs - less.outputs))
-            return program, replace(recording, left_out=left_out)
+        try:
+            with stage("derive"):
+                system, less = without_costly(spec, compilation)
+                if system is None:
+                    system, less = family_run(spec, compilation), compilation
+                residual = derive(spec) if system is None else None
+            if residual is not None:
+                with stage("program"):
+                    return write_run(residual, compilation)
+        except (TooLarge, TooLargeSystem):
+            system, less = without_expansion(spec, compilation)
+            if less is None or less == compilation:
+                raise
+        assert system is not None and less is not None
+        with stage("program"):
+            program, recording = write_families(system, less)
+        left_out = tuple(sorted(compilation.outputs - less.outputs))
+        return program, replace(recording, left_out=left_out)
 
     def store(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:
@@ -142,7 +129,8 @@ def prepare_system(
         prepare_rest()
 
     def improve() -> Machine:
-        improved, made = (program, recording) if stored is None else write()
+        with uncollected():
+            improved, made = (program, recording) if stored is None else write()
         code = compile_object(improved, FULL)
         store(improved, made, code, FULL)
         return load_machine(code, improved)

@@ -17,15 +17,14 @@ def check_formulation(draft: Draft, problems: Problems) -> None:
     """Note a file with both or neither, and particles without a mass or a position."""
     places = draft.places
     if "lagrangian" in places:
-        for other in ("masses", "embedding", "bodies", "potential"):
-            if other in places:
-                word = draft.words.get("embedding", "positions") if other == "embedding" else other
-                problems.add(
-                    places[other],
-                    f"'{word}' cannot be given together with 'lagrangian'",
-                    "a Lagrangian replaces masses, positions, bodies and potential: leave one or "
-                    "the other out",
-                )
+        others = [one for one in ("masses", "embedding", "bodies", "potential") if one in places]
+        if others:
+            words = " and ".join(f"'{draft.words.get(one, one)}'" for one in others)
+            problems.add(
+                places["lagrangian"],
+                f"'lagrangian' cannot be given together with {words}",
+                "a Lagrangian replaces masses, positions, bodies and potential: leave one or the other out",
+            )
         return
     if "masses" not in places and "embedding" not in places:
         if draft.strange or draft.bodies or ("bodies" in places and problems.found):
@@ -38,8 +37,10 @@ def check_formulation(draft: Draft, problems: Problems) -> None:
         return
     word = draft.words.get("embedding", "positions")
     masses, embedding = _by_name(draft.entries("masses")), _by_name(draft.entries("embedding"))
-    _partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}", problems)
-    _partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}", problems)
+    unread = ("masses" in places and not masses) or ("embedding" in places and not embedding)
+    if not (unread and problems.found):  # what could not be read is not missing
+        _partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}", problems)
+        _partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}", problems)
     if not masses and not embedding and not draft.bodies and not problems.found:
         place = places.get("masses", places.get("embedding", WHOLE_FILE))
         problems.add(place, "the system has no particles", "write 'masses: {bead: m}'")
