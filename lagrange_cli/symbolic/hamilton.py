@@ -11,6 +11,7 @@ from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.slopes import gradient
 
 
 @dataclass(frozen=True)
@@ -18,9 +19,9 @@ class Hamiltonian:
     """H and the canonical equations, in q, ``p`` and t; all of length n, except the ``constraints``.
 
     dq_k/dt = dH/dp_k (``velocities``) and dp_k/dt = -dH/dq_k + Q_k (``rates``), where Q_k has the forces of
-    constraint, too. Where it is not ``solved``, velocities are too long to print: they are symbols, which
-    p_k = dL/dv_k determines, H is the energy function and dp_k/dt = dL/dq_k + Q_k, the same as functions of
-    them.
+    constraint, too. Where it is not ``solved``, velocities are too long to print, or p_k = dL/dv_k is not
+    linear in them: they are symbols, which this determines, H is the energy function and
+    dp_k/dt = dL/dq_k + Q_k, the same as functions of them.
     """
 
     order: Order
@@ -33,18 +34,15 @@ class Hamiltonian:
 
 
 def hamilton_form(equations: Equations) -> Hamiltonian:
-    """The Legendre transform of L.
-
-    Raises ``UsageError`` where p = dL/dv is not linear in v, or does not determine v.
-    """
+    """The Legendre transform of L. Raises ``UsageError`` where p = dL/dv does not determine v."""
     p = tuple(sympy.Symbol(f"p_{name}") for name in equations.coordinates)
     if taken := set(p) & set(equations.order.ranks):
         raise UsageError(f"{min(map(str, taken))} is the name of a momentum in --form hamilton: rename yours")
     ranks = {s: rank for s, rank in equations.order.ranks.items() if rank[0] < Role.VELOCITY}
     ranks |= {symbol: (Role.VELOCITY, index) for index, symbol in enumerate(p)}
     order = Order(ranks, equations.order.decimals)
-    if any(not entry.free_symbols.isdisjoint(equations.v) for row in equations.mass_matrix for entry in row):
-        raise UsageError("--form hamilton requires a Lagrangian that is quadratic in the velocities")
+    if not linear_in_velocities(equations):
+        return in_steps(equations, p)
 
     at_rest = dict.fromkeys(equations.v, sympy.S.Zero)
     offsets = [momentum.xreplace(at_rest) for momentum in equations.momenta]
@@ -60,15 +58,21 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     energy = neat(kinetic - equations.L.xreplace(at_rest), order, Role.COORDINATE)
     known = dict(zip(equations.v, velocities, strict=True))
     bound = forces_of(equations.constraints, len(p))
+    slopes = gradient(energy, equations.q)
     rates = tuple(
-        tidy((force + own).xreplace(known) - energy.diff(coordinate), order)
-        for coordinate, force, own in zip(equations.q, equations.generalized_forces, bound, strict=True)
+        tidy((force + own).xreplace(known) - slope, order)
+        for slope, force, own in zip(slopes, equations.generalized_forces, bound, strict=True)
     )
     constraints = tuple(
         each.expression if each.holonomic else tidy(each.expression.xreplace(known), order)
         for each in equations.constraints
     )
     return Hamiltonian(order, p, energy, velocities, rates, constraints)
+
+
+def linear_in_velocities(equations: Equations) -> bool:
+    """Whether p = dL/dv is linear in v: unlike that of a relativistic particle."""
+    return all(entry.free_symbols.isdisjoint(equations.v) for row in equations.mass_matrix for entry in row)
 
 
 def in_steps(equations: Equations, p: tuple[sympy.Expr, ...]) -> Hamiltonian:
@@ -78,9 +82,10 @@ def in_steps(equations: Equations, p: tuple[sympy.Expr, ...]) -> Hamiltonian:
     ranks = {own: (Role.VELOCITY, count + k) for k, own in enumerate(p)}
     order = Order({**known.ranks, **ranks}, known.decimals)
     bound = forces_of(equations.constraints, count)
+    slopes = gradient(equations.L, equations.q)
     rates = tuple(
-        tidy(equations.L.diff(coordinate) + force + own, known)
-        for coordinate, force, own in zip(equations.q, equations.generalized_forces, bound, strict=True)
+        tidy(slope + force + own, known)
+        for slope, force, own in zip(slopes, equations.generalized_forces, bound, strict=True)
     )
     constraints = tuple(each.expression for each in equations.constraints)
     return Hamiltonian(order, p, equations.h, equations.v, rates, constraints, solved=False)
