@@ -288,10 +288,9 @@ class _Writer:
         for line in self.equations.masses or ():
             (row, one), (column, other) = (firsts[family.name] for family in pairs[line.family.name])
             indices = line.indices[: len(one.shape)], line.indices[len(one.shape) :]
-            places = placed(row, one, indices[0]), placed(column, other, indices[1])
+            i, k = placed(row, one, indices[0]), placed(column, other, indices[1])
             head, indent = self.loops(line)
-            body += [*head, f"{indent}i_, k_ = {places[0]}, {places[1]}"]
-            body.append(f"{indent}rows[i_][k_] = rows[k_][i_] = {self.text(line.expression)}")
+            body += [*head, f"{indent}rows[{i}][{k}] = rows[{k}][{i}] = {self.text(line.expression)}"]
         names = self.names("\n".join(body))
         head = [
             f"def mass_matrix({SIGNATURE.format('q, v')}):",
