@@ -95,12 +95,7 @@ class ArticulatedJet(CorrectedJet):
                 if kind.determinant is not None
             ]
             if self.sweeps is not None:
-                self.good.append(
-                    self.sweeps.eliminate(
-                        balance.masses, balance.inertia, balance.node_slopes, balance.own, balance.corners,
-                        balance.weights, balance.gains, balance.inverse, balance.passed,
-                    )
-                )  # fmt: skip
+                self.good.append(self.sweeps.eliminate(balance))
         self.follow_forces(evaluation, first=first)
         evaluation.write(self.moving(balance.after))
         self.evaluate(k, correcting=True)
@@ -143,8 +138,7 @@ def swept(evaluation: Evaluation, balance: Balance, sweeps: Sweeps | None, fixed
 
     evaluation.write(moving(balance.before))
     if sweeps is not None:
-        bare = not any(one.terms for one in balance.pull)
-        sweeps.to_roots(balance.pull, balance.push, balance.passed, bare=bare)
+        sweeps.to_roots(balance)
     evaluation.write(moving(balance.between))
     if sweeps is not None:
-        sweeps.to_tips(balance.accelerations, balance.drift, balance.passed)
+        sweeps.to_tips(balance)

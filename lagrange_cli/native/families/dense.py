@@ -6,8 +6,10 @@ taken from the rows behind it, and then divided by the pivot: it is that column 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
 
 from lagrange_cli.native.families.gathering import place_at, places_at
 from lagrange_cli.native.families.saddle_tables import SaddleTables
@@ -108,13 +110,13 @@ class Dense:
                 self.take(factor, row, self.row(i), i)
             self.scale(row, begin, inverse)
 
-    def solve(self, base: Pointer, right: Sequence[int], zero: int) -> None:
-        """The unknowns with K x = what is at the places ``right`` from ``base`` on, with a 0 at ``zero``."""
+    def solve(self, right: Pointer) -> None:
+        """The unknowns with K x = what is at ``right``, with a 0 behind it."""
         f, vectors, kind = self.f, self.vectors, self.vectors.kind
         count, width, unknowns = self.tabled.count, self.tabled.width, self.place("unknowns")
-        table = self.tables.of_places([*right, *[zero] * (width - count)])
+        table = self.tables.of_places([*range(count), *[count] * (width - count)])
         with f.loop(0, width, LANES, tested=False) as at:
-            vectors.store_row(vectors.gather(base, places_at(f, at + table)), unknowns, at)
+            vectors.store_row(vectors.gather(right, places_at(f, at + table)), unknowns, at)
         with f.loop(0, count, tested=False) as k:
             self.take(self.everywhere(vectors.load(unknowns, k)), self.row(k), unknowns, k)
         self.scale(unknowns, 0, self.place("inverse"))
@@ -126,10 +128,11 @@ class Dense:
                 total.set(vectors.number(less))
             vectors.store(vectors.total(total.get(), vectors.load(unknowns, k)), unknowns, k)
 
-    def table(self, rows: Sequence[int]) -> int:
-        """Where the unknowns of these rows are, in a table of places from ``base`` on."""
+    @property
+    def solution(self) -> int:
+        """A table of the places of the unknowns from ``base`` on."""
         start = self.first + self.tabled.places["unknowns"]
-        return self.tables.of_places([start + row for row in rows])
+        return self.tables.of_array(start + np.arange(self.tabled.count))
 
 
 def block_of(k: Integer) -> Integer:

@@ -17,7 +17,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Term, Total, Tree
 from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.everywhere import Everywhere
-from lagrange_cli.native.families.gathering import place_at, places_at
+from lagrange_cli.native.families.gathering import lanes, place_at, places_at
 from lagrange_cli.native.families.loops import Loop, loops
 from lagrange_cli.native.families.spans import Span, behind, in_vectors, smaller
 from lagrange_cli.native.families.tables import Tables
@@ -231,8 +231,7 @@ class Writer:
     ) -> None:
         """Eight members, from the ``j``-th one of the row on."""
         f, evaluation = self.f, self.evaluation
-        lanes = ", ".join(f"i64 {lane}" for lane in range(LANES))
-        inside: Bit = f.splat(j, LANES) + Integer(f, f"<{lanes}>", LANES) < f.splat(length, LANES)
+        inside: Bit = f.splat(j, LANES) + lanes(f) < f.splat(length, LANES)
         known = {**evaluation.known, **fixed, **self.changing(bases, j)}
         added.add(self.of_eight(known, bases, j, inside), inside, j, self.looked_up)
 

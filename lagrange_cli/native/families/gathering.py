@@ -32,3 +32,8 @@ def gathered(f: Function, base: Operand, places: Pointer) -> Operand:
         one = f.define(f"load double, ptr {at.name}, align 8")
         found = f.define(f"insertelement {VECTOR} {found}, double {one}, i64 {lane}")
     return found
+
+
+def lanes(f: Function) -> Integer:
+    """0, 1, .. 7."""
+    return Integer(f, f"<{', '.join(f'i64 {lane}' for lane in range(LANES))}>", LANES)

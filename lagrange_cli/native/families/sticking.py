@@ -39,8 +39,7 @@ class Sticking(Restraint):
         self.multipliers = self.bonds.multipliers
         assert self.modes.loose is not None
         self.forces = lasting.arranged(self.modes.loose, kept=False)
-        push = self.of_all(self.forces) * self.of_all(lasting.inverses)
-        self.free = self.total(self.size, [Term(self.everyone, push, np.arange(self.size))])
+        self.free = self.pushed(self.forces)
         held = {b: self.hold(one.domain, one.numbers, one.numbers) for b, one in enumerate(self.bounds)}
         self.right = self.of_bounds({b: -stuck * self.along(b, self.free) for b, stuck in held.items()})
         terms = [Term(self.everyone, self.of_all(self.forces), np.arange(self.size))]
@@ -112,7 +111,7 @@ class StickingJet(DiagonalJet):
             self.sound = regular.get()
         evaluation.write([sticking.free])
         evaluation.write([sticking.right])
-        solve(self.saddle, sticking, self.at(sticking.right, 0), self.at(sticking.multipliers, k))
+        solve(self.saddle, self.at(sticking.right, 0), self.at(sticking.multipliers, k), zeroed=True)
         evaluation.write([sticking.whole])
         super().accelerate(evaluation, k, phase, span)
 
