@@ -9,12 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.explicit import Unknowns
-from lagrange_cli.native.holding import hold
+from lagrange_cli.native.holding import hold, solved_for
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.unknowns import solved_for
 
 ROUNDS = 10
 """Steps of Newton's method for multipliers: these are about as large as without the forces that depend on

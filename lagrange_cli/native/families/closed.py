@@ -15,9 +15,9 @@ from lagrange_cli.native.families.constrained import saddle_of, solve
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
-from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
+from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.llvm.vector import Bit, Integer
 
 

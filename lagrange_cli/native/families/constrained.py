@@ -11,11 +11,11 @@ from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.dense import Dense, DenseTables, SolvingTables
 from lagrange_cli.native.families.diagonal import regular_masses
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
-from lagrange_cli.native.families.gathering import places_at
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.saddle import Tabled
 from lagrange_cli.native.families.spans import Span
+from lagrange_cli.native.families.tables import places_at
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer

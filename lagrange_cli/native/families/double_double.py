@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import ClassVar
 
-from lagrange_cli.native.families.gathering import gathered
+from lagrange_cli.native.families.tables import gathered
 from lagrange_cli.native.families.vector_dots import Coefficients, Pair
 from lagrange_cli.native.interface import CONSTANTS, LANES
 from lagrange_cli.native.llvm.flow import Variable

@@ -17,10 +17,9 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Term, Total, Tree
 from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.everywhere import Everywhere
-from lagrange_cli.native.families.gathering import lanes, place_at, places_at
 from lagrange_cli.native.families.loops import Loop, loops
 from lagrange_cli.native.families.spans import Span, behind, in_vectors, smaller
-from lagrange_cli.native.families.tables import Tables
+from lagrange_cli.native.families.tables import Tables, lanes, place_at, places_at
 from lagrange_cli.native.families.vectors import Divisor, Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function

@@ -14,10 +14,10 @@ from lagrange_cli.native.families.constrained import Saddle, saddle_of, solve
 from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
 from lagrange_cli.native.families.everywhere import Everywhere
-from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.restraint import Restraint
+from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer

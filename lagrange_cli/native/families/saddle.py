@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.families.gathering import place_at, places_at
 from lagrange_cli.native.families.saddle_tables import EliminationRounds, RowSums, SaddleTables
+from lagrange_cli.native.families.tables import place_at, places_at
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR

@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias
 
-from lagrange_cli.native.families.gathering import gathered
 from lagrange_cli.native.families.spans import divided
+from lagrange_cli.native.families.tables import gathered
 from lagrange_cli.native.families.vector_dots import Pair, dots
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function

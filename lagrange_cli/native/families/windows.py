@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.rounds import Turn
 from lagrange_cli.native.families.spans import Span, behind, larger, smaller
-from lagrange_cli.native.families.tables import Tables
+from lagrange_cli.native.families.tables import Tables, place_at
 from lagrange_cli.native.families.tiling import Numbers, Tiling
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer
