@@ -42,10 +42,6 @@ class Constraints(OfModel):
         return numbered(self.model.v)
 
     @cached_property
-    def _moving(self) -> int:
-        return variables(self.model)
-
-    @cached_property
     def multipliers(self) -> tuple[Node, ...]:
         """The symbols of lambda."""
         return tuple(one.multiplier for one in self.model.constraints)

@@ -10,7 +10,7 @@ from lagrange_cli.expression.node import Kind, Node, terms_of
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.matrices import determinant, united
 from lagrange_cli.mechanics.relations import Relations
-from lagrange_cli.mechanics.variables import OfModel, numbered, variables
+from lagrange_cli.mechanics.variables import OfModel, numbered
 from lagrange_cli.records import dataclass
 
 Component = tuple[str, int]
@@ -24,10 +24,6 @@ QUATERNION = 4
 @dataclass(frozen=True)
 class Embedding(OfModel):
     """The components of the particles' positions, and their derivatives by the coordinates."""
-
-    @cached_property
-    def _moving(self) -> int:
-        return variables(self.model)
 
     @cached_property
     def positions(self) -> Mapping[Component, Node]:

@@ -10,7 +10,7 @@ from functools import cached_property
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.constraints import Constraints
-from lagrange_cli.mechanics.variables import OfModel, contract, numbered, variables
+from lagrange_cli.mechanics.variables import OfModel, contract, numbered
 from lagrange_cli.records import dataclass
 
 
@@ -43,10 +43,6 @@ class Energetics(OfModel):
             assert self.model.lagrangian is not None
             return self.model.lagrangian
         return kinetic - potential
-
-    @cached_property
-    def _moving(self) -> int:
-        return variables(self.model)
 
     @cached_property
     def _motion(self) -> tuple[tuple[Node, Node, Node], ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from itertools import compress, repeat
 from operator import is_not
 
@@ -30,6 +31,10 @@ class OfModel:
     def graph(self) -> Graph:
         """The graph that its nodes live in."""
         return graph_of(self.model)
+
+    @cached_property
+    def _moving(self) -> int:
+        return variables(self.model)
 
 
 def variables(model: Model[Node]) -> int:
