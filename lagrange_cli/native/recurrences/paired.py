@@ -25,7 +25,7 @@ from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import Dot
 from lagrange_cli.native.recurrences.layout_lanes import LaneLayout
-from lagrange_cli.native.recurrences.loop_stage import LoopStage
+from lagrange_cli.native.recurrences.rolled import LoopStage
 from lagrange_cli.native.recurrences.unrolled import CAREFUL, Unrolled
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op, SeriesProgram
