@@ -14,9 +14,8 @@ from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.recurrences.evaluation import Loaded, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import FREE, Op, reciprocal

@@ -16,10 +16,9 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.double_double import TYPE, DDReal, DoubleDouble, called
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
-from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.recurrences.evaluation import Constants, Loaded
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout_rows import RowLayout
-from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
 

@@ -11,8 +11,7 @@ import math
 from collections.abc import Callable
 
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
