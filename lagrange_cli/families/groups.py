@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import prod
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,6 +21,9 @@ from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.whole import Part, Template, WrittenFamily
 
 T = TypeVar("T", bound=Template)
+
+MOST = 10_000_000
+"""Places in the table of a family."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +112,13 @@ def parts_of(family: Family, written: Mapping[str, T]) -> Sequence[Part[T]]:
 
 
 def places_of(family: Family) -> Places:
-    """The members' numbers by place, the last index fastest."""
-    size = int(np.prod(family.shape, dtype=np.int64))
+    """The members' numbers by place, the last index fastest. Raises ``Unsuited`` where members are too far
+    apart for a table."""
+    size = prod(family.shape)
     if size == len(family.members):
         return np.arange(size)
+    if size > MOST:
+        raise Unsuited
     found = np.full(size, -1, dtype=np.int64)
     assert isinstance(family.members, MemberNames)
     places = np.array([*family.members.places])

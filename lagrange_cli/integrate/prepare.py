@@ -1,5 +1,5 @@
-"""From a system to a run that is ready to go: compiled now, or taken from the cache, where programs have a key
-and are bytes."""
+"""From a system to a run that is ready to go: compiled now, or taken from the cache, where programs have a
+key and are bytes."""
 
 from __future__ import annotations
 

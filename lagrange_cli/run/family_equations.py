@@ -149,7 +149,7 @@ def derive_families(
     with stage("derive"), located(spec):
         small = small or len(spec.coordinates) >= MANY
         system = without_constraints(spec) if small or spec.constrained else family_system(spec)
-        if system is None or system.smooth is not None:
+        if system is None:
             return None
         if spec.constrained and system.joints is None and not small:
             return None
@@ -201,9 +201,9 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     found = without_constraints(spec)
     if found is not None and found.joints is not None and form in DIAGONAL:
         return f"--form {form} writes out every member of chains and trees"
-    if found is not None and found.smooth is None:
+    if found is not None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
-    kinds = "a constant diagonal mass matrix, or chains and trees of 12 coordinates or more, without kinks"
+    kinds = "a constant diagonal mass matrix, or chains and trees of 12 coordinates or more"
     return f"every member is written out, since printing with indices needs {kinds}"
 
 

@@ -131,9 +131,9 @@ class Names(Meanings):
 
         return BoundsBuilder(partial(bounds_of, self), self.sizes)
 
-    def has_many(self, part: Part[Any]) -> bool:
-        """Whether a part has so many members that they are checked together."""
-        return part.count >= MANY
+    def has_many(self, *parts: Part[Any]) -> bool:
+        """Whether parts have so many members that they are checked together."""
+        return sum(part.count for part in parts) >= MANY
 
     def _together(self, expression: Expression) -> Any:
         """The bounds of all members that share the expression's tree, where these are many and none is wrong;
@@ -142,7 +142,7 @@ class Names(Meanings):
         if key not in self._of_siblings:
             self._of_siblings[key] = None
             parts = self.siblings.get(key, ())
-            if sum(part.count for part in parts) >= MANY:
+            if self.has_many(*parts):
                 from lagrange_cli.spec.members import indices_of_all
 
                 self._of_siblings[key] = self.many.of_members(expression.tree, indices_of_all(parts))

@@ -146,13 +146,13 @@ class OfSympy(Text):
     def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
         return super().call(SYMPY.get(function, function), arguments)
 
-
-class Sympy(Identifiers, OfSympy):
-    """The notation of sympy."""
-
     def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
         listed = "".join(f"({value}, {condition}), " for value, condition in pieces)
         return f"Piecewise({listed}({otherwise}, True))"
+
+
+class Sympy(Identifiers, OfSympy):
+    """The notation of sympy."""
 
 
 SYMPY = {"abs": "Abs", "min": "Min", "max": "Max"}

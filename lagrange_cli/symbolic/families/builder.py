@@ -14,7 +14,7 @@ import sympy
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.index_arrays import holding, inner, integers
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
+from lagrange_cli.expression.syntax import Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import BODY_COMPONENTS, COMPONENTS, TIME, VELOCITY_COMPONENTS
 from lagrange_cli.families.builder import recursion
 from lagrange_cli.families.groups import Group, group_of
@@ -163,12 +163,12 @@ class WrittenBuilder(MemberKinds):
 
     # loops
 
-    def _where(self, tree: Call, indices: Any) -> Value:
-        condition, *branches = tree.arguments
+    def _holds(self, condition: Tree, indices: Any) -> bool:
+        """The same for all members. Raises ``Split`` where they differ."""
         known = np.broadcast_to(holding(condition, indices), indices.count)
         if len(known) and np.any(known != known[0]):
             raise Split(condition_of(condition, indices.names))
-        return self._value(branches[0 if not len(known) or known[0] else 1], indices)
+        return not len(known) or bool(known[0])
 
     def _sum(self, tree: Sum, indices: Any) -> Value:
         frame: Frame = indices

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     Quantities = Iterator[tuple[str, str, float]]
     """Quantity, routes and relative difference."""
 
-STATES, NEAR = 4, 0.1
+STATES, NEAR, FAR = 4, 0.1, 1.0
+"""Drawn at random so far from the start; far from it only where that may be beyond switches."""
 DERIVED = "printed and derived for all members together"
 SMALL = 60
 """Coordinates up to which the file is differentiated directly, too: member by member."""
@@ -66,9 +67,9 @@ def verify(
     where, most = "near the start", comparison.most
     if most < len(comparison.names):
         where += f", {most} member{'s' * (most > 1)} of each line at a time"
-    return Verification(
-        worst[0], worst[1], STATES, worst[2], {where: STATES}, False, not equations.constraints
-    )
+    states = {where: STATES} | ({"further away": comparison.far} if comparison.far else {})
+    count = STATES + comparison.far
+    return Verification(worst[0], worst[1], count, worst[2], states, False, not equations.constraints)
 
 
 class Comparison:
@@ -85,6 +86,8 @@ class Comparison:
         self.system, self.equations, self.compiled, self.start = system, equations, compiled, start
         self.spec = spec
         self.read = ReadBack(system, equations)
+        self.far = 0
+        """States far from the start, so far."""
         self.names = [one.name for one in system.spec.coordinates]
         self.most = len(self.names)
         """Members of each line that are compared: fewer where the sums of all have too many terms, as those
@@ -94,20 +97,37 @@ class Comparison:
 
     def differences(self) -> Quantities:
         """Those of all quantities at all states."""
-        chance = np.random.default_rng(0)
-        spec = self.system.spec
-        parameters = np.array([self.start.parameters[one.name] for one in spec.parameters])
-        for _ in range(STATES):
-            q, v = (
-                np.array(one) + NEAR * (1 + np.abs(one)) * chance.uniform(-1, 1, len(one))
-                for one in (self.start.q, self.start.v)
-            )
-            a = chance.uniform(-1, 1, len(q))
-            at = spec.solve.start or 0.0, q, v, a, parameters
+        for at in self.states():
             yield from self.of_motion(at)
             yield from self.momenta(at)
             yield from self.energy(at)
             yield from self.places(at)
+
+    def states(self) -> Iterator[Any]:
+        """Time, coordinates, velocities, accelerations and parameters; far from the start only where motions
+        have a value."""
+        chance = np.random.default_rng(0)
+        spec = self.system.spec
+        parameters = np.array([self.start.parameters[one.name] for one in spec.parameters])
+        for spread in [NEAR] * STATES + [FAR] * STATES * (self.system.smooth is not None):
+            q, v = (
+                np.array(one) + spread * (1 + np.abs(one)) * chance.uniform(-1, 1, len(one))
+                for one in (self.start.q, self.start.v)
+            )
+            a = chance.uniform(-1, 1, len(q))
+            at = spec.solve.start or 0.0, q, v, a, parameters
+            if spread == FAR and not self.has_values(*at):
+                continue
+            self.far += spread == FAR
+            yield at
+
+    def has_values(self, t: float, q: Array, v: Array, a: Array, parameters: Array) -> bool:
+        """Whether all quantities are numbers."""
+        own = FamilyValues(self.system, t, q, v, parameters)
+        found = [own.of(self.system.momenta), own.node(self.system.potential), own.node(self.system.kinetic)]
+        if self.compiled is not None:
+            found.append(self.compiled(t, q, v, parameters))
+        return all(bool(np.all(np.isfinite(one))) for one in found)
 
     def of_motion(self, at: Any) -> Quantities:
         """Those of the equations of motion."""
