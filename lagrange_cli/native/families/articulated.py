@@ -14,7 +14,7 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.vector import Bit, Integer
+from lagrange_cli.native.llvm.vector import Bit, Index
 
 
 class ArticulatedJet(CorrectedJet):
@@ -81,7 +81,7 @@ class ArticulatedJet(CorrectedJet):
         super().begin()
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         balance, first = self.balance, isinstance(k, int) and k == 0
         given = self.given(first=first)
@@ -109,7 +109,7 @@ class ArticulatedJet(CorrectedJet):
         """The accelerations of nodes."""
         swept(evaluation, self.balance, self.sweeps, self.lasting.fixed)
 
-    def advance(self, evaluation: Evaluation, k: int | Integer, rates: Array) -> None:
+    def advance(self, evaluation: Evaluation, k: Index, rates: Array) -> None:
         """The newest coefficients of coordinates, and of nodes that forces depend on."""
         super().advance(evaluation, k, rates)
         f, vectors = self.f, self.vectors

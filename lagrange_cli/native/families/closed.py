@@ -18,7 +18,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.families.tables import place_at
-from lagrange_cli.native.llvm.vector import Bit, Integer
+from lagrange_cli.native.llvm.vector import Bit, Index
 
 
 class ClosedJet(ArticulatedJet):
@@ -45,7 +45,7 @@ class ClosedJet(ArticulatedJet):
         return totals
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         super().accelerate(evaluation, k, phase, span)
         self.keep(self.closure.multipliers, k)

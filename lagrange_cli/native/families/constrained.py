@@ -18,7 +18,7 @@ from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.tables import places_at
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Pointer
 from lagrange_cli.native.state import vectors_of
 
 Saddle: TypeAlias = "Tabled | Dense"
@@ -52,7 +52,7 @@ class ConstrainedJet(CorrectedJet):
         return totals
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         motion, first = self.motion, isinstance(k, int) and k == 0
         given = [motion.rest, *(one for some in motion.slopes for one in some if first)]

@@ -17,7 +17,7 @@ from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.state import whole_vectors
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Dense:
         self.f, self.vectors, self.base, self.first = vectors.f, vectors, base, first
         self.tabled, self.tables = tabled, tabled.tables
 
-    def place(self, name: str, at: Integer | int = 0) -> Pointer:
+    def place(self, name: str, at: Index = 0) -> Pointer:
         """A place in one of the arrays."""
         place = self.vectors.place
         return place(place(self.base, self.first + self.tabled.places[name]), at)
@@ -76,7 +76,7 @@ class Dense:
         with self.f.loop(block_of(first), self.tabled.width, LANES, tested=False) as j:
             self.store(self.vectors.kind.fms(some, self.load(row, j), self.load(target, j)), target, j)
 
-    def scale(self, place: Pointer, first: Integer | int, by: Pointer | Operands) -> None:
+    def scale(self, place: Pointer, first: Index, by: Pointer | Operands) -> None:
         """Multiply numbers from ``first`` on by one, or by as many."""
         with self.f.loop(first, self.tabled.width, LANES, tested=False) as j:
             factor = self.load(by, j) if isinstance(by, Pointer) else by

@@ -23,7 +23,7 @@ from lagrange_cli.native.families.tables import Tables, lanes, place_at, places_
 from lagrange_cli.native.families.vectors import Divisor, Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.records import dataclass, field, replace
@@ -160,7 +160,7 @@ class Writer:
             self.piece = piece
             self.write_rows(self.listed_at(row_of, first), self.listed_at(row_of, last - 1) + 1)
 
-    def write_rows(self, first: Integer | int, last: Integer | int) -> None:
+    def write_rows(self, first: Index, last: Index) -> None:
         """The rows from ``first`` to before ``last``."""
         rows, self.first = self.rows, self.f.count(0)
         if len(rows.starts) == 1:

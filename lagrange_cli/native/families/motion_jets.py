@@ -23,7 +23,7 @@ from lagrange_cli.native.families.sticking import StickingJet, StickingRates
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.records import replace
 
@@ -61,7 +61,7 @@ class BesideJet(SeriesJet):
         return Jet(f.text(), self.work, operations)
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         vectors, divisor = self.vectors, self.vectors.divisor(k, 1)
         values = evaluation.where(self.integrands)

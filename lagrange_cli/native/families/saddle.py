@@ -15,7 +15,7 @@ from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.state import vectors_of
 
 if TYPE_CHECKING:
@@ -38,15 +38,15 @@ class Tabled:
 
     # arrays
 
-    def place(self, name: str, at: Integer | int = 0) -> Pointer:
+    def place(self, name: str, at: Index = 0) -> Pointer:
         """A place in one of the arrays."""
         return self.vectors.place(self.vectors.place(self.base, self.first + self.tabled.places[name]), at)
 
-    def load(self, name: str, at: Integer | int) -> Operands:
+    def load(self, name: str, at: Index) -> Operands:
         """Eight of its numbers."""
         return self.vectors.operand(self.vectors.load_row(self.place(name, at), 0, LANES))
 
-    def store(self, value: Operands, name: str, at: Integer | int) -> None:
+    def store(self, value: Operands, name: str, at: Index) -> None:
         """The same, stored."""
         made = self.vectors.number(value)
         self.vectors.store_row(made, self.place(name, at), 0)

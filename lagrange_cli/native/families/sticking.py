@@ -28,7 +28,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.restraint import Restraint
 from lagrange_cli.native.families.spans import Span
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Pointer
 
 
 class Sticking(Restraint):
@@ -101,7 +101,7 @@ class StickingJet(DiagonalJet):
         return totals
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         sticking = self.sticking
         if isinstance(k, int) and k == 0:
@@ -124,6 +124,6 @@ class StickingRates(StickingJet):
 
     local = False
 
-    def follow(self, k: int | Integer, source: Pointer, target: Pointer, count: int) -> None:
+    def follow(self, k: Index, source: Pointer, target: Pointer, count: int) -> None:
         if k == 0:
             super().follow(k, source, target, count)

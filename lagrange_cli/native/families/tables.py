@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Index, Integer, Pointer
 from lagrange_cli.native.numbers.lanes import VECTOR
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import whole_vectors
@@ -26,7 +26,7 @@ def places_at(f: Function, at: Integer) -> Pointer:
     return f.place("@places", at, "i32")
 
 
-def place_at(f: Function, at: Integer | int, table: Pointer | str = "@places") -> Integer:
+def place_at(f: Function, at: Index, table: Pointer | str = "@places") -> Integer:
     """One of them, or of another ``table``."""
     place = f.place(table, at, "i32")
     index = f.define(f"load i32, ptr {place.name}, align 4")
