@@ -218,7 +218,15 @@ class TooManyNumbers(TooLarge):
 
 
 class NotReal(Underivable):
-    """The equations of a system contain numbers that are not real."""
+    """The equations of a system contain numbers that are not real, or beyond doubles."""
+
+
+class BeyondDoubles(NotReal):
+    """The numbers of a system multiply to one that is larger than any double."""
+
+    def __init__(self) -> None:
+        message = "numbers multiply to more than the largest double, about 1.8e308"
+        super().__init__(message, "choose units in which they are closer to 1")
 
 
 def clip(excerpt: str, column: int, width: int = 100) -> tuple[str, int]:

@@ -15,6 +15,7 @@ import numpy as np
 from lagrange_cli.api.folder import Folder
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import FileError, MissingPackage, UsageError
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.run.request import HDF5, format_of
@@ -49,9 +50,6 @@ class Arrays(Mapping[str, Any]):
         if path not in self._kept:
             with Result(str(self._path)) as result:
                 found = result.read(path)
-            if found.dtype.kind == "O":
-                texts = [one.decode() if isinstance(one, bytes) else str(one) for one in found.flat]
-                found = np.array(texts).reshape(found.shape)
             found.flags.writeable = False
             self._kept[path] = found
         return self._kept[path]
@@ -146,6 +144,7 @@ class Stored(Pictured):
             raise self._missing(name)
         return self._arrays[path]
 
+    @in_python
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the file that the command writes: the same bytes.
 

@@ -3,16 +3,16 @@ key and are bytes."""
 
 from __future__ import annotations
 
-import gc
 import json
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.integrate.background import concurrently
 from lagrange_cli.integrate.methods.selection import follower
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.limits import uncollected
 from lagrange_cli.native.compilation.machine import (
     FULL,
     Machine,
@@ -98,19 +98,6 @@ Stage = Callable[[str], AbstractContextManager[None]]
 def untimed(stage: str) -> AbstractContextManager[None]:
     """A stage that is not reported."""
     return nullcontext()
-
-
-@contextmanager
-def uncollected() -> Iterator[None]:
-    """A context in which no garbage is collected: a derivation makes many objects, and hardly any garbage.
-    (To look for it took a fifth of the time.)"""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def nothing() -> None:

@@ -11,7 +11,7 @@ from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.matrices import determinant, united
 from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.mechanics.variables import OfModel, numbered
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 
 Component = tuple[str, int]
 """A particle and the number of an axis."""
@@ -24,6 +24,11 @@ QUATERNION = 4
 @dataclass(frozen=True)
 class Embedding(OfModel):
     """The components of the particles' positions, and their derivatives by the coordinates."""
+
+    _known: dict[frozenset[tuple[Component, Node]], Mapping[int, Node] | None] = field(
+        default_factory=dict, compare=False
+    )
+    """By the displacements: what ``change`` has found."""
 
     @cached_property
     def positions(self) -> Mapping[Component, Node]:
@@ -51,6 +56,13 @@ class Embedding(OfModel):
 
         None where no such change of the coordinates is found.
         """
+        key = frozenset(displacements.items())
+        if key not in self._known:
+            self._known[key] = self._changed(displacements)
+        return self._known[key]
+
+    def _changed(self, displacements: Mapping[Component, Node]) -> Mapping[int, Node] | None:
+        """The same, found for the first time."""
         found: dict[int, Node] = {}
         for coordinates, components in self.blocks:
             asked = [displacements.get(one, self.graph.zero) for one in components]

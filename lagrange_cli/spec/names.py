@@ -61,6 +61,8 @@ class Names(Meanings):
         self._of_siblings: dict[int, Any] = {}
         self._clashes: set[str] = set()
         self._found: dict[tuple[int, str], tuple[frozenset[Kind], bool]] = {}
+        self.incomplete = False
+        """Whether the file has no coordinates, so that unknown names are no further mistake."""
 
     def copy(self) -> Names:
         """A table with the same names, to which others may be added."""
@@ -215,6 +217,8 @@ class Names(Meanings):
             return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.table:
             meaning = self.table[base]
+        elif self.incomplete:
+            return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.bound:
             from lagrange_cli.spec.misused import constraint_itself
 
@@ -223,7 +227,8 @@ class Names(Meanings):
             from lagrange_cli.spec.unknown import Unknown
 
             allowed = self.rules[section].allowed
-            unknown = Unknown(self.table, self.bound, allowed, expression.indices, self.ranged)
+            broken = self.problems.broken  # one message is enough for a name that has not been declared
+            unknown = Unknown(self.table, self.bound, allowed, expression.indices, broken, self.ranged)
             raise ExpressionError(name.span, *unknown.report(base))
         rule = self.rules[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]

@@ -8,11 +8,12 @@ import sympy
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.constraints import along_motion, forces_of, multiplier_symbols
+from lagrange_cli.symbolic.constraints import forces_of, multiplier_symbols
 from lagrange_cli.symbolic.equations import Equation, Equations
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.slopes import along_motion, gradient, slope
 from lagrange_cli.symbolic.textbook import textbook_form
 
 
@@ -21,9 +22,9 @@ class Hamiltonian:
     """H and the canonical equations, in q, ``p`` and t; all of length n, except the ``constraints``.
 
     dq_k/dt = dH/dp_k (``velocities``) and dp_k/dt = -dH/dq_k + Q_k (``rates``), where Q_k has the forces of
-    constraint, too. Where it is not ``solved``, velocities are too long to print: they are symbols, which
-    p_k = dL/dv_k determines, H is the energy function and dp_k/dt = dL/dq_k + Q_k, the same as functions of
-    them.
+    constraint, too. Where it is not ``solved``, velocities are too long to print, or p_k = dL/dv_k is not
+    linear in them: they are symbols, which this determines, H is the energy function and
+    dp_k/dt = dL/dq_k + Q_k, the same as functions of them.
     """
 
     order: Order
@@ -36,18 +37,15 @@ class Hamiltonian:
 
 
 def hamilton_form(equations: Equations) -> Hamiltonian:
-    """The Legendre transform of L.
-
-    Raises ``UsageError`` where p = dL/dv is not linear in v, or does not determine v.
-    """
+    """The Legendre transform of L. Raises ``UsageError`` where p = dL/dv does not determine v."""
     p = tuple(sympy.Symbol(f"p_{name}") for name in equations.coordinates)
     if taken := set(p) & set(equations.order.ranks):
         raise UsageError(f"{min(map(str, taken))} is the name of a momentum in --form hamilton: rename yours")
     ranks = {s: rank for s, rank in equations.order.ranks.items() if rank[0] < Role.VELOCITY}
     ranks |= {symbol: (Role.VELOCITY, index) for index, symbol in enumerate(p)}
     order = Order(ranks, equations.order.decimals)
-    if any(not entry.free_symbols.isdisjoint(equations.v) for row in equations.mass_matrix for entry in row):
-        raise UsageError("--form hamilton requires a Lagrangian that is quadratic in the velocities")
+    if not linear_in_velocities(equations):
+        return in_steps(equations, p)
 
     at_rest = dict.fromkeys(equations.v, sympy.S.Zero)
     offsets = [momentum.xreplace(at_rest) for momentum in equations.momenta]
@@ -63,15 +61,21 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     energy = neat(kinetic - equations.L.xreplace(at_rest), order, Role.COORDINATE)
     known = dict(zip(equations.v, velocities, strict=True))
     bound = forces_of(equations.constraints, len(p))
+    slopes = gradient(energy, equations.q)
     rates = tuple(
-        tidy((force + own).xreplace(known) - energy.diff(coordinate), order)
-        for coordinate, force, own in zip(equations.q, equations.generalized_forces, bound, strict=True)
+        tidy((force + own).xreplace(known) - slope, order)
+        for slope, force, own in zip(slopes, equations.generalized_forces, bound, strict=True)
     )
     constraints = tuple(
         each.expression if each.holonomic else tidy(each.expression.xreplace(known), order)
         for each in equations.constraints
     )
     return Hamiltonian(order, p, energy, velocities, rates, constraints)
+
+
+def linear_in_velocities(equations: Equations) -> bool:
+    """Whether p = dL/dv is linear in v: unlike that of a relativistic particle."""
+    return all(entry.free_symbols.isdisjoint(equations.v) for row in equations.mass_matrix for entry in row)
 
 
 def in_steps(equations: Equations, p: tuple[sympy.Expr, ...]) -> Hamiltonian:
@@ -81,9 +85,10 @@ def in_steps(equations: Equations, p: tuple[sympy.Expr, ...]) -> Hamiltonian:
     ranks = {own: (Role.VELOCITY, count + k) for k, own in enumerate(p)}
     order = Order({**known.ranks, **ranks}, known.decimals)
     bound = forces_of(equations.constraints, count)
+    slopes = gradient(equations.L, equations.q)
     rates = tuple(
-        tidy(equations.L.diff(coordinate) + force + own, known)
-        for coordinate, force, own in zip(equations.q, equations.generalized_forces, bound, strict=True)
+        tidy(slope + force + own, known)
+        for slope, force, own in zip(slopes, equations.generalized_forces, bound, strict=True)
     )
     constraints = tuple(each.expression for each in equations.constraints)
     return Hamiltonian(order, p, equations.h, equations.v, rates, constraints, solved=False)
@@ -136,9 +141,9 @@ def vakonomic_form(equations: Equations) -> Vakonomic:
     for k, (row, force, own) in enumerate(zip(equations.mass_matrix, equations.force, bound, strict=True)):
         left = sympy.Add(*(entry * one for entry, one in zip(row, a, strict=True))) - force - own
         for each, mu, rate in zip(given, multipliers, rates, strict=True):
-            slope = each.slopes[k]
-            bent = along_motion(slope, q, v, equations.time) - each.expression.diff(q[k])
-            left += rate * slope + mu * bent
+            own_slope = each.slopes[k]
+            bent = along_motion(own_slope, q, v, equations.time) - slope(each.expression, q[k])
+            left += rate * own_slope + mu * bent
         lefts.append(left)
     return Vakonomic(
         order, multipliers, rates, lagrangian, tuple(textbook_form(left, order) for left in lefts)

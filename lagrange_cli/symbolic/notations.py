@@ -189,7 +189,23 @@ class IndexedSympy(OfSympy):
 RELATIONS = {"==": "Eq", "!=": "Ne", "<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge"}
 
 
-RESERVED = frozenset({"q", "v", "a", "parameters", "values", "paths", "range", "sum", "len"})
+RESERVED = frozenset(
+    {
+        "q",
+        "v",
+        "a",
+        "parameters",
+        "multipliers",
+        "values",
+        "paths",
+        "range",
+        "sum",
+        "len",
+        "tuple",
+        "zip",
+        "PLACES",
+    }
+)
 """Names that the functions of a Python module use themselves."""
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import sympy
 
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.monomials import Terms, degree
+from lagrange_cli.symbolic.monomials import Terms, degree, ratio
 from lagrange_cli.symbolic.work import charge
 
 
@@ -34,9 +33,7 @@ class Ring:
     def terms(self, element: Any) -> Terms:
         """The sum that an element is."""
         return {
-            frozenset((base, Fraction(e)) for base, e in zip(self.bases, powers, strict=True) if e): Fraction(
-                int(c.numerator), int(c.denominator)
-            )
+            frozenset((base, e) for base, e in zip(self.bases, powers, strict=True) if e): ratio(c)
             for powers, c in element.terms()
         }
 

@@ -12,7 +12,7 @@ from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, velocity_na
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.constraints import BENT
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.hamilton import hamilton_form, vakonomic_form
+from lagrange_cli.symbolic.hamilton import hamilton_form, linear_in_velocities, vakonomic_form
 from lagrange_cli.symbolic.notations import Python, identifiers
 from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.render import render
@@ -60,14 +60,42 @@ PUSHED_COLUMNS = """[
         for column, pushes in zip(zip(*slopes), multiplier_forces(t, q, v, parameters))
     ]"""
 
-IN_STEPS = '''
+LINEAR = '''
 def velocities(t, q, p, parameters=PARAMETERS):
     """q_dot(t, q, p), from M q_dot = p - dL/dq_dot at rest."""
     rest = [0.0] * len(COORDINATES)
     matrix, offsets = mass_matrix(t, q, rest, parameters), momenta(t, q, rest, parameters)
     return solution([[*row, own - offset] for row, own, offset in zip(matrix, p, offsets)])
+'''
 
+NEWTON = '''
+def velocities(t, q, p, parameters=PARAMETERS):
+    """q_dot(t, q, p), from dL/dq_dot = p by Newton's method, from rest: M is the derivative of dL/dq_dot."""
 
+    def missing(v):
+        return [own - found for own, found in zip(p, momenta(t, q, v, parameters))]
+
+    v = (0.0,) * len(COORDINATES)
+    left, part = missing(v), 1.0
+    while part:
+        step = solution([[*row, own] for row, own in zip(mass_matrix(t, q, v, parameters), left)])
+        part = 1.0
+        while part:  # halved where it leads away, or to where L has no value
+            try:
+                new = tuple(x + part * change for x, change in zip(v, step))
+                rest = missing(new)
+                if sum(x * x for x in rest) < sum(x * x for x in left):
+                    v, left = new, rest
+                    break
+            except (ArithmeticError, TypeError, ValueError):
+                pass
+            part = part / 2 if part > 1e-9 else 0.0
+    if max(map(abs, step)) > 1e-9 * max(map(abs, v)):
+        raise ArithmeticError("no velocities with these momenta were found")
+    return v
+'''
+
+IN_STEPS = '''
 def hamiltonian(t, q, p, parameters=PARAMETERS):
     """H(t, q, p)."""
     return energy_function(t, q, velocities(t, q, p, parameters), parameters)
@@ -157,6 +185,7 @@ def as_python(equations: Equations, form: str, parameters: Mapping[str, float]) 
             ]
         else:
             functions.append(writer.vector("torques", "dL/dq_k + Q_k, at (t, q, v).", canonical.rates))
+            functions.append((LINEAR if linear_in_velocities(equations) else NEWTON).strip())
             functions.append(IN_STEPS.strip())
             functions += [] if SOLUTION.strip() in functions else [SOLUTION.strip()]
     body = "\n\n\n".join(functions)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.symbolic.data import as_data
@@ -38,11 +37,32 @@ def test_kepler():
     assert form.rates[1] == 0
 
 
-def test_only_where_momenta_are_linear_in_the_velocities():
-    quartic = derived("coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 + x_dot**4/4\n")
-    assert quartic.mass_matrix[0][0] == 1 + 3 * sympy.Symbol("x_dot") ** 2
-    with pytest.raises(UsageError, match="quadratic"):
-        hamilton_form(quartic)
+def test_momenta_that_are_not_linear_in_the_velocities():
+    """Of a charge in a field B with m = 2, c = 3: H = c sqrt(m^2 c^2 + (p - A)^2) - x (Landau II, 16)."""
+    text = """
+coordinates: {x: {initial: 0}, y: {initial: 0}}
+lagrangian: -18*sqrt(1 - (x_dot**2 + y_dot**2)/9) + x + 0.5*x*y_dot
+"""
+    written = as_text(derived(text), "hamilton")
+    assert "Momenta, which determine the velocities" in written and "p_y_dot = 0" in written
+    module = {}
+    exec(as_python(derived(text), "hamilton", {}), module)
+    for p in ((0.0, 0.0), (3.0, -4.0), (10.0, 200.0)):
+        q, kinetic = (0.7, 0.1), (p[0], p[1] - 0.35)
+        energy = 3 * np.hypot(6, np.hypot(*kinetic))
+        assert module["velocities"](0.0, q, p) == pytest.approx([9 * x / energy for x in kinetic], rel=1e-11)
+        assert module["hamiltonian"](0.0, q, p) == pytest.approx(energy - 0.7, rel=1e-9)
+        rate = 1 + 0.5 * 9 * kinetic[1] / energy
+        assert module["momentum_rates"](0.0, q, p) == pytest.approx([rate, 0.0], rel=1e-11)
+
+
+def test_momenta_that_no_velocities_have():
+    module = {}
+    text = "coordinates: {x: {initial: 0}}\nlagrangian: sqrt(1 + x_dot**2)\n"
+    exec(as_python(derived(text), "hamilton", {}), module)
+    assert module["velocities"](0.0, [0.0], [0.6]) == pytest.approx([0.75], rel=1e-12)
+    with pytest.raises(ArithmeticError):
+        module["velocities"](0.0, [0.0], [2.0])
 
 
 def test_a_name_that_a_momentum_needs():

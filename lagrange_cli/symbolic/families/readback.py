@@ -18,6 +18,7 @@ from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, VELOCITY
 from lagrange_cli.families.arrays import NONE, Array, Chain, Source, Total
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.groups import places_of
 from lagrange_cli.families.values import FamilyValues, along
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.chains import Path
@@ -52,16 +53,19 @@ class Reader(ChainBuilder):
         self.a = Array(Source.VELOCITIES, len(system.spec.coordinates))
         self.faster[self.v] = self.a
         self.further = {
-            acceleration_name(one.family.name): (self.a, one.first, one.family.shape)
+            acceleration_name(one.family.name): (self.a, places_of(one.family) + one.first, one.family.shape)
             for one in self.rows.values()
             if one.array is self.q
         }
         self.paths = {Array(Source.PARAMETERS, len(one.table) ** 2): one for one in paths}
         first = 0
         for family in bound:
-            self.further[multiplier_name(family.name)] = self.multipliers, first, family.shape
+            table = places_of(family) + first
+            self.further[multiplier_name(family.name)] = self.multipliers, table, family.shape
             first += len(family.members)
-        self.further |= {one.name: (array, 0, (len(one.table),) * 2) for array, one in self.paths.items()}
+        for array, path in self.paths.items():
+            count = len(path.table)
+            self.further[path.name] = array, np.arange(count * count), (count, count)
 
     def named(self, identifier: str, places: list[Whole], members: Members) -> Any:
         name, _, component = identifier.partition(".")
@@ -70,8 +74,8 @@ class Reader(ChainBuilder):
             return self.rate(super().named(f"{name}.{speed}", places, members), members.domain)
         if identifier not in self.further:
             return super().named(identifier, places, members)
-        array, first, shape = self.further[identifier]
-        return self.slots.symbol(members.domain, array, flat(places, shape, members.count) + first)
+        array, table, shape = self.further[identifier]
+        return self.slots.symbol(members.domain, array, table[flat(places, shape, members.count)])
 
     def summed(self, tree: Sum, members: Members) -> Any:
         if members.alike is None:
@@ -136,19 +140,21 @@ class ReadBack:
 
     def members(self, line: Line) -> tuple[Any, dict[str, Any]]:
         """The coordinates of a line, and the indices that these have."""
-        bounds = [np.arange(*(end.value(self.sizes) for end in (one.start, one.stop))) for one in line.loops]
-        grid = [one.ravel() for one in np.meshgrid(*bounds, indexing="ij")] if bounds else []
-        indices = {loop.index: one for loop, one in zip(line.loops, grid)}
-        known = {**self.sizes, **indices}
-        count = len(grid[0]) if grid else 1
-        for condition in (each for loop in line.loops for each in loop.conditions):
-            chosen = np.broadcast_to(holds(condition, known), count)
-            indices = {name: one[chosen] for name, one in indices.items()}
-            known, count = {**self.sizes, **indices}, int(chosen.sum())
-        places: Any = 0
-        for whole, size in zip(line.indices, line.family.shape):
-            places = places * size + whole.value(known)
-        return np.broadcast_to(places, count) + self.first[line.family.name], indices
+        indices, count = dict[str, Any](), 1
+        for loop in line.loops:
+            ends = (one.value({**self.sizes, **indices}) for one in (loop.start, loop.stop))
+            start, stop = (np.broadcast_to(one, count) for one in ends)
+            times = np.maximum(-((start - stop) // loop.step), 0)
+            owners = np.repeat(np.arange(count), times)
+            within = np.arange(len(owners)) - np.repeat(np.cumsum(times) - times, times)
+            indices = {name: one[owners] for name, one in indices.items()}
+            indices[loop.index], count = start[owners] + loop.step * within, len(owners)
+            for condition in loop.conditions:
+                chosen = np.broadcast_to(holds(condition, {**self.sizes, **indices}), count)
+                indices, count = {name: one[chosen] for name, one in indices.items()}, int(chosen.sum())
+        wholes = [one.value({**self.sizes, **indices}) for one in line.indices]
+        places = places_of(line.family)[flat(wholes, line.family.shape, count)]
+        return places + self.first[line.family.name], indices
 
     def value(
         self, expression: sympy.Expr, indices: dict[str, Any], count: int, state: State

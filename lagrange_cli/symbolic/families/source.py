@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from math import prod
 
+import numpy as np
 import sympy
 
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleration_name, velocity_name
+from lagrange_cli.families.groups import places_of
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.data import refuse_names
 from lagrange_cli.symbolic.families.equations import FamilyEquations
@@ -29,6 +31,8 @@ RATES: Mapping[str, Callable[[str], str]] = {
 """The arguments of functions, and the names of their members in terms of coordinates."""
 MULTIPLIERS = "multipliers"
 """The argument with those of constraints."""
+PLACES = "PLACES"
+"""The places of the constraints, where members of their families are missing."""
 
 TOGETHER = '''
 def accelerations(t, q, v, parameters=PARAMETERS):
@@ -121,11 +125,23 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     head += [f"COORDINATES = {tuple(names)!r}", f"PARAMETERS = {dict(parameters)!r}"]
     if equations.constraints:
         head.append(f"CONSTRAINTS = {tuple(k for one in equations.bound for k in one.members)!r}")
+        if not all(one.complete for one in equations.bound):
+            head.append(f"{PLACES} = {grid_places(equations.bound)!r}")
     if equations.paths:
         functions.insert(0, PATHS.strip())
         listed = (f"{one.name} = paths({tuple(one.table.tolist())!r})" for one in equations.paths)
         functions.append("\n".join(listed))
     return "\n".join(head) + "\n\n\n" + "\n\n\n".join(functions)
+
+
+def grid_places(families: Sequence[Family]) -> tuple[int, ...]:
+    """The places that members of families would have, if no member were missing."""
+    found: list[int] = []
+    first = 0
+    for one in families:
+        found += (np.flatnonzero(places_of(one) >= 0) + first).tolist()
+        first += prod(one.shape)
+    return tuple(found)
 
 
 def linear_functions(equations: FamilyEquations, writer: _Writer) -> list[str]:
@@ -196,12 +212,15 @@ class _Writer:
                 place = f"{array}[{first}:{stop}]" if family.shape else f"{array}[{first}]"
                 found.append((RATES[array](family.name), place))
             first = stop
-        first = 0
+        first = grid = 0
         for family in self.equations.bound if MULTIPLIERS in rates else ():
-            stop = first + prod(family.shape)
+            stop = first + len(family.members)
             place = f"[{first}:{stop}]" if family.shape else f"[{first}]"
-            found.append((multiplier_name(family.name), MULTIPLIERS + place))
-            first = stop
+            listed = MULTIPLIERS + place
+            if not family.complete:
+                listed = f"{{k - {grid}: x for k, x in zip({PLACES}{place}, {listed})}}"
+            found.append((multiplier_name(family.name), listed))
+            first, grid = stop, grid + prod(family.shape)
         shown = [(self.notation.symbol(name), value) for name, value in found]
         return [f"    {name} = {value}" for name, value in shown if self.has(text, name)] + places
 
@@ -235,7 +254,9 @@ class _Writer:
             first += prod(family.shape)
         names = self.names("\n".join(body), rates)
         head = [f"def {name}({SIGNATURE.format(', '.join(rates))}):", f'    """{purpose}"""', *names]
-        return "\n".join([*head, f"    values = [0.0] * {first}", *body, "    return tuple(values)"])
+        whole = all(one.complete for one in among)
+        made = "tuple(values)" if whole else f"tuple(values[k] for k in {PLACES})"
+        return "\n".join([*head, f"    values = [0.0] * {first}", *body, f"    return {made}"])
 
     def assigned(self, line: Line, first: int, family: Family) -> list[str]:
         """What sets the values of some members."""
