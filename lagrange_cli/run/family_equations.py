@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 INDEXED = FORMS[:5]
 """Forms in which families are printed with their indices."""
-DIAGONAL = "hamilton", "matrix"
-"""Those of them for which M has to be diagonal."""
+WITH_MATRIX = "explicit", "hamilton", "matrix"
+"""Those of them that may contain the mass matrix."""
 MANY = 50
 """Coordinates from which on families are printed so, where M is diagonal and constant."""
 FEW = 4
@@ -38,7 +38,7 @@ class DerivedFamilies:
     equations: FamilyEquations
     work: Work
     constrained: Spec | None = None
-    """The file, where it has constraints besides."""
+    """The file, where it has constraints or events besides."""
 
     @property
     def spec(self) -> Spec:
@@ -74,7 +74,7 @@ def derive_printed(
         if found is None:
             raise UsageError(f"no equations with indices: {why_members(spec, form, coordinates)}")
         return found
-    indexed = indexed is None and may_have(spec, form) and not coordinates
+    indexed = indexed is None and form in INDEXED and not coordinates
     found = _of_form(derive_families(spec, stage), form) if indexed else None
     if found is None:
         try:
@@ -85,18 +85,6 @@ def derive_printed(
             if found is None:
                 raise
     return found
-
-
-def may_have(spec: Spec, form: str) -> bool:
-    """Whether a form may be printed with indices, as far as that is known before anything is derived."""
-    if form not in INDEXED:
-        return False
-    if form not in DIAGONAL or not spec.families.get("coordinates"):
-        return True
-    from lagrange_cli.families.system import without_constraints
-
-    found = without_constraints(spec)
-    return found is None or (found.joints is None and found.smooth is None)
 
 
 def in_form(derived: Printed, form: str) -> Printed:
@@ -111,27 +99,28 @@ def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | No
     """The equations if they have a form with indices. Raises ``UsageError`` where they have it in no way."""
     if derived is None:
         return None
-    refuse_form(derived, form)
-    if form in DIAGONAL and derived.equations.masses is None:
-        return None
     from lagrange_cli.expression.indices import Unsuited
     from lagrange_cli.expression.syntax import ExpressionError
     from lagrange_cli.symbolic.families.frames import Split
 
+    known = derived.equations
     try:
         with derived.bounded():
+            if form == "hamilton" or (form in WITH_MATRIX and known.accelerations is None):
+                from lagrange_cli.symbolic.families.derive import with_matrix
+
+                known = with_matrix(known, derived.system, derived.spec, driving=form == "hamilton")
             if form == "hamilton":
                 from lagrange_cli.symbolic.families.hamilton import hamilton_form
 
-                hamilton_form(derived.equations)
+                hamilton_form(known)
             if form == "reactions":
                 from lagrange_cli.symbolic.families.reactions import reactions_of
 
-                found = reactions_of(derived.system, derived.constrained)
-                return replace(derived, equations=replace(derived.equations, reactions=found))
+                known = replace(known, reactions=reactions_of(derived.system, derived.constrained))
     except (Unsuited, Split, ExpressionError, ArithmeticError):
         return None
-    return derived
+    return replace(derived, equations=known)
 
 
 def derive_families(
@@ -142,13 +131,16 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates") or spec.events:
+    if not spec.families.get("coordinates") or (spec.constrained and acting(spec)):
         return None
     from lagrange_cli.families.system import family_system, without_constraints
 
     with stage("derive"), located(spec):
-        small = small or len(spec.coordinates) >= MANY
-        system = without_constraints(spec) if small or spec.constrained else family_system(spec)
+        small = small or max(len(spec.coordinates), len(spec.events)) >= MANY
+        if small or spec.constrained:
+            system = without_constraints(spec)
+        else:
+            system = family_system(replace(spec, events={}) if spec.events else spec)
         if system is None:
             return None
         if spec.constrained and system.joints is None and not small:
@@ -163,8 +155,13 @@ def derive_families(
         return (
             None
             if equations is None
-            else DerivedFamilies(system, equations, work, spec if spec.constrained else None)
+            else DerivedFamilies(system, equations, work, spec if spec.constrained or spec.events else None)
         )
+
+
+def acting(spec: Spec) -> bool:
+    """Whether events set something."""
+    return any(one.changes for one in spec.events.values())
 
 
 Printed: TypeAlias = "Derived | DerivedFamilies"
@@ -195,12 +192,12 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
         return f"--form {form} writes out every member"
-    parts = [part for part in ("events", *UNKNOWN) if getattr(spec, part)]
+    parts = [part for part in UNKNOWN if getattr(spec, part)]
     if parts:
         return f"with {parts[-1]} every member is written out"
     found = without_constraints(spec)
-    if found is not None and found.joints is not None and form in DIAGONAL:
-        return f"--form {form} writes out every member of chains and trees"
+    if spec.constrained and acting(spec):
+        return "with constraints and events that set something every member is written out"
     if found is not None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
     kinds = "a constant diagonal mass matrix, or chains and trees of 12 coordinates or more"
@@ -214,24 +211,6 @@ def smaller(spec: Spec) -> str:
     return f"{way}; 'check' and 'solve' may work nevertheless"
 
 
-def refuse_form(derived: DerivedFamilies, form: str) -> None:
-    """Raise ``UsageError`` where the equations do not have a form."""
-    if form != "explicit" or derived.equations.accelerations is not None:
-        return
-    if derived.equations.constraints:
-        what = "with constraints, accelerations and multipliers are the solution of all equations together"
-    else:
-        what = (
-            "accelerations along chains and trees are the solution of all "
-            f"{len(derived.system.spec.coordinates)} equations together"
-        )
-    if derived.equations.masses is None:
-        way = f"print the equations without --form, or {smaller(derived.system.spec).partition(';')[0]}"
-    else:
-        way = "use --form matrix (M a = f + A^T lambda, A a = b)"
-    raise UsageError(f"--form explicit: {what}, and are not printed with indices; {way}")
-
-
 def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:
     """The equations in terms of JSON; ``form`` is one of ``FORMS``, with which they have been derived."""
     if isinstance(derived, DerivedFamilies):
@@ -243,9 +222,9 @@ def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dic
 def written(derived: Printed, format_: str, form: str, parameters: Mapping[str, float]) -> str:
     """The equations in a format other than JSON, likewise."""
     if isinstance(derived, DerivedFamilies):
-        if (format_, form) != ("python", "reactions"):
+        if format_ != "python" or (form != "reactions" and not derived.spec.events):
             return families_as_written(derived, format_, form, parameters)
-        with by_members(derived.spec, form, ""):  # a module has the forces of all members
+        with by_members(derived.spec, form, ""):  # a module has the forces and the events of all members
             derived = derive(derived.spec)
     with by_members(derived.spec, form, derived.coordinates):
         return as_written(derived, format_, form, parameters)

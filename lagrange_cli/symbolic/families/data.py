@@ -8,9 +8,11 @@ from typing import Any
 import sympy
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.model.events import DIRECTIONS, action_of
+from lagrange_cli.symbolic.families.equations import EventLine, FamilyEquations
 from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form
+from lagrange_cli.symbolic.families.linear import pairs_of
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.notations import IndexedSympy
@@ -24,7 +26,8 @@ def as_data(
     """The equations for ``--json``: as of other systems, but by line. Keys are the names of members, such as
     ``x[i]``; ``members_of`` says for which indices a line of a quantity holds, ``members`` of an equation, or
     where there is no equation of this name of something else. ``masses`` are the diagonal of M, where that is
-    diagonal, and ``force`` is f in M a = f."""
+    diagonal, ``mass_matrix`` its entries from the diagonal on, where it is known and not diagonal, and
+    ``force`` is f in M a = f. Minv in the form ``hamilton`` is the inverse of M."""
     refuse_names(equations)
     notation = IndexedSympy()
 
@@ -37,12 +40,13 @@ def as_data(
     motion = {line.name(): text(one.left - one.right) for line, one in equations.equations}
     factors = {line.name(): text(one.factor) for line, one in equations.equations}
     lines = [
-        *equations.momenta, *(equations.accelerations or ()), *equations.forces, *(equations.masses or ()),
+        *equations.momenta, *(equations.accelerations or ()), *equations.forces, *(equations.diagonal or ()),
         *(line for line, _ in equations.equations),
     ]  # fmt: skip
     loops = {one.name(): one.loops for one in lines} | {
         one.symbol.name: one.loops for one in equations.places
     }
+    entries = entries_of(equations)
     data: dict[str, Any] = {
         "name": equations.name,
         "coordinates": [name for family in equations.coordinates for name in family.members],
@@ -64,7 +68,8 @@ def as_data(
         "equations": motion,
         "factors": factors,
         "accelerations": by_line(equations.accelerations),
-        "masses": by_line(equations.masses),
+        "masses": by_line(equations.diagonal),
+        **({"mass_matrix": by_line(entries)} if entries else {}),
         "force": by_line(equations.rates),
         **({"constraint_force": by_line(equations.pulls)} if equations.pulls else {}),
         "h": text(equations.h),
@@ -73,9 +78,11 @@ def as_data(
                 "quantity": each.quantity,
                 "expression": text(equations.h if each.quantity == "h" else each.expression),
                 "because": plain(each.because),
+                **({"broken_by": list(each.breaks)} if each.breaks else {}),
             }
             for each in equations.conserved
         ],
+        **({"events": [event_data(one, text) for one in equations.events]} if equations.events else {}),
         "not_conserved": [
             {"quantity": each.quantity, "rate": text(each.rate), "because": plain(each.because)}
             for each in equations.changing
@@ -83,6 +90,8 @@ def as_data(
     }  # fmt: skip
     if form == "hamilton":
         canonical = hamilton_form(equations)
+        if canonical.offsets:
+            data["momenta_at_rest"] = by_line(canonical.offsets)
         data["hamiltonian"] = render(canonical.H, notation, canonical.order)
         data["canonical_equations"] = {
             name: {one.name(): render(one.expression, notation, canonical.order) for one in lines}
@@ -96,6 +105,15 @@ def as_data(
         data["members"] |= {one.symbol.name: spoken(one.loops) for one in found.places}
         data["paths"] |= {one.name: parents(one.table) for one in found.paths}
     return data
+
+
+def entries_of(equations: FamilyEquations) -> Sequence[Line] | None:
+    """The entries of M that are not 0, where it is not diagonal. Raises ``UsageError`` where two have one
+    name."""
+    if equations.diagonal is not None or equations.masses is None:
+        return None
+    pairs_of(equations.coordinates)
+    return [one for one in equations.masses if one.expression != 0]
 
 
 def constraint_data(
@@ -112,6 +130,21 @@ def constraint_data(
         }
         for one, allowed in zip(equations.constraints, equations.allowed)
     ]
+
+
+def event_data(each: EventLine, text: Callable[[sympy.Expr], str | None]) -> dict[str, Any]:
+    """Events that are alike; of what is set for several members, ``of`` says which."""
+    changes = {one.symbol.name: one.value for one in each.changes}
+    of = {one.symbol.name: spoken(one.loops) for one in each.changes if one.loops}
+    return {
+        "name": each.line.name(),
+        "when": text(each.line.expression),
+        "direction": DIRECTIONS[each.direction],
+        "action": action_of(each.stops, changes),
+        "set": {name: text(value) for name, value in changes.items()},
+        **({"of": of} if of else {}),
+        "members": spoken(each.line.loops),
+    }
 
 
 def kind_and_rate(rate: str | None, holonomic: bool) -> dict[str, str | None]:
@@ -133,7 +166,8 @@ def members_of(equations: FamilyEquations) -> dict[str, dict[str, str]]:
         "generalized_forces": equations.forces,
         "equations": tuple(line for line, _ in equations.equations),
         "accelerations": equations.accelerations,
-        "masses": equations.masses,
+        "masses": equations.diagonal,
+        "mass_matrix": entries_of(equations),
         "force": equations.rates,
         "constraint_force": equations.pulls,
     }

@@ -24,6 +24,7 @@ from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.given import multiplier_name
+from lagrange_cli.symbolic.families.linear import pairs_of
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import holds
 from lagrange_cli.symbolic.notations import Text
@@ -109,6 +110,7 @@ class ReadBack:
 
     def __init__(self, system: FamilySystem, equations: FamilyEquations) -> None:
         self.system, self.order, self.paths = system, equations.order, equations.paths
+        self.coordinates = equations.coordinates
         self.sizes, self.chance = system.spec.sizes, np.random.default_rng(1)
         self.first: dict[str, int] = {}
         first = 0
@@ -138,6 +140,18 @@ class ReadBack:
             made[:, places[which]] = self.value(line.expression, indices, len(which), state)
         return made[0], made[1]
 
+    def matrix(self, lines: Sequence[Line], state: State) -> Numbers:
+        """The mass matrix (n, n) that has these entries from the diagonal on."""
+        made, pairs = np.zeros((self.count, self.count)), pairs_of(self.coordinates)
+        for line in lines:
+            one, other = pairs[line.family.name]
+            places, indices = self.members(line)
+            rows, columns = np.divmod(places, len(other.members))
+            rows, columns = rows + self.first[one.name], columns + self.first[other.name]
+            values, _ = self.value(line.expression, indices, len(places), state)
+            made[rows, columns] = made[columns, rows] = values
+        return made
+
     def members(self, line: Line) -> tuple[Any, dict[str, Any]]:
         """The coordinates of a line, and the indices that these have."""
         indices, count = dict[str, Any](), 1
@@ -153,8 +167,10 @@ class ReadBack:
                 chosen = np.broadcast_to(holds(condition, {**self.sizes, **indices}), count)
                 indices, count = {name: one[chosen] for name, one in indices.items()}, int(chosen.sum())
         wholes = [one.value({**self.sizes, **indices}) for one in line.indices]
-        places = places_of(line.family)[flat(wholes, line.family.shape, count)]
-        return places + self.first[line.family.name], indices
+        places = flat(wholes, line.family.shape, count)
+        if line.family.members:  # entries of a matrix have none
+            places = places_of(line.family)[places]
+        return places + self.first.get(line.family.name, 0), indices
 
     def value(
         self, expression: sympy.Expr, indices: dict[str, Any], count: int, state: State
@@ -209,10 +225,13 @@ class Sizes:
                 known[one] = abs(float(constant)) + sum(
                     abs(float(c)) * size for c, size in zip(coefficients, arguments)
                 )
-            elif one.kind is Kind.PRODUCT and all(exponent > 0 for exponent in one.data):
-                known[one] = np.prod(
-                    np.broadcast_arrays(*(size ** float(e) for e, size in zip(one.data, arguments))), axis=0
-                )
+            elif one.kind is Kind.PRODUCT:
+                bases = [
+                    size if exponent > 0 else np.abs(self.values.node(argument))
+                    for argument, exponent, size in zip(one.arguments, one.data, arguments)
+                ]
+                powers = [base ** float(exponent) for base, exponent in zip(bases, one.data)]
+                known[one] = np.prod(np.broadcast_arrays(*powers), axis=0)
             elif one.kind is Kind.SYMBOL and one in self.values.slots.of:
                 slot = self.values.slots.of[one]
                 total = slot.array if isinstance(slot.array, Total) else None

@@ -131,11 +131,10 @@ class Comparison:
 
     def of_motion(self, at: Any) -> Quantities:
         """Those of the equations of motion."""
-        t, q, v, a, parameters = at
-        if self.system.joints is None and not self.equations.constraints:
+        t, q, v, _, parameters = at
+        if self.system.joints is None and self.equations.accelerations is not None:
             own = FamilyValues(self.system, t, q, v, parameters)
             derived = own.of(self.system.forces) / own.of(self.system.masses)
-            assert self.equations.accelerations is not None
             printed = self.values(self.equations.accelerations, at)
             yield self.worst("{}_ddot", DERIVED, printed, derived)
             if self.compiled is not None:
@@ -147,18 +146,38 @@ class Comparison:
             yield self.worst("the equation of {}", COMPILED, self.values(left, solution), np.zeros(len(q)))
         if len(q) <= SMALL:
             factors = [line.of(one.factor) for line, one in self.equations.equations]
-            bound = self.read.multipliers.tolist()
-            direct = directly(
-                self.spec, self.start.parameters, t, q.tolist(), v.tolist(), a.tolist(), multipliers=bound
-            )
-            residual = np.array(direct.residual, dtype=float) / self.values(factors, at)[0]
+            divided = self.values(factors, at)[0]
+            direct = self.directly(at)
+            residual = np.array(direct.residual, dtype=float) / divided
+            if self.equations.accelerations is not None:  # they solve the equations of the file
+                solved = t, q, v, self.values(self.equations.accelerations, at)[0], parameters
+                rest = np.array(self.directly(solved).residual, dtype=float) / divided
+                yield self.worst("{}_ddot", DIRECT, (rest, self.values(left, solved)[1]), np.zeros(len(q)))
             yield self.worst("the equation of {}", DIRECT, self.values(left, at), residual)
+            if self.equations.masses is not None:
+                yield self.worst(
+                    "M a - f of {}", DIRECT, self.of_matrix(at), np.array(direct.residual, dtype=float)
+                )
             momenta = np.array(direct.momenta, dtype=float)
             yield self.worst("p_{}", DIRECT, self.values(self.equations.momenta, at), momenta)
             h, size = self.value(self.equations.h, {}, 1, at)
             yield "h", DIRECT, abs(float(h[0]) - float(direct.h)) / float(size[0] or 1)
             if self.equations.constraints:
                 yield from self.of_constraints(direct, at)
+
+    def directly(self, at: Any) -> Direct:
+        """What follows from the file, with any multipliers."""
+        t, q, v, a, _ = at
+        known, bound = self.start.parameters, self.read.multipliers.tolist()
+        return directly(self.spec, known, t, q.tolist(), v.tolist(), a.tolist(), multipliers=bound)
+
+    def of_matrix(self, at: Any) -> tuple[Array, Array]:
+        """M a - f - A^T lambda, and the sizes of what is added up."""
+        a, found = at[3], self.equations
+        matrix = self.read.matrix(found.masses or (), at)
+        force = [self.read.values(lines, at, len(a)) for lines in (found.rates or (), found.pulls) if lines]
+        values = matrix @ a - sum(one for one, _ in force)
+        return values, np.abs(matrix) @ np.abs(a) + sum(size for _, size in force)
 
     def of_constraints(self, direct: Direct, at: Any) -> Quantities:
         """Those of the constraints, and of their derivatives."""
