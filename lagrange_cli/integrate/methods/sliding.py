@@ -23,6 +23,9 @@ much shorter the next one is; and the shortest, as part of the time."""
 
 FEW = 4.0
 """A velocity of so many rounding errors may be 0."""
+APART, LARGER = 2.0**-40, 2.0**4
+"""Drag acts from so long after u = 0 on, as part of the time, so that steps lead on; how much larger the
+square of u is before that is asked again."""
 
 
 class Sliding(Onset):
@@ -44,6 +47,7 @@ class Sliding(Onset):
         rounding = FEW * ROUNDED_OFF[self.machine.program.parts - 1] * np.max(np.abs(self.memory[self._own]))
         for j in self.vectors():
             u, rate = self._coefficients(self._rows.first + j)[:2]
+            rate = rate if self._rows.guards[j].multiplier else -abs(rate)  # drag lets it pass
             if self.modes[j] != 0.0 and (u <= rounding or rate < 0.0 < u <= -rate * soon):
                 return self.slide_or_hold(j)
         return False
@@ -51,6 +55,9 @@ class Sliding(Onset):
     def slide_or_hold(self, j: int) -> bool:
         """Choose the mode of a length that has become 0, or whose force has reached its limit; whether the
         motion goes on."""
+        if not self._rows.guards[j].multiplier:
+            self._pass(j)
+            return True
         before, reached = self.memory.copy(), self.modes[j] == 0.0
         for number in BEGINNING:
             self.memory[self._layout.at(number)] = 0.0
@@ -66,6 +73,20 @@ class Sliding(Onset):
             self.memory[:] = before
         self.prepare()
         return found
+
+    def _pass(self, j: int) -> None:
+        """Leave drag along a vector out that is almost 0, until times since it was 0 are told apart: what it
+        would change meanwhile is less than rounding."""
+        waited, self.modes[j] = self.modes[j] == 0.0, 0.0
+        self._series()
+        square, rate = self._coefficients(self._rows.first + j)[:2]
+        if waited and 2.0 * square >= APART * rate * self.memory[self._layout.time]:
+            self.modes[j] = 1.0
+        else:
+            self.marks[j] = -LARGER * square
+        for number in BEGINNING:
+            self.memory[self._layout.at(number)] = 0.0
+        self.prepare()
 
     def _move_to_limit(self, j: int) -> None:
         """Move to where the force that holds a vector is as large as its limit, which is near: a method that
@@ -105,12 +126,14 @@ class Sliding(Onset):
     def _slide(self, loose: dict[int, float]) -> bool:
         """Begin to slide where the forces of some guards exceed their limits, with those that would exceed
         theirs otherwise: a little way."""
-        origin, held = self.memory.copy(), self.held(j for j in self.vectors() if self.modes[j] == 0.0)
+        still = [j for j in self.vectors() if self.modes[j] == 0.0]
+        drag = {j: 1.0 for j in still if not self._rows.guards[j].multiplier}
+        origin, held = self.memory.copy(), self.held(j for j in still if j not in drag)
         now = float(origin[self._layout.time])
         which = self.machine.program.parts - 1
         length = LONGEST[which] * min(held.scale, self.span)
         while length >= LEAST[which] * max(abs(now), self.span):
-            sliding, more = dict(loose), loose
+            sliding, more = loose | drag, loose
             while more:
                 self.memory[:] = origin
                 found = self._collocated(length, min(length, self.end - now), held, sliding)
@@ -118,6 +141,8 @@ class Sliding(Onset):
                     break
                 sliding, more = sliding | found, found
             else:
+                values = self._arguments()
+                self.modes[[j for j in drag if values[j] == 0.0]] = 0.0
                 return True
             length *= SHORTER
         self.memory[:] = origin

@@ -166,7 +166,8 @@ def obstacle(motion: Motion, derived: FamilySystem | Residual) -> str:
 
 def sliding(program: Program) -> str:
     """Why a page cannot follow friction along a vector, as a sentence; empty if there is none."""
-    return "Friction against a vector is computed by lagrange solve only." if program.vectors else ""
+    holds = any(program.guards[j] >= 0 for j, _ in program.vectors)
+    return "Friction against a vector is computed by lagrange solve only." if holds else ""
 
 
 def too_large(program: str) -> str:
