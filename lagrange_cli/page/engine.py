@@ -174,6 +174,7 @@ def guards(spec: Spec, program: Interface) -> dict[str, Any]:
                 "multiplier": one.multiplier,
                 "direction": one.direction,
                 "beside": one.beside,
+                "parts": one.parts,
             }
             for one in rows.guards
         ],

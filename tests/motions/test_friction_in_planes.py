@@ -307,6 +307,15 @@ def test_a_ball_falls_from_rest_through_air(method: str, bound: float) -> None:
     assert motion["q/y"] == pytest.approx(-fallen, rel=bound)
 
 
+def test_balls_of_a_sweep_fall_like_single_ones() -> None:
+    swept = lagrange.sweep(
+        FALLING.replace("FORCE", ""), over={"c": [0.1, 0.2]}, stop=4, outputs="q", samples=2
+    )
+    last = np.sqrt(2 * 9.81 / np.array([0.1, 0.2]))
+    fallen = last**2 / 9.81 * np.log(np.cosh(9.81 * 4 / last))
+    assert swept.q["y"][:, -1] == pytest.approx(-fallen, rel=2e-14)
+
+
 def test_what_air_does_not_move_yet_begins_to_move_later() -> None:
     motion = follow(FALLING.replace("FORCE", " + (max(0, t - 1), m*g)"), 3, 4)
     assert motion["q/x"][:2].tolist() == [0, 0] and not motion["q/y"].any()

@@ -232,6 +232,22 @@ def test_a_slider_may_take_a_constraint_away():
     assert found["reason"] == "" and found["q"] == pytest.approx([0.0, 1.0], abs=1e-14)
 
 
+@pytest.mark.parametrize("rest", ["0, 0", "0.6, -0.8"])
+def test_drag_along_a_vector_that_is_0_for_a_while_is_that_of_solve(rest):
+    """A ball is dropped; a pendulum on a rod turns."""
+    x, y = rest.split(", ")
+    rod = "constraints: {rod: (x**2 + y**2 - 1)/2}, " if float(x) else ""
+    text = (
+        f"{{coordinates: {{x: {{initial: {x}}}, y: {{initial: {y}}}}}, {rod}positions: {{bob: [x, y]}}, "
+        "masses: {bob: 1}, potential: 9.81*y, solve: {stop: 4}, "
+        'forces: {bob: "-0.2*norm((x_dot, y_dot))*(x_dot, y_dot)"}}'
+    )
+    found = Engine(view(read_shown(text.encode(), "air.yaml", Request())).text).end()
+    expected = lagrange.solve(text, samples=2)
+    assert found["reason"] == ""
+    assert found["q"] == pytest.approx([expected.q[k][-1] for k in "xy"], rel=1e-13)
+
+
 def test_a_ball_bounces_and_comes_to_rest_as_in_solve():
     """Actions of events, infinitely many impacts, and the rest after them."""
     found = engine_of("bouncing_ball").end(e=0.6)

@@ -10,6 +10,7 @@ const ROUNDED = 1e-16;          // the square of a jump that is rounding (`mecha
 const CHANGES = 64;
 const ATTEMPTS = 8, ROUNDS = 8;
 const SMALLEST = 2 ** -1022;
+const APART = 2 ** -40, LARGER = 2 ** 4; // when drag acts again where its vector was 0 (`methods/sliding.py`)
 
 class Settling {
   constructor(engine) {
@@ -83,18 +84,43 @@ class Settling {
     let values = [];
     for (let round = 0; round <= this.count; round++) {
       values = this.arguments();
-      const signs = values.map((one) => (one < 0 ? -1 : 1));
+      const signs = values.map((one, j) => (one < 0 ? -1 : one === 0 && this.rows.guards[j].parts ? 0 : 1));
       if (signs.every((one, j) => one === this.modes[j])) break;
       signs.forEach((one, j) => { this.modes[j] = one; });
     }
-    const zero = values.flatMap((one, j) => (one === 0 ? [j] : []));
+    const zero = values.flatMap((one, j) => (one === 0 && !this.rows.guards[j].parts ? [j] : []));
     if (zero.length) this.choose(zero, new Map(zero.map((j) => [j, 1]))); else this.prepare();
   }
 
   goesOn(stop, due) {
+    if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].parts) return this.leaveOut(due);
     if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].beside) return this.passes(due);
     if (stop === Stop.GUARD) return this.settle(due) || this.rest();
-    return (stop === Stop.UNDERFLOW || stop === Stop.NOT_FINITE) && this.rest();
+    return (stop === Stop.UNDERFLOW || stop === Stop.NOT_FINITE) && (this.stops() || this.rest());
+  }
+
+  // Leave drag along a vector out that is about to be 0, or has just been.
+  stops() {
+    this.series();
+    const soon = Math.max(Math.abs(this.now), SMALLEST) * SOON;
+    for (let j = 0; j < this.count; j++) {
+      const [u, rate] = this.argument(j);
+      if (this.rows.guards[j].parts && this.modes[j] && u <= Math.abs(rate) * soon) return this.leaveOut(j);
+    }
+    return false;
+  }
+
+  // Leave it out until times since it was 0 are told apart.
+  leaveOut(j) {
+    const waited = this.modes[j] === 0;
+    this.modes[j] = 0;
+    this.series();
+    const [square, rate] = this.argument(j);
+    if (waited && 2 * square >= APART * rate * this.now) this.modes[j] = 1;
+    else this.marks[j] = -LARGER * square;
+    this.forget();
+    this.prepare();
+    return true;
   }
 
   // Go on to the other side of a guard whose mode no equation contains, if nothing jumps there.
