@@ -36,9 +36,8 @@ def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verificatio
     from lagrange_cli.run.coordinates import start_in
     from lagrange_cli.run.start import consistent_values
     from lagrange_cli.spec.values import resolve_values
-    from lagrange_cli.symbolic.admissible import admissible
     from lagrange_cli.symbolic.direct import Direct, directly
-    from lagrange_cli.symbolic.states import State, sides
+    from lagrange_cli.symbolic.states import State, admissible, sides
     from lagrange_cli.symbolic.verify import verify
 
     if derived.original is None:
