@@ -3,6 +3,7 @@ slides on in the direction in which it is pushed; where what holds it reaches it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +33,8 @@ class Sliding(Onset):
         super().__init__(machine, constants, memory, work)
         self.end = np.inf
         """The time at which the motion ends, which no way goes beyond."""
+        self.undetermined = False
+        """Whether several forces have held the motion last, whose sum alone follows from the equations."""
 
     def vectors(self) -> list[int]:
         """The guards of lengths."""
@@ -41,12 +44,17 @@ class Sliding(Onset):
         """Hold the motion where a length is about to be 0, or slide on; whether there is one."""
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
-        rounding = FEW * ROUNDED_OFF[self.machine.program.parts - 1] * np.max(np.abs(self.memory[self._own]))
         for j in self.vectors():
             u, rate = self._coefficients(self._rows.first + j)[:2]
-            if self.modes[j] != 0.0 and (u <= rounding or rate < 0.0 < u <= -rate * soon):
+            if self.modes[j] != 0.0 and (u <= self._rounding_of_speeds or rate < 0.0 < u <= -rate * soon):
                 return self.slide_or_hold(j)
         return False
+
+    @property
+    def _rounding_of_speeds(self) -> float:
+        """How large a velocity may be that is 0 but for rounding."""
+        unit = ROUNDED_OFF[self.machine.program.parts - 1]
+        return FEW * unit * float(np.max(np.abs(self.memory[self._own])))
 
     def slide_or_hold(self, j: int) -> bool:
         """Choose the mode of a length that has become 0, or whose force has reached its limit; whether the
@@ -56,9 +64,15 @@ class Sliding(Onset):
             self.memory[self._layout.at(number)] = 0.0
         self._stop(j)
         self.modes[j] = 0.0
+        for k in self.vectors():  # with it, or at the same time
+            if np.max(np.abs(self._parts(k))) <= self._rounding_of_speeds:
+                self.modes[k] = 0.0
+        self._take_rounding([k for k in self.vectors() if self.modes[k] == 0.0])
         if reached:
             self._move_to_limit(j)
         beyond, vectors = self._beyond(), self.vectors()
+        several = sum(self.modes[k] == 0.0 for k in vectors) > 1
+        self.undetermined = several and not np.all(np.isfinite(self._rates_of_rows()))
         loose = {j: 1.0} if reached else {}
         loose |= {k: 1.0 for k in beyond if k in vectors}
         found = not loose or self._slide(loose)
@@ -80,18 +94,23 @@ class Sliding(Onset):
         """Take a vector away that is 0 up to rounding, as friction does."""
         if not np.any(self._parts(j)):
             return
-        memory, inverse = self.memory.copy(), inverse_of(self._slopes_of_parts(j))
-        self._take_parts(j, inverse)
+        memory = self.memory.copy()
+        self._take_rounding([j])
         self.modes[j] = 0.0
         velocities = self._friction(j).velocities
         self.memory[:] = memory
-        self._take_parts(j, velocities)
-        self._take_parts(j, inverse)  # what is left by rounding
+        self._take_parts([j], velocities)
 
-    def _take_parts(self, j: int, velocities: Array) -> None:
+    def _take_rounding(self, vectors: Sequence[int]) -> None:
+        """Take vectors away in any direction: what rounding has left of them."""
+        if any(np.any(self._parts(k)) for k in vectors):
+            slopes = np.vstack([self._slopes_of_parts(k) for k in vectors])
+            self._take_parts(vectors, inverse_of(slopes))
+
+    def _take_parts(self, vectors: Sequence[int], velocities: Array) -> None:
         for _ in range(2):
             change = np.zeros(self._layout.degrees)
-            change[: len(velocities)] = velocities @ self._parts(j)
+            change[: len(velocities)] = velocities @ np.concatenate([self._parts(k) for k in vectors])
             self._take_away(change, exactly=True)
 
     def _take_away(self, change: Array, *, exactly: bool) -> None:
