@@ -49,6 +49,8 @@ class Sliding(Leading):
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
         for j in self.vectors():
             u, rate = self._coefficients(self._rows.first + j)[:2]
+            if not self._rows.guards[j].multiplier:
+                rate = -abs(rate)  # it may just have passed 0, up to rounding
             if self.modes[j] != 0.0 and rate < 0.0 < u <= -rate * soon:
                 return self.slide_or_hold(j)
         return False
@@ -59,17 +61,32 @@ class Sliding(Leading):
         before = self.memory.copy()
         for number in BEGINNING:
             self.memory[self._layout.at(number)] = 0.0
-        reached = self.modes[j] == 0.0
+        reached, holds = self.modes[j] == 0.0, bool(self._rows.guards[j].multiplier)
         self.modes[j] = 0.0
-        self._stop(j)
+        if holds or not reached:
+            self._stop(j)
         self._series()
-        if not reached and self._multiplier(j) <= HELD:
+        if not reached and (self._multiplier(j) <= HELD if holds else self._waits(j)):
             self.prepare()
             return True
-        found = self._slide(j)
+        found = (holds or not self._waits(j)) and self._slide(j)
         if not found:
             self.memory[:] = before
+        if reached and not holds:  # the vector is not 0 any more
+            self.modes[j], found = 1.0, True
         self.prepare()
+        return found
+
+    def _waits(self, j: int) -> bool:
+        """Whether a motion that nothing holds goes on for a while as if the vector were 0: nothing changes
+        it, or time is resolved so well that this makes no difference."""
+        return self.machine.program.parts > 1 or not np.any(self._push(j))
+
+    def _push(self, j: int) -> Array:
+        """The direction in which a vector begins to change: of the force that holds it, or of its rate."""
+        guard = self._rows.guards[j]
+        first, m = (guard.multiplier, 0) if guard.multiplier else (guard.beside, 1)
+        found: Array = self._coefficients_of(first, first + guard.parts)[:, m].copy()
         return found
 
     def _parts(self, j: int) -> Array:
@@ -100,11 +117,18 @@ class Sliding(Leading):
 
     def _slide(self, j: int) -> bool:
         """Begin to slide from u = 0, a little way."""
-        layout, guard, origin = self._layout, self._rows.guards[j], self.memory.copy()
+        layout, origin = self._layout, self.memory.copy()
         self._series()
-        pushed = self._coefficients_of(guard.multiplier, guard.multiplier + guard.parts)[:, 0].copy()
-        direction = np.linalg.pinv(self._slopes_of_parts(j)) @ pushed
-        now, length = float(origin[layout.time]), float(origin[layout.at(Clock.LENGTH)]) or self.span
+        together = [j]
+        if self._rows.guards[j].multiplier:
+            direction = np.linalg.pinv(self._slopes_of_parts(j)) @ self._push(j)
+        else:
+            direction = self._rates_of_rows()[: self.machine.program.degrees].copy()
+            others = (k for k in self.vectors() if not self._rows.guards[k].multiplier)
+            together += [k for k in others if self.modes[k] == 0.0 and np.any(self._push(k))]
+        now, length = float(origin[layout.time]), float(origin[layout.at(Clock.LENGTH)])
+        if not (length and self._rows.guards[j].multiplier):  # the last step may have been short
+            length = self.span
         length = min(length, self.span) * SHORTER
         if self.ahead > now:
             length = min(length, self.ahead - now)
@@ -112,7 +136,7 @@ class Sliding(Leading):
             if length < LEAST * max(abs(now), self.span):
                 break
             self.memory[:] = origin
-            self.modes[j] = 1.0
+            self.modes[together] = 1.0
             if self._collocated(j, length, direction / np.linalg.norm(direction)):
                 return True
             length *= SHORTER
@@ -139,11 +163,12 @@ class Sliding(Leading):
             return self._rates_of_rows()
 
         times, none = nodes * length, np.zeros(own)
-        tiny = SOON * (float(np.max(np.abs(origin[layout.v]))) or length)
+        holds = bool(self._rows.guards[j].multiplier)
+        tiny = SOON * (float(np.max(np.abs(origin[layout.v]))) * holds or length)
         guesses = [float(rates(t, none, tiny * direction)[:own] @ direction) for t in times]
         found: Array = np.outer(guesses, direction)
         apart = [rates(0.0, none, side * tiny * direction)[:own] for side in (1.0, -1.0)]
-        usual = float(np.max(np.abs(apart[0] - apart[1])))
+        usual = float(np.max(np.abs(apart[0] - apart[1] if holds else apart)))
         for _ in range(ROUNDS):
             speeds, places = length * (once @ found), length**2 * (twice @ found)
             if not np.all(np.isfinite(found)):
