@@ -204,7 +204,7 @@ def test_a_difference_over_its_own_length_is_its_sign(place, source):
 
 
 def test_static_friction_on_a_moving_belt_is_that_of_a_floor_in_motion():
-    """A coefficient that is larger at rest, with velocities relative to a belt: the same in the belt's frame."""
+    """A coefficient that is larger at rest, relative to a belt: the same in the frame of the belt."""
     text = """
 parameters: {v: VELOCITY, mu_s: 0.4, mu_k: 0.25, g: 9.81}
 coordinates: {x: {velocity: START, initial: 0}}
