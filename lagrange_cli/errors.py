@@ -214,13 +214,22 @@ class TooManyNumbers(TooLarge):
 
 
 class NotReal(LagrangeError):
-    """The equations of a system contain numbers that are not real; ``hint`` is the way out."""
+    """The equations of a system contain numbers that are not real, or beyond doubles; ``hint`` is the way
+    out."""
 
     exit_code = 3
 
     def __init__(self, message: str, hint: str) -> None:
         self.message, self.hint = message, hint
         super().__init__(f"{message}; {hint}")
+
+
+class BeyondDoubles(NotReal):
+    """The numbers of a system multiply to one that is larger than any double."""
+
+    def __init__(self) -> None:
+        message = "numbers multiply to more than the largest double, about 1.8e308"
+        super().__init__(message, "choose units in which they are closer to 1")
 
 
 def clip(excerpt: str, column: int, width: int = 100) -> tuple[str, int]:

@@ -12,6 +12,7 @@ from lagrange_cli.api.folder import Folder
 from lagrange_cli.api.given import number_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.plot import Shown, file_of, words
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.film import FRAMES, check_film
 from lagrange_cli.run.animate import find_folder, format_of, write
@@ -58,6 +59,7 @@ class Film:
         """Units of t that pass in a second."""
         return self._reel.speed
 
+    @in_python
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the film to a file.
 
@@ -101,6 +103,7 @@ class Film:
         return f"<film of {self._reel.name}: {self.pictures} pictures, {self.seconds:.3g} s>"
 
 
+@in_python
 def animate(
     result: Shown,
     *,

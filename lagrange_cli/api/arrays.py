@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from lagrange_cli.api.folder import Folder
 from lagrange_cli.store.result import Result
 
@@ -30,9 +28,6 @@ class Arrays(Mapping[str, Any]):
         if path not in self._kept:
             with Result(str(self._path)) as result:
                 found = result.read(path)
-            if found.dtype.kind == "O":
-                texts = [one.decode() if isinstance(one, bytes) else str(one) for one in found.flat]
-                found = np.array(texts).reshape(found.shape)
             found.flags.writeable = False
             self._kept[path] = found
         return self._kept[path]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.api.given import Value, Values, check_lengths, count_of, number_of, text_of, texts_of
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.run.bench import Ranking, entries_of, rank_methods
@@ -67,6 +68,7 @@ class Bench:
         return f"<bench of {self._ranking.name}: {best} ({self.because})>"
 
 
+@in_python
 def bench(
     system: System,
     *,
@@ -131,7 +133,7 @@ def bench(
     )
     check_lengths(spec, set)
     names = None if methods is None else [proper_name(str(name).strip(), [*METHODS]) for name in methods]
-    tried = None if tolerances is None else tuple(map(float, tolerances))
+    tried = None if tolerances is None else tuple(number_of("tolerances", one) for one in tolerances)
     entries = entries_of(names, tried, len(spec.coordinates), constrained=bool(spec.all_constraints))
     until = None if stop is None else text_of("stop", stop)
     with Interrupts(alone=True) as interrupted:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.api.given import Values, check_lengths, texts_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import LagrangeWarning
 from lagrange_cli.records import replace
 from lagrange_cli.run.check import Classification, classify
@@ -109,6 +110,7 @@ class Checked:
         return f"<{str(self).splitlines()[0]}>"
 
 
+@in_python
 def check(
     system: System, *, set: Values | None = None, size: Mapping[str, int | str] | None = None
 ) -> Checked:

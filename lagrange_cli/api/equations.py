@@ -9,6 +9,7 @@ from lagrange_cli.api.given import Values, check_lengths, texts_of
 from lagrange_cli.api.indexed_equations import IndexedEquations
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.words import in_python
 from lagrange_cli.api.written import Written
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.equations import FORMS, Derived
@@ -132,6 +133,7 @@ class Equations(Written):
             return as_display(self._found, "lagrange")
 
 
+@in_python
 def equations(
     system: System,
     *,

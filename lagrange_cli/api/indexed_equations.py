@@ -12,6 +12,7 @@ from lagrange_cli.run.family_equations import DerivedFamilies
 if TYPE_CHECKING:
     import sympy
 
+    from lagrange_cli.symbolic.families.equations import FamilyEquations
     from lagrange_cli.symbolic.families.lines import Line
     from lagrange_cli.symbolic.indexed.conditions import Loop
 
@@ -35,7 +36,10 @@ class IndexedEquations(Written):
         p_k = dL/dq_dot_k.
     accelerations, masses, force : dict of str to sympy.Expr, or None
         The explicit solution, which is None with constraints, and the diagonal of M and f in M a = f (with
-        constraints, M a = f + A^T lambda); None along chains and trees.
+        constraints, M a = f + A^T lambda). Where M couples members as along chains and trees, there is no
+        solution, and ``masses`` is None where it is not diagonal.
+    mass_matrix : dict of str to sympy.Expr
+        The entries of M from the diagonal on, but those that are 0: ``M_theta[i,j]``, ``M_theta_phi[i,j]``.
     positions : dict of str to sympy.Expr
         What the names of places stand for that the equations contain.
     constraints : dict of str to sympy.Expr
@@ -110,18 +114,32 @@ class IndexedEquations(Written):
 
     @property
     def accelerations(self) -> dict[str, sympy.Expr] | None:
-        """The explicit solution for each line; None along chains and trees, and with constraints."""
+        """The explicit solution for each line; None where M couples members, and with constraints."""
         return None if self._found.accelerations is None else self._lines(self._found.accelerations)
 
     @property
     def masses(self) -> dict[str, sympy.Expr] | None:
         """The diagonal of M in M a = f; None where M is not diagonal."""
-        return None if self._found.masses is None else self._lines(self._found.masses)
+        return None if self._found.diagonal is None else self._lines(self._found.diagonal)
 
     @property
-    def force(self) -> dict[str, sympy.Expr] | None:
-        """f in M a = f, likewise."""
-        return None if self._found.rates is None else self._lines(self._found.rates)
+    def mass_matrix(self) -> dict[str, sympy.Expr]:
+        """The entries of M from the diagonal on, but those that are 0."""
+        return self._lines([one for one in self._with_matrix.masses or () if one.expression != 0])
+
+    @property
+    def force(self) -> dict[str, sympy.Expr]:
+        """f in M a = f, or in M a = f + A^T lambda with constraints."""
+        return self._lines(self._with_matrix.rates or ())
+
+    @property
+    def _with_matrix(self) -> FamilyEquations:
+        from lagrange_cli.run.family_equations import in_form
+
+        with WORKING:
+            found = in_form(self._derived, "matrix")
+        assert isinstance(found, DerivedFamilies)
+        return found.equations
 
     @property
     def positions(self) -> dict[str, sympy.Expr]:

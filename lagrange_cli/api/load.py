@@ -27,6 +27,6 @@ def load(path: str | os.PathLike[str]) -> Stored:
         There is no such file, or it is no output of lagrange.
     """
     place = Path(path)
-    if not place.is_file():
+    if not place.exists():
         raise FileError(f"{place}: no such file")
     return Stored(place)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
+from lagrange_cli.api.words import in_python
 from lagrange_cli.outputs.catalog import OUTPUTS
 
 if TYPE_CHECKING:
@@ -155,6 +156,7 @@ class Motion(Pictured):
         listed = ", ".join(repr(one) for one in OUTPUTS if one in asked or one == name)
         return AttributeError(f"{name!r} was not computed: solve with outputs=[{listed}]")
 
+    @in_python
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the motion to a file: the same bytes as those of ``lagrange solve -o``.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 
 from lagrange_cli.api.kept import WORKING
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.style import check_matplotlib, plain
 from lagrange_cli.run.plot import PlotRequest, check_format, page_of, write
@@ -61,6 +62,7 @@ class Picture:
         with WORKING:  # matplotlib's settings are those of the process
             return draw(self._page, check_format(f"picture{format}"), CREATOR, self._inches)
 
+    @in_python
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the picture to a file.
 
@@ -89,6 +91,7 @@ class Picture:
         return f"<picture of {self._page.title}: {', '.join(self.panels)}>"
 
 
+@in_python
 def plot(
     *results: Shown,
     what: str | Iterable[str] | None = None,

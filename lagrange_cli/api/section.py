@@ -12,6 +12,7 @@ from lagrange_cli.api.members import Over, Random, Table, draws_of, threads_of
 from lagrange_cli.api.solve import check_precision
 from lagrange_cli.api.stored import Stored, stored
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.run.derive import read_run
@@ -51,6 +52,7 @@ class Section(Stored):
         return f"<section of {self.name}: {self.message}>"
 
 
+@in_python
 def section(
     system: System,
     *,

@@ -11,6 +11,7 @@ from lagrange_cli.api.given import Value, Values, check_lengths, count_of, deman
 from lagrange_cli.api.kept import keep
 from lagrange_cli.api.motion import Motion
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import Interrupted, LagrangeWarning, MotionError, UsageError
 from lagrange_cli.integrate.precision import DOUBLE, PRECISIONS
 from lagrange_cli.run.attributes import doubt
@@ -29,6 +30,7 @@ MONITOR = Monitor(interrupts=partial(Interrupts, alone=True))
 """Ctrl-C ends a run between two steps; nothing else is shown or heeded."""
 
 
+@in_python
 def solve(
     system: System,
     *,

@@ -14,6 +14,7 @@ from lagrange_cli.api.arrays import Arrays
 from lagrange_cli.api.folder import Folder
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import FileError, MissingPackage, UsageError
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.run.request import HDF5, format_of
@@ -112,6 +113,7 @@ class Stored(Pictured):
             raise self._missing(name)
         return self._arrays[path]
 
+    @in_python
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the file that the command writes: the same bytes.
 

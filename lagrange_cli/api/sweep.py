@@ -12,6 +12,7 @@ from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.members import Over, Random, Table, draws_of, threads_of
 from lagrange_cli.api.stored import Stored, stored
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.words import in_python
 from lagrange_cli.errors import UsageError
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.ensembles.contents import how_they_ended
@@ -66,6 +67,7 @@ class Sweep(Stored):
         return f"<sweep of {self.name}: {self.members} members ({shape}), {self.message}>"
 
 
+@in_python
 def sweep(
     system: System,
     *,

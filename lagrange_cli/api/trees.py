@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.errors import MissingPackage
 from lagrange_cli.model.units import udunits
-from lagrange_cli.store.layout import AXES
+from lagrange_cli.store.layout import AXES, labels
 
 if TYPE_CHECKING:
     import xarray
@@ -31,12 +31,13 @@ def tree_of(layout: Layout, rows: Mapping[str, np.ndarray], attributes: Mapping[
 
     def array_of(series: Series, times: Series) -> DataArray:
         """A dataset with its axes; ``times`` is that of the first."""
-        axes = [indices[axis] for axis in zip(series.axes, series.shape)]
+        axes = [indices[axis] for axis in series.indexed]
         components = [AXES[: series.components]] if series.components in (1, 2, 3) else []
         named = ["t", *axes, *components]
         dims = [*named, *(f"{series.path}_{i}" for i in range(1 + len(series.shape) - len(named)))]
         coordinates: dict[str, Any] = {"t": ("t", rows[times.path], described(times))}
         coordinates |= {name: [*AXES[: series.components]] for name in components}
+        coordinates |= {axes[0]: [*labels(series.places)]} if series.places else {}
         return DataArray(rows[series.path], coordinates, dims, attrs=described(series))
 
     found: dict[str, dict[str, DataArray]] = {}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.api.given import Value, Values, check_lengths, request_of
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.api.system import System, content_of
+from lagrange_cli.api.words import in_python
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -50,6 +51,7 @@ class Page:
         """Why it does not compute; empty if it does."""
         return self._page.why
 
+    @in_python
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the page to a file.
 
@@ -84,6 +86,7 @@ class Page:
         return f"<page of {self.name}: {len(self.text) / 1000:.0f} kB, {how}>"
 
 
+@in_python
 def view(
     system: System,
     *,

@@ -57,7 +57,10 @@ class LazyGroup(click.Group):
         if name not in COMMANDS and not name.startswith("-"):
             from lagrange_cli.expression.near import suggest
 
-            raise click.UsageError(f"there is no command {name!r}; {suggest(name, COMMANDS)}", context)
+            known = suggest(name, COMMANDS)
+            if os.path.exists(name):
+                known = f"a file follows its command, as in lagrange solve {name}"
+            raise click.UsageError(f"there is no command {name!r}; {known}", context)
         return super().resolve_command(context, arguments)
 
     def shell_complete(self, context: click.Context, incomplete: str) -> list[CompletionItem[str]]:
@@ -92,7 +95,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = lagrange.main(arguments, prog_name="lagrange", standalone_mode=False)
         flush_output()
     except click.ClickException as error:
-        error.show()
+        shown = unknown_option(error) if isinstance(error, click.NoSuchOption) else error
+        shown.show()
         return error.exit_code
     except (BrokenPipeError, SystemExit):  # click exits when the reader of its help has hung up
         discard_output()
@@ -103,6 +107,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if status == INTERRUPTED and (reason := limits.time_over()):
         complain(reason)
     return status if isinstance(status, int) else 0
+
+
+def unknown_option(error: click.NoSuchOption) -> click.UsageError:
+    """The error with the options that were perhaps meant: those that begin so, those that other programs call
+    so, and those that are spelt nearly so."""
+    from difflib import get_close_matches
+
+    from lagrange_cli.spec.settings import SOLVE
+
+    word, context = error.option_name.lstrip("-"), error.ctx
+    message = f"there is no option {error.option_name!r}"
+    options = [one for parameter in context.command.params for one in parameter.opts] if context else []
+    names = [one[2:] for one in options if one.startswith("--")]
+    meant, _ = SOLVE.meant(word)
+    found = [meant] if meant in names else [one for one in names if len(word) > 1 and one.startswith(word)]
+    found = found or get_close_matches(word, names)
+    hint = f"did you mean {' or '.join(f'--{one}' for one in found)}?" if found else ""
+    if not hint and context is not None and isinstance(context.command, LazyGroup):
+        hint = "options follow the command"
+    return click.UsageError(f"{message}; {hint}" if hint else message, context)
 
 
 def run() -> NoReturn:

@@ -88,8 +88,23 @@ def output_name(system: str, output: str | None, suffix: str = "", format: str =
     return f"{stem(system)}{suffix}{ENDINGS[format]}" if output is None else output
 
 
-def find_output(system: str, name: str, asked: Invocation, options: Mapping[str, str]) -> Target:
-    """The output, checked before any work is done. ``options`` are the command's own, beyond the request's.
+def check_apart(name: str, *sources: object) -> None:
+    """Raise ``UsageError`` where the output is one of the files that are read, under whatever name."""
+    for one in sources:
+        if (
+            isinstance(one, str)
+            and os.path.isfile(name)
+            and os.path.isfile(one)
+            and os.path.samefile(name, one)
+        ):
+            raise UsageError(f"{name} is read by this command: give --output another name")
+
+
+def find_output(
+    system: str, name: str, asked: Invocation, options: Mapping[str, str], table: object = None
+) -> Target:
+    """The output, checked before any work is done. ``options`` are the command's own, beyond the request's;
+    ``table`` may name a file that it reads besides the system.
 
     Raises ``UsageError`` and ``FileError`` where nothing can, or may, be written.
     """
@@ -106,6 +121,5 @@ def find_output(system: str, name: str, asked: Invocation, options: Mapping[str,
     if system != STANDARD_INPUT:
         given = {**options, **options_given(request)}
         made_by = Origin(os.path.realpath(system), given, time.monotonic(), request.cache)
-    if os.path.isfile(name) and os.path.isfile(system) and os.path.samefile(name, system):
-        raise UsageError(f"{name} is the system file itself: give --output another name")
+    check_apart(name, system, table)
     return find_target(name, force=asked.force, resume=request.resume, origin=made_by)

@@ -28,9 +28,21 @@ CHARACTERS: dict[str, tuple[str, str, str]] = {
 }
 """Characters with only one possible meaning: they are reported, and read with this meaning."""
 
-POWERS = {"²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6", "⁷": "7", "⁸": "8", "⁹": "9"}
+RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
 """Superscripts, read as powers."""
+_LOWERED = str.maketrans(f"{RAISED}⁻⁺−–", "0123456789-+--")
 SUBSCRIPTS = "₀₁₂₃₄₅₆₇₈₉"
+TEN = (
+    r"10\s*(?:(?:\^|\*\*)\s*[({]?\s*(?P<exponent>[-+−–]?[0-9]+)\s*[)}]?"
+    rf"|(?P<raised>[⁺⁻]?[{RAISED}]+))"
+)
+"""A power of ten, as a regular expression."""
+
+
+def lowered(text: str) -> str:
+    """A number with superscripts, or with other characters for its sign, as one of the keyboard."""
+    return text.translate(_LOWERED)
+
 
 SPOKEN_POWERS = {"squared": "2", "cubed": "3"}
 """Words for powers, as in ``r squared``."""
@@ -43,6 +55,7 @@ _LATEX = (
 STRANGERS: dict[str, tuple[str, str]] = {
     "'": ("quotation marks are not allowed", "leave them out"),
     '"': ("quotation marks are not allowed", "leave them out"),
+    **dict.fromkeys("“”„‘‚«»", ("quotation marks are not allowed", "leave them out")),
     "′": ("misplaced prime", "write NAME_dot for a velocity"),
     ":": ("':' is not allowed", "write only the expression itself"),
     "!": ("unknown operator '!'", "the operators are + - * / **; in conditions, write not"),
@@ -200,23 +213,29 @@ _UNITS = """
     year years newton newtons joule joules volt volts tesla hertz
 """
 _PREFIXED = "(?:[fpnuµmckMGT](?:m|g|s|A|K|N|J|W|Pa|V|T|C|F|H|Hz|Wb|Ohm|Ω|eV|bar|pc|l|L|mol))"
-_UNIT = "(?:" + "|".join([*sorted(_UNITS.split(), key=len, reverse=True), _PREFIXED]) + r")(?![^\W\d_])"
-_FACTOR = rf"{_UNIT}(?:(?:\^|\*\*)?\(?-?[0-9]+\)?|[⁻²³¹])*"
+_UNIT = (
+    "(?:" + "|".join([*sorted(_UNITS.split(), key=len, reverse=True), _PREFIXED]) + rf")(?![^\W\d_{RAISED}])"
+)
+_FACTOR = rf"{_UNIT}(?:(?:\^|\*\*)?\(?[-−]?[0-9]+\)?|⁻?[{RAISED}]+)?"
+_BETWEEN = r"(?:\s*[*/·⋅∙.]\s*|\s+)"
 _QUANTITY = (
     r"\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
-    r"(?:\s*[*x×·]\s*10\s*(?:\^|\*\*)\s*\(?(?P<exponent>[-+]?[0-9]+)\)?)?\s*"
-    rf"(?P<unit>{_FACTOR}(?:\s*(?:\*|/|·|\.|\s)\s*{_FACTOR})*)\s*"
+    rf"(?:\s*[*xX×·⋅∙]\s*{TEN})?\s*"
+    rf"(?P<unit>{_FACTOR}(?:{_BETWEEN}{_FACTOR})*"
+    rf"(?:\s*/\s*\({_FACTOR}(?:{_BETWEEN}{_FACTOR})*\))?)\s*"
 )
 """Compiled for the first mistake."""
+_LONGEST = 100
+"""Characters of a number with a unit."""
 
 
 def quantity(text: str) -> tuple[str, str] | None:
     """The number and the unit of ``9.81 m/s^2``, or None where a text is no number with a unit."""
-    match = re.fullmatch(_QUANTITY, text)
+    match = re.fullmatch(_QUANTITY, text) if len(text) <= _LONGEST else None
     if match is None:
         return None
-    power = match["exponent"]
-    return match["number"] + (f"e{power}" if power else ""), match["unit"]
+    power = match["exponent"] or match["raised"]
+    return match["number"] + (f"e{lowered(power)}" if power else ""), match["unit"]
 
 
 def is_unit(text: str) -> bool:

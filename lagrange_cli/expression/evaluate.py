@@ -44,6 +44,10 @@ class Reals:
         return float(u > 0) if u != 0 else (1 + at) / 2
 
 
+Step = tuple[Node, Kind, Sequence[Any], Sequence[Any]]
+"""A node, its kind, and the number that it is, or its coefficients and constant; their absolute values."""
+
+
 def evaluate(
     nodes: Sequence[Node], values: Mapping[str, Any], arithmetic: Arithmetic | None = None
 ) -> tuple[dict[Node, Any], dict[Node, Any]]:
@@ -54,37 +58,55 @@ def evaluate(
     before it is called zero. It is infinite where a function's argument has lost half its digits.
     """
     of = arithmetic or Reals()
+    return evaluated(prepared(nodes, of), values, of)
+
+
+def prepared(nodes: Sequence[Node], of: Arithmetic) -> list[Step]:
+    """All below ``nodes``, arguments first, with their numbers in an arithmetic: for many ``values``."""
+    found: list[Step] = []
+    for node in reachable(nodes):
+        numbers: Sequence[Any] = ()
+        if node.kind is Kind.NUMBER:
+            numbers = [of.number(node.data)]
+        elif node.kind is Kind.SUM:
+            numbers = [*map(of.number, node.data[1]), of.number(node.data[0])]
+        found.append((node, node.kind, numbers, [*map(abs, numbers)]))
+    return found
+
+
+def evaluated(
+    steps: Sequence[Step], values: Mapping[str, Any], of: Arithmetic
+) -> tuple[dict[Node, Any], dict[Node, Any]]:
+    """What ``evaluate`` returns, of what is ``prepared`` in an arithmetic."""
     value: dict[Node, Any] = {}
     size: dict[Node, Any] = {}
-    for node in reachable(nodes):
+    for node, kind, numbers, sizes in steps:
         a = node.arguments
-        if node.kind is Kind.NUMBER:
-            value[node] = of.number(node.data)
-            size[node] = abs(value[node])
-        elif node.kind is Kind.SYMBOL:
+        if kind is Kind.SUM:
+            value[node] = numbers[-1] + sum([c * value[x] for c, x in zip(numbers, a)])
+            size[node] = sizes[-1] + sum([c * size[x] for c, x in zip(sizes, a)])
+        elif kind is Kind.NUMBER:
+            (value[node],), (size[node],) = numbers, sizes
+        elif kind is Kind.SYMBOL:
             value[node] = values[node.data]
             size[node] = abs(value[node])
-        elif node.kind is Kind.SUM:
-            constant, coefficients = of.number(node.data[0]), [*map(of.number, node.data[1])]
-            value[node] = constant + sum([c * value[x] for c, x in zip(coefficients, a)])
-            size[node] = abs(constant) + sum([abs(c) * size[x] for c, x in zip(coefficients, a)])
-        elif node.kind is Kind.PRODUCT:
+        elif kind is Kind.PRODUCT:
             value[node], size[node] = product([(value[x], size[x], e) for x, e in zip(a, node.data)], of)
-        elif node.kind is Kind.POWER:
+        elif kind is Kind.POWER:
             base, exponent = a
             value[node] = of.power(value[base], value[exponent])
             grown = abs(value[exponent]) * size[base] / abs(value[base]) if value[base] != 0 else math.inf
             size[node] = abs(value[node]) * (1 + grown + size[exponent])
-        elif node.kind is Kind.FUNCTION:
+        elif kind is Kind.FUNCTION:
             value[node] = of.function(node.data, [value[x] for x in a])
             lost = size[a[0]] > of.rounding**-0.5
             size[node] = math.inf if lost else size_of(node.data, value[node], size[a[0]])
-        elif node.kind is Kind.SWITCH:
+        elif kind is Kind.SWITCH:
             u, above, below = a
             weight = of.weight(node.data, value[u])
             value[node] = weighted(weight, value[above], value[below])
-            sizes = [abs(part) * size[x] for part, x in ((weight, above), (1 - weight, below)) if part != 0]
-            size[node] = sum(sizes)
+            parts = ((weight, above), (1 - weight, below))
+            size[node] = sum([abs(part) * size[x] for part, x in parts if part != 0])
         else:
             raise ValueError("a time derivative has no value without a motion")
     return value, size

@@ -14,9 +14,10 @@ from typing import Any
 
 import mpmath
 
+from lagrange_cli.errors import BeyondDoubles
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL
 from lagrange_cli.expression.syntax import ExpressionError, Tree
@@ -42,6 +43,14 @@ class Exact(Fraction):
 
     __slots__ = ()
 
+    def __eq__(self, other: object) -> bool:
+        if type(other) is float and self.denominator == 1:
+            return self.numerator == other
+        return Fraction.__eq__(self, other)
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(self.numerator) if self.denominator == 1 else Fraction.__hash__(self)
+
 
 def _exact(text: str) -> Any:
     """The number a literal stands for; 0 and infinity where a double would be (and not a million digits)."""
@@ -49,11 +58,14 @@ def _exact(text: str) -> Any:
     return Exact(text) if rounded and math.isfinite(rounded) else rounded
 
 
-def _operation(name: str) -> Callable[[Exact, Any], Any]:
+def _operation(name: str, idle: float | None) -> Callable[[Exact, Any], Any]:
+    """An operation of ``Exact``; the number ``idle`` changes nothing, and is what most of them are with."""
     plain, of_floats = getattr(Fraction, name), getattr(float, name)
 
     def operation(self: Exact, other: Any) -> Any:
         if isinstance(other, float):
+            if other == idle:
+                return self
             if not math.isfinite(other):
                 return of_floats(float(self), other)
             other = Fraction(other)
@@ -63,16 +75,20 @@ def _operation(name: str) -> Callable[[Exact, Any], Any]:
     return operation
 
 
-for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv"):
-    setattr(Exact, f"__{_name}__", _operation(f"__{_name}__"))
-Exact.__neg__ = lambda self: Exact(Fraction.__neg__(self))  # type: ignore[method-assign]
-Exact.__abs__ = lambda self: Exact(Fraction.__abs__(self))  # type: ignore[method-assign]
+for _name, _idle in (
+    ("add", 0.0), ("radd", 0.0), ("sub", 0.0), ("rsub", None),
+    ("mul", 1.0), ("rmul", 1.0), ("truediv", 1.0), ("rtruediv", None),
+):  # fmt: skip
+    setattr(Exact, f"__{_name}__", _operation(f"__{_name}__", _idle))
+Exact.__neg__ = lambda self: Exact(-self.numerator, self.denominator)  # type: ignore[method-assign]
+Exact.__abs__ = lambda self: Exact(abs(self.numerator), self.denominator)  # type: ignore[method-assign]
 
 
 def _bounded(value: Fraction) -> Any:
-    if value.denominator.bit_length() + value.numerator.bit_length() > _MOST_BITS:
+    above, below = value.numerator, value.denominator
+    if below.bit_length() + above.bit_length() > _MOST_BITS:
         return _rounded(_real(value))
-    return Exact(value)
+    return Exact(above, below)  # which is faster than Exact(value)
 
 
 def _real(value: Any) -> Any:
@@ -96,8 +112,16 @@ def _rounded(value: Any) -> Any:
 class ExactGraph(Graph):
     """A graph whose numbers are exact, or nearly so."""
 
+    def check_numbers(self) -> None:
+        for node in self.nodes:
+            numbers = (node.data[0], *node.data[1]) if node.kind is Kind.SUM else ()
+            if any(isinstance(one, Fraction) and abs(one) > LARGEST for one in numbers):
+                raise BeyondDoubles
+
     @staticmethod
     def number(value: Any) -> Any:  # type: ignore[override]
+        if type(value) is Exact:
+            return value
         return Exact(value) if isinstance(value, Fraction) or math.isfinite(value) else value
 
     @staticmethod

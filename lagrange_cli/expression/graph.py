@@ -27,6 +27,9 @@ class Graph(NormalForms):
         self._split: dict[tuple[Node, int], tuple[Node, Node]] = {}
         self._vanishing: dict[Node, Node | None] = {}
 
+    def check_numbers(self) -> None:
+        """Raise ``BeyondDoubles`` where a number is no double, as those of exact graphs may be."""
+
     # ------------------------------------------------------------------ derivatives
 
     def diff(self, node: Node, symbol: Node) -> Node:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import reduce
+from math import prod
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
@@ -37,6 +38,8 @@ Indices: TypeAlias = "Mapping[str, Whole]"
 
 MOST = whole("pairs")
 """Terms of all sums that are not written out."""
+FARTHEST = 2**62
+"""Places of a family that have numbers: those of wider ones do not fit."""
 
 
 class TooMany(Unsuited):
@@ -157,7 +160,7 @@ def inner(loop: Sum, indices: Indices, count: int) -> tuple[dict[str, Whole], Pl
 
 def flat(places: Sequence[Whole], shape: Sequence[int], count: int) -> Places:
     """Places in a family of this ``shape``, the last index fastest."""
-    if len(places) != len(shape):
+    if len(places) != len(shape) or prod(shape) >= FARTHEST:
         raise Unsuited
     made: Whole = 0
     for i, (place, size) in enumerate(zip(places, shape)):

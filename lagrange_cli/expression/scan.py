@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from unicodedata import category
 
-from lagrange_cli.expression.confusions import CHARACTERS, POWERS, STRANGERS, SUBSCRIPTS
+from lagrange_cli.expression.confusions import CHARACTERS, RAISED, STRANGERS, SUBSCRIPTS, TEN, lowered
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.syntax import Span
 from lagrange_cli.records import dataclass
@@ -14,14 +14,15 @@ from lagrange_cli.records import dataclass
 _TOKEN = re.compile(
     r"(?P<literal>0[xob][0-9a-f][0-9a-f_]*|[0-9]+(?:_[0-9]+)+(?:\.[0-9_]*)?(?:e[+-]?[0-9]+)?)(?!\w)"
     r"|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-    r"|(?P<name>[^\W\d]\w*)"
+    rf"|(?P<raised>[⁺⁻]?[{RAISED}]+)"
+    rf"|(?P<name>[^\W\d][^\W{RAISED}]*)"
     r"|(?P<sign>\*\*|//|[=!<>]=|[-+*/%<>,.()\[\]=])"
     r"|(?P<space>\s+)"
     r"|(?P<other>.)",
     re.DOTALL,
 )
-_TIMES_POWER_OF_TEN = re.compile(r"\s*[×·⋅∙]\s*10\s*(?:\^|\*\*)\s*\{?([-+−]?[0-9]+)\}?(?![\w.])")
-"""What follows the 1.602 of ``1.602×10^-19``."""
+_POWER_OF_TEN = re.compile(rf"(?:\s*[×·⋅∙xX]\s*{TEN}|(?P<apart>\s*[eE]\s?(?P<sign>[-+−–][0-9]+)))(?![\w.])")
+"""What follows the 1.602 of ``1.602×10^-19`` and ``1.602 e-19``."""
 _SHOWN_DIGITS = 60
 WORDS = frozenset({"for", "in", "if", "and", "or", "not", "else"})
 """Words of sums and their conditions: no names."""
@@ -47,12 +48,16 @@ def tokens(text: str, offset: int = 0) -> Iterator[Token]:
         kind, start = match.lastgroup or "other", match.start() + offset
         if match.start() < end:
             continue  # within a power of ten that has been read
-        power = _TIMES_POWER_OF_TEN.match(text, match.end()) if kind == "number" else None
+        power = _POWER_OF_TEN.match(text, match.end()) if kind == "number" else None
         if power and match.group().strip("0123456789.") == "":
             end = power.end()
-            number = f"{match.group()}e{power[1].replace('−', '-')}"
-            complaint = "power of ten written as a product", f"write {number}"
-            yield Token(kind, number, Span(start, end + offset), complaint)
+            number = f"{match.group()}e{lowered(power['exponent'] or power['raised'] or power['sign'])}"
+            message = (
+                "unknown notation of a number" if power["apart"] else "power of ten written as a product"
+            )
+            yield Token(kind, number, Span(start, end + offset), (message, f"write {number}"))
+        elif kind == "raised":
+            yield from _raised(match.group(), start)
         elif kind == "literal":
             yield _literal(match.group(), start)
         elif kind == "name" and not match.group().isidentifier():
@@ -82,8 +87,17 @@ def _literal(text: str, start: int) -> Token:
     return Token("number", number, Span(start, start + len(text)), complaint)
 
 
+def _raised(text: str, start: int) -> Iterator[Token]:
+    """The power that superscripts mean, as in ``x⁻²``."""
+    power, span = lowered(text), Span(start, start + len(text))
+    yield Token("sign", "**", span, (f"unknown operator '{text}'", f"write **{power}"))
+    if not power.isdecimal():
+        yield Token("sign", power[0], span)
+    yield Token("number", power.lstrip("+-"), span)
+
+
 def _pieces(text: str, start: int) -> Iterator[Token]:
-    """A name with characters in it that no name has: ``x²``."""
+    """A name with characters in it that no name has: ``x₁``."""
     first = 0
     for i, character in enumerate(text):
         if not ("a" + character).isidentifier():
@@ -94,7 +108,7 @@ def _pieces(text: str, start: int) -> Iterator[Token]:
 
 
 def _piece(text: str, start: int) -> Iterator[Token]:
-    """A name, or a number as in ``x²3``, after what may stand within a name but not begin one."""
+    """A name, or a number as in ``x₁3``, after what may stand within a name but not begin one."""
     while text and not (text.isidentifier() or (text.isdecimal() and text.isascii())):
         yield from _other(text[0], start)
         text, start = text[1:], start + 1
@@ -105,10 +119,7 @@ def _piece(text: str, start: int) -> Iterator[Token]:
 
 def _other(character: str, start: int) -> Iterator[Token]:
     span = Span(start, start + 1)
-    if character in POWERS:
-        yield Token("sign", "**", span, (f"unknown operator '{character}'", f"write **{POWERS[character]}"))
-        yield Token("number", POWERS[character], span)
-    elif character in CHARACTERS:
+    if character in CHARACTERS:
         meant, message, hint = CHARACTERS[character]
         yield Token("name" if meant.isidentifier() else "sign", meant, span, (message, hint))
     elif character in SUBSCRIPTS:

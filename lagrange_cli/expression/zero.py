@@ -19,6 +19,7 @@ import random
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+from lagrange_cli.errors import BeyondDoubles
 from lagrange_cli.expression.evaluate import Reals, evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -61,6 +62,14 @@ class Doubles(Reals):
     """Doubles as such an arithmetic: they show only what is not 0."""
 
     finite = staticmethod(math.isfinite)
+
+    @staticmethod
+    def number(value: float) -> float:  # type: ignore[override]
+        """Raises ``BeyondDoubles``."""
+        try:
+            return float(value)
+        except OverflowError as error:
+            raise BeyondDoubles from error
 
     @staticmethod
     def rounded(value: float) -> float:

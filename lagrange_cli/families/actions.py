@@ -1,4 +1,4 @@
-"""Actions of events of families: which of them are simple, which keep the energy, and where members may rest.
+"""Actions of events of families: which of them are simple, and where members may rest.
 
 All of this follows from tables: which coordinates, velocities and parameters each event reads and sets.
 """
@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Slot, Term, Total
+from lagrange_cli.families.arrays import Term, Total
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.contacts import Contacts
-from lagrange_cli.families.events import ROUNDED, SEEDS, Events, random_state
-from lagrange_cli.families.impacts import contacts_of
+from lagrange_cli.families.contacts import Contacts, Impacts
+from lagrange_cli.families.events import SEEDS, Events, random_state
+from lagrange_cli.families.impacts import impacts_of
+from lagrange_cli.families.reflection import EventStates
+from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
-    Values = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 AFFECTED = 16
 """So many events, on the average, have arguments that each simple action changes, at most."""
@@ -72,7 +72,7 @@ class Reading:
                     self.wide[table] = True
 
 
-def with_actions(builder: FamilyBuilder, events: Events, masses: Total) -> Events:
+def with_actions(builder: FamilyBuilder, events: Events, masses: Total, forces: Total) -> Events:
     """Events with what follows from what actions set, if they set anything.
 
     Raises ``Unsuited`` for actions that change masses, and for contacts that are not followed here.
@@ -84,7 +84,8 @@ def with_actions(builder: FamilyBuilder, events: Events, masses: Total) -> Event
     read, of_masses = Reading(builder, events.arguments), Reading(builder, masses)
     if np.any(of_masses.wide[places]) or np.any(np.isin(places, of_masses.places)):
         raise Unsuited
-    contacts = contacts_in(builder, events, read)
+    states = EventStates(builder, events)
+    impacts = impacts_in(builder, events, read, states, masses, forces)
     left, right = (np.searchsorted(read.places, places, side) for side in ("left", "right"))
     counts = right - left
     never = set(acting[read.wide[places]].tolist())
@@ -95,12 +96,14 @@ def with_actions(builder: FamilyBuilder, events: Events, masses: Total) -> Event
         for e, first, last in zip(acting.tolist(), left.tolist(), right.tolist()):
             pairs += [(e, other) for other in read.readers[first:last].tolist()]
         never |= {e for e, other in pairs if e == other}
-    if contacts is not None:
-        never |= disturbing(events, contacts, n)
+    if impacts is not None and impacts.contacts is not None:
+        never |= disturbing(events, impacts.contacts, n)
     simple = frozenset(acting.tolist()) - never
     affected = tuple(dict.fromkeys(one for one in pairs if one[0] in simple))
-    keeps = bool(np.all((places >= n) & (places < 2 * n))) and keeps_energy(builder, events, masses)
-    return replace(events, simple=simple, affected=affected, keeps_energy=keeps, contacts=contacts)
+    every = np.ones(len(events.listed), dtype=bool)
+    speeds = bool(np.all((places >= n) & (places < 2 * n)))
+    keeps = speeds and bool(states.judge(lambda: states.lossless(masses), every).all())
+    return replace(events, simple=simple, affected=affected, keeps_energy=keeps, impacts=impacts)
 
 
 def disturbing(events: Events, contacts: Contacts, n: int) -> set[int]:
@@ -116,21 +119,11 @@ def disturbing(events: Events, contacts: Contacts, n: int) -> set[int]:
     }
 
 
-def keeps_energy(builder: FamilyBuilder, events: Events, masses: Total) -> bool:
-    """Whether no action changes T: each is done at a random state."""
-    acting, places = np.array(events.changed, dtype=np.int64).T
-    state, v = random_state(builder, SEEDS[0])
-    with np.errstate(all="ignore"):
-        after, rows = state.of(events.values), places - builder.q.count
-        mass = state.of(masses)[rows]
-        change = np.bincount(acting, mass * (after**2 - v[rows] ** 2), len(events.listed))
-        size = np.bincount(acting, mass * (after**2 + v[rows] ** 2), len(events.listed))
-    return bool(np.all(np.abs(change) <= ROUNDED * size))
-
-
-def contacts_in(builder: FamilyBuilder, events: Events, read: Reading) -> Contacts | None:
-    """The contacts of impacts that do not reflect the speed: the motion may come to rest there (see
-    ``mechanics.contacts``)."""
+def impacts_in(
+    builder: FamilyBuilder, events: Events, read: Reading, states: EventStates, masses: Total, forces: Total
+) -> Impacts | None:
+    """The impacts that do not reflect the speed: the motion may come to rest there (see
+    ``mechanics.contacts``), if something drives it back."""
     n, count = builder.q.count, len(events.listed)
     acting, places = np.array(events.changed, dtype=np.int64).T
     is_speed = (places >= n) & (places < 2 * n)
@@ -143,37 +136,10 @@ def contacts_in(builder: FamilyBuilder, events: Events, read: Reading) -> Contac
         return None
     if np.any(impact & read.adding):
         raise Unsuited
-    keys = acting * n + (places - n)
-    order = np.argsort(keys)
-    keys = keys[order]
-    state, v = random_state(builder, SEEDS[1])
-    with np.errstate(all="ignore"):
-        new = state.of(events.values)[order]
-        total, size = np.zeros(count), np.zeros(count)
-
-        def add(targets: Places, values: Values) -> None:
-            total[:] += np.bincount(targets, values, count)
-            size[:] += np.bincount(targets, np.abs(values), count)
-
-        def slope(term: Term, symbol: Node) -> Values:
-            node = builder.graph.diff(term.node, symbol)
-            return np.broadcast_to(np.asarray(state.node(node), dtype=float), term.domain.count)
-
-        for term in events.arguments.terms:
-            add(term.targets, 2.0 * slope(term, builder.time))
-            for symbol, slot in builder.slots.inside(term.node):
-                if slot.array is builder.q:
-                    add(term.targets, slope(term, symbol) * v[slot.table])
-                    add(term.targets, slope(term, symbol) * after(slot, term, keys, new, v, n))
     touched = np.zeros(count, dtype=bool)
     touched[read.readers[read.places < n]] = True
-    resting = np.flatnonzero(impact & touched & ~(np.abs(total) <= ROUNDED * size))
+    impact &= touched
+    slowing = np.flatnonzero(impact & ~states.judge(states.reflected, impact))
+    state = FamilyValues(builder, *random_state(builder, SEEDS[1]))
     with np.errstate(all="ignore"):
-        return contacts_of(builder, events, resting, state) if len(resting) else None
-
-
-def after(slot: Slot, term: Term, keys: Places, new: Values, v: Values, n: int) -> Values:
-    """The velocities of what a slot has, after the action of each member's own event."""
-    wanted = term.targets * n + slot.table
-    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    return np.where(keys[at] == wanted, new[at], v[slot.table])
+        return impacts_of(builder, events, slowing, (forces, masses), state)

@@ -14,6 +14,7 @@ import numpy as np
 
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.breaks import with_breaks
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import curved
 from lagrange_cli.families.rigid import ParticleVectors, Rigid, displacement, growing, together
@@ -68,6 +69,7 @@ class RandomState:
             signs[system.modes.signs] = (
                 np.random.default_rng(STATES).choice([-1.0, 1.0], count) * (-1) ** seed
             )
+        self.signs = signs
         self.values = FamilyValues(system, self.t, q, v, self.parameters, signs)
         self.slopes, self.slope_sizes = self._pair(system.gradient)
         self.applied, self.applied_sizes = self._pair(system.applied)
@@ -106,6 +108,13 @@ class RandomState:
         moved = FamilyValues(self.system, self.t, self.q + direction, self.v, self.parameters)
         before, after = (float(np.sum(one.node(self.system.kinetic))) for one in (self.values, moved))
         return abs(after - before) <= ROUNDED * abs(before)
+
+    def moved(self, q: Values, v: Values, parameters: Values | None = None) -> tuple[FamilyValues, Values]:
+        """The values where these are others, also at several states (coordinates, states); and v."""
+        beside = (..., *(None for _ in q.shape[1:]))
+        signs = {array: values[beside] for array, values in self.signs.items()}
+        parameters = self.parameters if parameters is None else parameters
+        return FamilyValues(self.system, self.t, q, v, parameters, signs), v
 
     def idles(self, direction: Values) -> bool:
         """Whether applied forces do no work in a direction."""
@@ -168,7 +177,7 @@ def constants_of(system: FamilySystem) -> ConservedQuantities:
         if system.steady_potential and system.idle_bonds and idle_power:
             fixed = "positions" if system.spec.lagrangian is None and system.vector is None else ""
             found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
-        found += further(system, states, kept)
+        found = [*with_breaks(system, states, [*found, *further(system, states, kept)])]
     return ConservedQuantities(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
 
 

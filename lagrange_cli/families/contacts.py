@@ -1,4 +1,4 @@
-"""What is known of resting contact of families (see ``families.impacts``)."""
+"""What is known of impacts and resting contact of families (see ``families.impacts``)."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ class Contacts:
     by a coordinate that it ``reads`` (2, slopes), ``bends`` what d2g/dt2 is without accelerations.
     ``directions`` are d, each of a contact and a coordinate on which it ``acts`` (2, directions), and
     ``divisors`` grad g d. ``signs`` has the modes, which are 0 but at rest, and ``others`` the contact that
-    has the same coordinate and goes before, or ``NONE``. ``speeds`` are dg/dt after each one's own action;
-    ``multipliers`` are N, once forces are known.
+    has the same coordinate and goes before, or ``NONE``. ``multipliers`` are N, once forces are known.
     """
 
     events: Places
@@ -30,10 +29,19 @@ class Contacts:
     divisors: Total
     signs: Array
     others: Places
-    speeds: Total
     multipliers: Total
 
     @property
     def count(self) -> int:
         """The number of contacts."""
         return len(self.events)
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """Impacts that reduce the speed, at the ``events`` of these numbers, in order. ``speeds`` are dg/dt after
+    each one's own action. Members may rest where there are ``contacts``; from others they go apart."""
+
+    events: Places
+    speeds: Total
+    contacts: Contacts | None

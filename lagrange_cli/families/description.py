@@ -13,7 +13,7 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Total
 from lagrange_cli.families.bonds import Bonds
-from lagrange_cli.families.contacts import Contacts
+from lagrange_cli.families.contacts import Contacts, Impacts
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass, field
@@ -124,7 +124,12 @@ class FamilySystem:
     @property
     def contacts(self) -> Contacts | None:
         """Resting contact at events."""
-        return None if self.events is None else self.events.contacts
+        return None if self.impacts is None else self.impacts.contacts
+
+    @property
+    def impacts(self) -> Impacts | None:
+        """Impacts that reduce the speed."""
+        return None if self.events is None else self.events.impacts
 
     @property
     def straight(self) -> bool:

@@ -6,7 +6,6 @@ An event of a member is written once, as forces are. What follows from actions i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +15,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.families.arrays import Chain, Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.contacts import Contacts
+from lagrange_cli.families.contacts import Impacts
 from lagrange_cli.families.groups import listed
 from lagrange_cli.families.jumps import refuse_angles
 from lagrange_cli.families.values import FamilyValues
@@ -41,7 +40,7 @@ class Events:
     the sizes of the terms of its argument and of its rate. ``values`` is what actions set, each at the place
     that ``changed`` has for it beside the number of its event: among coordinates, velocities and parameters.
     ``simple`` are events whose actions are (see ``native.stepping.actions``), and ``affected`` pairs of these
-    and those whose arguments they change. Members may rest at those with ``contacts``.
+    and those whose arguments they change. ``impacts`` are those that reduce the speed.
     """
 
     listed: Sequence[Event]
@@ -53,12 +52,7 @@ class Events:
     affected: tuple[tuple[int, int], ...]
     keeps_energy: bool
     """Whether no action changes it."""
-    contacts: Contacts | None = None
-
-    @cached_property
-    def set(self) -> frozenset[int]:
-        """The places that actions change."""
-        return frozenset(place for _, place in self.changed)
+    impacts: Impacts | None = None
 
 
 def events_of(builder: FamilyBuilder, spec: Spec, *, free: bool) -> Events | None:
@@ -121,18 +115,18 @@ def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:
         raise Unsuited
 
 
-def random_state(builder: FamilyBuilder, seed: int) -> tuple[FamilyValues, Values]:
-    """A state, and its velocities; parameters are the same in all of them."""
+def random_state(builder: FamilyBuilder, seed: int) -> tuple[float, Values, Values, Values]:
+    """A time, q, v, and parameters, which are the same for all seeds."""
     chance, count = np.random.default_rng(seed), builder.q.count
     q, v = chance.uniform(0.2, 1.2, count), chance.uniform(-1.0, 1.0, count)
     parameters = np.random.default_rng(SEEDS).uniform(0.7, 1.1, builder.given.count)
-    return FamilyValues(builder, float(chance.uniform(0.2, 1.2)), q, v, parameters), v
+    return float(chance.uniform(0.2, 1.2)), q, v, parameters
 
 
 def refuse_unchanging(builder: FamilyBuilder, arguments: Total) -> None:
     """Raise ``Unsuited`` where an argument is the same at all states: its members say so."""
     with np.errstate(all="ignore"):
-        one, other = (random_state(builder, seed)[0].of(arguments) for seed in SEEDS)
+        one, other = (FamilyValues(builder, *random_state(builder, seed)).of(arguments) for seed in SEEDS)
     if np.any(np.abs(one - other) <= ROUNDED * np.abs(one)):
         raise Unsuited
 

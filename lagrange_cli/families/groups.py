@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import prod
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,9 +11,9 @@ import numpy as np
 from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.index_arrays import Differ, Places, one_if_equal
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.syntax import Binary, Name, Negative, Sum, Tree, Vector
+from lagrange_cli.expression.syntax import Axis, Binary, Name, Negative, Sum, Tree, Vector
 from lagrange_cli.families.arrays import Array, Domain
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import groups_by_name
 from lagrange_cli.spec.family import Family, MemberNames
 from lagrange_cli.spec.members import indices_of, numbers_of
@@ -20,6 +21,9 @@ from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.whole import Part, Template, WrittenFamily
 
 T = TypeVar("T", bound=Template)
+
+MOST = 10_000_000
+"""Places in the table of a family."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +39,15 @@ class Rows:
 class Group:
     """A family whose members are written: the ``trees`` that occur, or what else is written, which of them
     each member has, and the values of its indices. ``place_of`` has the members' numbers by their place, -1
-    where there is none."""
+    where there is none. Of trees whose members are not all that are between some ends, ``keyed`` says which
+    they are."""
 
     family: Family
     place_of: Places
     trees: tuple[Any, ...]
     labels: Places
     indices: Mapping[str, Places]
+    keyed: Mapping[int, Sequence[Axis]] = field(default_factory=dict)
 
     @property
     def count(self) -> int:
@@ -79,7 +85,9 @@ def placed_parts(
         for name, values in indices_of(part).items():
             indices[name][numbers] = values
     trees = {seen[id(of(part.item))]: of(part.item) for _, part in parts}
-    return Group(family, places_of(family), tuple(trees[i] for i in range(len(trees))), labels, indices)
+    keyed = {seen[id(of(part.item))]: part.keyed for _, part in parts if part.keyed}
+    whole = tuple(trees[i] for i in range(len(trees)))
+    return Group(family, places_of(family), whole, labels, indices, keyed)
 
 
 def listed(written: Sequence[Expression]) -> Group:
@@ -108,10 +116,13 @@ def parts_of(family: Family, written: Mapping[str, T]) -> Sequence[Part[T]]:
 
 
 def places_of(family: Family) -> Places:
-    """The members' numbers by place, the last index fastest."""
-    size = int(np.prod(family.shape, dtype=np.int64))
+    """The members' numbers by place, the last index fastest. Raises ``Unsuited`` where members are too far
+    apart for a table."""
+    size = prod(family.shape)
     if size == len(family.members):
         return np.arange(size)
+    if size > MOST:
+        raise Unsuited
     found = np.full(size, -1, dtype=np.int64)
     assert isinstance(family.members, MemberNames)
     places = np.array([*family.members.places])

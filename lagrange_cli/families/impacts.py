@@ -20,8 +20,9 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import NONE, Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.contacts import Contacts
+from lagrange_cli.families.contacts import Contacts, Impacts
 from lagrange_cli.families.events import Events
+from lagrange_cli.families.parting import parting
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.records import replace
 
@@ -40,24 +41,39 @@ WALLS = 2
 """So many contacts may have one coordinate: those of walls on both sides."""
 
 
-def contacts_of(
-    builder: FamilyBuilder, events: Events, resting: Places, state: FamilyValues
-) -> Contacts | None:
-    """The contacts of events that are impacts and reduce the speed (numbers, in order); None if there are
-    none. Which of their directions are 0 is seen at a ``state``.
+def impacts_of(
+    builder: FamilyBuilder, events: Events, slowing: Places, pulls: tuple[Total, Total], state: FamilyValues
+) -> Impacts | None:
+    """The impacts among events that do not reflect the speed (``slowing``, numbers in order), and their
+    contacts, with forces and masses (``pulls``). Which of their directions are 0 is seen at a ``state``.
 
     Raises ``Unsuited`` where a contact acts on what another one depends on.
     """
-    found = Finding(builder, events, resting)
-    values, sizes = (
-        state.added(found.directions.count, found.directions.terms, sizes=one) for one in (False, True)
-    )
-    kept = np.flatnonzero(np.abs(values) > ROUNDED * sizes)
-    if len(np.unique(found.acts[0][kept])) < len(resting):
-        if len(kept):  # the others are no contacts
-            return contacts_of(builder, events, resting[np.unique(found.acts[0][kept])], state)
+    if not len(slowing):
         return None
-    made = found.made(kept)
+    found = Finding(builder, events, slowing)
+    impacts = found.resting[np.unique(found.acts[0][found.pushing(state)])]
+    if not len(impacts):
+        return None
+    driven = np.zeros(len(events.listed), dtype=bool)
+    driven[impacts] = ~parting(builder, events, *pulls, state)[impacts]
+    contacts = contacts_of(builder, events, np.flatnonzero(driven), state)
+    if contacts is not None:
+        touched = np.unique(found.reads[0][np.isin(found.reads[1], contacts.acts[1])])
+        driven[np.intersect1d(found.resting[touched], impacts)] = True
+        contacts = contacts_of(builder, events, np.flatnonzero(driven), state)
+    speeds = (found if len(impacts) == len(slowing) else Finding(builder, events, impacts)).speeds()
+    return Impacts(impacts, speeds, contacts)
+
+
+def contacts_of(
+    builder: FamilyBuilder, events: Events, resting: Places, state: FamilyValues
+) -> Contacts | None:
+    """The contacts of these impacts."""
+    if not len(resting):
+        return None
+    found = Finding(builder, events, resting)
+    made = found.made(found.pushing(state))
     if not np.all(np.abs(state.of(made.divisors)) > 0.0):
         raise Unsuited
     return made
@@ -177,6 +193,13 @@ class Finding:
                 terms.append(Term(domain, node, term.targets[members]))
         return total_of(len(self._contact), terms, self.graph)
 
+    def pushing(self, state: FamilyValues) -> Places:
+        """The directions that are not 0."""
+        values, sizes = (
+            state.added(self.directions.count, self.directions.terms, sizes=one) for one in (False, True)
+        )
+        return np.flatnonzero(np.abs(values) > ROUNDED * sizes)
+
     def made(self, kept: Places) -> Contacts:
         """The contacts with the directions that are ``kept``, which are not 0."""
         count, acts = len(self.resting), self.acts[:, kept]
@@ -191,11 +214,11 @@ class Finding:
         return Contacts(
             self.resting, self.reads, self.slopes, self.bends, acts,
             total_of(len(kept), [picked], self.graph), divisors, Array(Source.MODES, count),
-            self._others(acts), self._speeds(), Total(Source.TOTAL, count),
+            self._others(acts), Total(Source.TOTAL, count),
         )  # fmt: skip
 
-    def _speeds(self) -> Total:
-        """dg/dt after each contact's own action."""
+    def speeds(self) -> Total:
+        """dg/dt after each one's own action."""
         setting = np.full(len(self._keys), NONE)
         own = self.slope_of(self._contact, self._coordinate)
         every = np.flatnonzero((self._contact >= 0) & (own >= 0))

@@ -4,7 +4,7 @@ members of a family that change alike, or by the members of another, as in a rot
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -115,12 +115,18 @@ class Rigid:
         if not quantity.startswith("L"):
             wanted = [{k: x * (k[0] not in self.axes) for k, x in one.items()} for one in wanted]
         aim = np.concatenate([one[name] for one in wanted for name in self.names])
-        columns = np.concatenate(self._columns)
-        factors: Numbers = np.linalg.lstsq(columns, aim, rcond=1e-9)[0].round(DIGITS)
+        columns, (across, small) = self._factored
+        factors: Numbers = np.linalg.lstsq(small, across.T @ aim, rcond=1e-9)[0].round(DIGITS)
         sizes = np.abs(columns) @ np.abs(factors) + np.max(np.abs(aim))
         if np.any(np.abs(columns @ factors - aim) > EXACT * sizes):
             return None
         return tuple(replace(one, factor=x) for x, one in zip(factors.tolist(), self.tried) if x)
+
+    @cached_property
+    def _factored(self) -> tuple[Numbers, tuple[Numbers, Numbers]]:
+        """How particles move by each change, column by column, and the factors Q and R of that."""
+        columns = np.concatenate(self._columns)
+        return columns, np.linalg.qr(columns)
 
     def has(self, quantity: str) -> bool:
         """Whether particles have the axes that a quantity is of."""

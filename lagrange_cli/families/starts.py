@@ -11,7 +11,6 @@ from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.groups import Group, placed_parts
 from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.spec import Coordinate, Expression, Spec
-from lagrange_cli.spec.whole import Part
 
 
 def initial_state(spec: Spec) -> tuple[ChainBuilder, Total, Total]:
@@ -31,7 +30,7 @@ def initial_state(spec: Spec) -> tuple[ChainBuilder, Total, Total]:
                     made.append(Term(builder.root, value, np.array([first])))
                 continue
             given = [
-                Part(getattr(part.item, kind), part.indices, part.ranges)
+                part.of(getattr(part.item, kind))
                 for part in one.parts
                 if getattr(part.item, kind) is not None
             ]

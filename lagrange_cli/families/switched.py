@@ -16,10 +16,20 @@ from lagrange_cli.records import replace
 
 JUMPS = (
     "forces that jump other than with a coordinate, a velocity or a difference of these",
-    "write friction as -F*sign(x_dot[i]) on x[i], or as dissipation: F*abs(x_dot[i] - x_dot[j]), without "
-    "constraints, and let other forces not jump, or only where they vanish with the relative velocity",
+    "write friction as -F*sign(x_dot[i]) on x[i], or as dissipation: F*abs(x_dot[i] - x_dot[j]), "
+    "and let other forces not jump, or only where they vanish with the relative velocity",
 )
 """What members are written out for, and how to do without."""
+SMOOTH = "write a steep function that does not jump, such as tanh(100*u) for sign(u)"
+
+
+def written_out(system: FamilySystem) -> Unsuited:
+    """Why members are written out for forces that jump."""
+    if system.joints is not None:
+        return Unsuited("forces that jump on chains and trees", SMOOTH)
+    if system.bonds is not None:
+        return Unsuited("forces that jump in systems with constraints", SMOOTH)
+    return Unsuited(*JUMPS)
 
 
 class Switched:
@@ -107,7 +117,7 @@ class Switched:
             argument, above, below = one.arguments
             followed = argument in rubbing and one not in inside
             if argument.symbols & self.places and not followed and jumps(self.graph, one):
-                raise Unsuited(*JUMPS)
+                raise written_out(self.system)
             if any(jumps(self.graph, inner) for inner in self._within(argument)):
                 raise Unsuited
             inner = [a for a in switches([above, below], self.moving) if partial(a.arguments[0])]
@@ -142,7 +152,7 @@ class Switched:
         held = {one.place for _, one in holding}
         for pair in found:
             if pair not in holding and not (pair[1].place in held and yields(self.system, pair[1])):
-                raise Unsuited(*JUMPS)
+                raise written_out(self.system)
         return [one for one, _ in holding]
 
     @property

@@ -237,7 +237,7 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
     }
     observables = dict(observed(builder, spec))
     events = events_of(builder, spec, free="joints" not in parts and parts["bonds"] is None)
-    parts["events"] = events and with_actions(builder, events, parts["masses"])
+    parts["events"] = events and with_actions(builder, events, parts["masses"], parts["forces"])
     if builder.bodies:
         from lagrange_cli.families.turning import bodies_of
 

@@ -97,7 +97,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("steps that have to be proven, on chains, with constraints, contact, friction", way)
     if outputs != compilation.outputs and system.moved_in_time:
         return without_outputs(sorted(INTEGRALS & compilation.outputs))
-    if system.contacts is not None and needs is not Needs.SERIES:
+    if system.impacts is not None and needs is not Needs.SERIES:
         return WrittenOut(f"--method {method} where impacts reduce the speed", "use --method taylor")
     worked = system.contacts is not None or (system.bonds is not None and system.smooth is not None)
     if "ledger" in compilation.outputs and worked:
@@ -109,8 +109,6 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     acting = system.events is not None and bool(system.events.changed)
     if acting and compilation.backward:
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
-    if acting and "conserved" in compilation.outputs:
-        return without_outputs(["conserved"])
     if "reactions" in compilation.outputs and reactions(system) is None:
         return without_outputs(["reactions"])
     if system.smooth is not None and doubtful(system):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from lagrange_cli.errors import TooManyNumbers
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.polynomials import order_of_all
 from lagrange_cli.families.resting import with_contacts
 from lagrange_cli.families.switches import with_modes_in
 from lagrange_cli.integrate.arrays import Array
@@ -24,6 +25,7 @@ from lagrange_cli.native.families.double_double import DoubleDoubleVectors
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
+from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program
@@ -59,6 +61,8 @@ def write_families(
     scheme = compilation.method if needs is Needs.STEPS else ""
     hides = narrow(system)
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
+    if order > RATES and compilation.order is None and not integrands and not proven:
+        order = int(min(order, max(STEPPING, order_of_all(system))))
     followed = system
     if system.smooth is not None:
         followed, changed = with_modes_in(system, [*dict.fromkeys(one for one, _ in integrands.values())])
@@ -80,7 +84,7 @@ def write_families(
         if compilation.precision == DOUBLE and compilation.factor is None:
             raise
         raise TooManyNumbers(error.message, error.hint.replace(WITHOUT_SERIES, "")) from error
-    constant = unbroken(system, conserved.union(planner.kept))
+    constant = unbroken(system, conserved).union(planner.kept)
     events = planner.families("events", [*system.spec.events])
     at_events = {"q", "v"} if events else frozenset[str]()
     states = planned(FamilyPlanner(planner.residual, planner.energetics, conserved), at_events).states
@@ -96,17 +100,13 @@ def write_families(
     return portable_if_asked(program, compilation), recording
 
 
-def unbroken(system: FamilySystem, conserved: Collection[str]) -> Collection[str]:
+def unbroken(system: FamilySystem, conserved: frozenset[str]) -> frozenset[str]:
     """What is conserved at events, too."""
-    events = system.events
-    if events is None or not events.changed:
+    if system.events is None or not system.events.changed:
         return conserved
-    first = system.q.count
-    kept = {"h"} if events.keeps_energy else set[str]()
-    for i, name in enumerate(names_of(system.spec.coordinates)):
-        if f"p_{name}" in conserved and i + first not in events.set:
-            kept.add(f"p_{name}")
-    return kept.intersection(conserved)
+    from lagrange_cli.families.conservation import constants_of
+
+    return conserved.intersection(one.quantity for one in constants_of(system).conserved if not one.breaks)
 
 
 def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:

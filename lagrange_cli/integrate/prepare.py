@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.background import concurrently
 from lagrange_cli.integrate.cache_entry import key_of, pack, unpack
 from lagrange_cli.integrate.methods.selection import follower
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.limits import uncollected
 from lagrange_cli.native.compilation.machine import (
     FULL,
     Machine,
@@ -38,19 +38,6 @@ Stage = Callable[[str], AbstractContextManager[None]]
 def untimed(stage: str) -> AbstractContextManager[None]:
     """A stage that is not reported."""
     return nullcontext()
-
-
-@contextmanager
-def uncollected() -> Iterator[None]:
-    """A context in which no garbage is collected: a derivation makes many objects, and hardly any garbage.
-    (To look for it took a fifth of the time.)"""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def nothing() -> None:

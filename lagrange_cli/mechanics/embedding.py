@@ -12,7 +12,7 @@ from lagrange_cli.mechanics.matrices import determinant, united
 from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 
 Component = tuple[str, int]
 """A particle and the number of an axis."""
@@ -27,6 +27,10 @@ class Embedding:
     """The components of the particles' positions, and their derivatives by the coordinates."""
 
     model: Model[Node]
+    _known: dict[frozenset[tuple[Component, Node]], Mapping[int, Node] | None] = field(
+        default_factory=dict, compare=False
+    )
+    """By the displacements: what ``change`` has found."""
 
     @property
     def _graph(self) -> Graph:
@@ -62,6 +66,13 @@ class Embedding:
 
         None where no such change of the coordinates is found.
         """
+        key = frozenset(displacements.items())
+        if key not in self._known:
+            self._known[key] = self._changed(displacements)
+        return self._known[key]
+
+    def _changed(self, displacements: Mapping[Component, Node]) -> Mapping[int, Node] | None:
+        """The same, found for the first time."""
         found: dict[int, Node] = {}
         for coordinates, components in self.blocks:
             asked = [displacements.get(one, self._graph.zero) for one in components]

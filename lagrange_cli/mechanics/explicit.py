@@ -65,7 +65,8 @@ class Holder:
 
     It is 0 where all of them are 0 and the multiplier is between -1 and 1: ``force`` over ``limit``, in
     unknowns of these equations. ``rate`` is that of the last argument. Without such a ``multiplier`` a switch
-    does not hold.
+    does not hold. Friction along a vector has a multiplier for each of its ``parts``, with a value. The
+    square of all is in place of the one.
     """
 
     mode: Node
@@ -74,6 +75,7 @@ class Holder:
     force: Node | None = None
     limit: Node | None = None
     rate: Node | None = None
+    parts: tuple[tuple[Node, Node], ...] = ()
 
 
 @dataclass(frozen=True)

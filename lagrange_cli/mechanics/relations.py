@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import islice
 
-from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.evaluate import Reals, evaluate, evaluated, prepared
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 
@@ -228,10 +228,12 @@ class Relations:
         variables = symbols if self.variables is None else [one for one in symbols if one in self.variables]
         fixed = self._parameters((one for one in symbols if one not in variables), scaled)
         source, reach = random.Random(len(columns)), 1.0
+        reals = Reals()
+        steps = prepared(nodes, reals)
         for _ in range(TRIES * (len(columns) + SPARE) if conditions else 0):
             self.graph.work.charge(VALUES_EACH * len(below))
             drawn = {name: reach * source.choice((-1, 1)) * source.uniform(0.3, 1.4) for name in variables}
-            value, size = evaluate(nodes, {**fixed, **drawn})
+            value, size = evaluated(steps, {**fixed, **drawn}, reals)
             known = {one: 0.0 if abs(value[one]) <= ROUNDING * size[one] else value[one] for one in nodes}
             here = [[float(known[column[i]]) for column in columns] for i in range(conditions)]
             if all(math.isfinite(x) for row in here for x in row):

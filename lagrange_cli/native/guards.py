@@ -26,10 +26,11 @@ SMALLEST, TRIED = 2.0**-1022, 2.0**-1040
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT, BREAK, EXPLICIT, ROOTED, PLACED, STEEP = -1, -2, -3, -4, -5, -6, -7
+SIMPLE, CUT, BREAK, EXPLICIT, ROOTED, PLACED, STEEP, LOOSE = -1, -2, -3, -4, -5, -6, -7, -8
 """Guards without an auxiliary coordinate. ``EXPLICIT``: with limits alone, which do not depend on other
 guards that hold the motion; ``PLACED``: the same of an argument that is no velocity, but a place;
-``ROOTED``: forces contain a root of the argument; ``STEEP``: one whose slope is infinite at 0."""
+``ROOTED``: forces contain a root of the argument; ``STEEP``: one whose slope is infinite at 0; ``LOOSE``: an
+impact that reduces the speed, after which nothing rests."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 MOST_RECORDS, ROOM = 1024, 2**21
@@ -118,7 +119,8 @@ class GuardRows:
     affected: tuple[tuple[int, int], ...] = ()
     """Guards with such an action, each with those whose arguments it changes."""
     bounces: tuple[tuple[int, int], ...] = ()
-    """Guards with contacts, each with that of its contact, if the actions of any of these are simple."""
+    """Guards of impacts that reduce the speed, each with that of its contact, or -1 where it has none; if the
+    actions of any of these are simple."""
 
     @property
     def count(self) -> int:

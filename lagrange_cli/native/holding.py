@@ -78,9 +78,11 @@ def hold(
         for (i, one), value, size in zip(able, values, sizes):
             beyond = kind.both(kind.compare("oge", size, most), kind.compare("ogt", size, kind.number(HELD)))
             kind.store(kind.select(beyond, side_of(kind, value), here[one.mode]), modes, i, count)
-    here = solution(sought)
+    parts = dict(part for one in holders for part in one.parts)
+    here = solution([*sought, *parts.values()])
     known.update({one: here[one] for one in (*unknowns.symbols, *(one.mode for one in holders))})
     known.update({one.multiplier: value for (_, one), value in zip(able, ratios(here)) if one.multiplier})
+    known.update({symbol: here[value] for symbol, value in parts.items()})
 
 
 def side_of(kind: Written[V], value: V | None) -> V:

@@ -12,6 +12,7 @@ from lagrange_cli.native.guards import (
     BESIDE,
     BREAK,
     EXPLICIT,
+    LOOSE,
     PLACED,
     ROLES,
     ROOTED,
@@ -78,7 +79,8 @@ class Interface:
     coordinate, or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``;
     ``limits`` are those whose multipliers are forces up to a limit, ``vectors`` those of lengths, with the
     number of their parts; ``events`` for each event its direction, its role, and that number for resting
-    contact, ``EXPLICIT`` where its force follows from other forces alone, or ``SIMPLE`` if there is none.
+    contact, ``EXPLICIT`` where its force follows from other forces alone, ``LOOSE`` for an impact without
+    contact, or ``SIMPLE``.
     The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
     event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple
     action, and what it changes the argument of. ``@act`` computes new values, two sizes of each event's
@@ -177,8 +179,9 @@ class Interface:
                 made.append(GuardRow(Role.REST, multiplier(one)))
         changed = tuple((switches + event, place) for event, place in self.changed)
         affected = tuple((switches + a, switches + b) for a, b in self.affected)
-        rests = [j for j, one in enumerate(made) if one.role is Role.REST]
-        bounces = tuple(zip((switches + e for e in self.bounces), rests))
+        rests = (j for j, one in enumerate(made) if one.role is Role.REST)
+        held = [(e, next(rests) if kind != LOOSE else -1) for e, (*_, kind) in self.slowing.items()]
+        bounces = tuple((switches + e, rest) for e, rest in held) if self.bounces else ()
         return GuardRows(first, arguments, tuple(made), len(self.parameters), changed, affected, bounces)
 
     @property
@@ -205,11 +208,15 @@ class Interface:
         return len(self.changed) + 2 * len(self.events) + len(self.bounces) + len(self.masses)
 
     @cached_property
+    def slowing(self) -> dict[int, tuple[int, int, int]]:
+        """The events that are impacts which reduce the speed."""
+        return {e: one for e, one in enumerate(self.events) if one[2] != SIMPLE}
+
+    @cached_property
     def bounces(self) -> tuple[int, ...]:
-        """The events with contacts, if compiled code does the actions of any of these: ``@act`` computes the
-        rates of their arguments after them, too."""
-        found = [(e, kind) for e, (_, kind, rest) in enumerate(self.events) if rest != SIMPLE]
-        return tuple(e for e, _ in found) if any(kind == Role.CHANGE for _, kind in found) else ()
+        """Those, if compiled code does the actions of any of these: ``@act`` computes the rates of their
+        arguments after them, too."""
+        return tuple(self.slowing) if any(role == Role.CHANGE for _, role, _ in self.slowing.values()) else ()
 
     @property
     def records(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from math import prod
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import NotDefined
@@ -233,8 +234,11 @@ def of_family(
     sources: tuple[str, ...] = (),
     components: int = 0,
 ) -> Dataset:
-    """The dataset of a quantity that every member of a family has."""
-    vector = (components,) if components else ()
-    return Dataset(
-        group + family.name, (*family.shape, *vector), long_name, making, sources, family.axes, components
-    )
+    """The dataset of a quantity that every member of a family has. Where some members are missing, the others
+    are along one axis."""
+    vector, path = (components,) if components else (), group + family.name
+    shape = (*family.shape, *vector)
+    if not sources or len(sources) == prod(shape):
+        return Dataset(path, shape, long_name, making, sources, family.axes, components)
+    places, axes = tuple(family.places), (f"{family.name}_index",)
+    return Dataset(path, (len(places), *vector), long_name, making, sources, axes, components, places)

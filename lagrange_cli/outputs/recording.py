@@ -83,7 +83,8 @@ class Dataset:
     """One series of the output: its path, the shape of one sample, what it is, and how it is made.
 
     The shape is that of a family, whose indices are called ``axes``, then the number of ``components`` of a
-    vector (0: a scalar).
+    vector (0: a scalar). A family without some of its members has one axis, along which are those at these
+    ``places``.
     """
 
     path: str
@@ -93,6 +94,7 @@ class Dataset:
     sources: tuple[str, ...] = ()
     axes: tuple[str, ...] = ()
     components: int = 0
+    places: tuple[tuple[int, ...], ...] = ()
 
     def quadrature(self, source: str) -> str:
         """The name of what a member's balance subtracts: the dataset's path with the member's index."""
@@ -242,9 +244,13 @@ class Recording:
 
 
 def _as_list(one: Dataset) -> list[Any]:
-    return [one.path, one.shape, one.long_name, one.making.value, one.sources, one.axes, one.components]
+    known = [one.path, one.shape, one.long_name, one.making.value, one.sources, one.axes, one.components]
+    return [*known, one.places]
 
 
 def _dataset(data: list[Any]) -> Dataset:
-    path, shape, long_name, making, sources, axes, components = data
-    return Dataset(path, tuple(shape), long_name, Making(making), tuple(sources), tuple(axes), components)
+    path, shape, long_name, making, sources, axes, components, places = data
+    listed = tuple(map(tuple, places))
+    return Dataset(
+        path, tuple(shape), long_name, Making(making), tuple(sources), tuple(axes), components, listed
+    )

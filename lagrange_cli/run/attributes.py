@@ -243,6 +243,7 @@ def series_of(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...
             dataset.long_name,
             dataset.axes,
             dataset.components,
+            places=dataset.places,
         )
         for dataset in prepared.datasets
         if dataset.path != "t"

@@ -151,7 +151,7 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
 
     compilation = Compilation(method, FULL_PRECISION, outputs)
     system = family_run(spec, compilation)
-    if system is None or (system.events is not None and system.events.changed):
+    if system is None:
         return None
     write_families(system, compilation)  # refuses what is too large
     constants = constants_of(system)

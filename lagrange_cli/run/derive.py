@@ -136,12 +136,11 @@ def _derived(
 ) -> Residual:
     """The equations with the numbers of an ``algebra``."""
     from lagrange_cli.mechanics.derive import derive
-    from lagrange_cli.model.build import build_model
 
     count, bound = len(spec.coordinates), len(spec.all_constraints)
     what = f"a mass matrix of {count} coordinates" + (f" and {bound} constraints" if bound else "")
     algebra.graph.work.charge((count + bound) ** 2 if bound else count, what)
-    model = build_model(spec, algebra)
+    model = graph_model(spec, algebra)
     if foresee is not None:
         foresee(model)
     if resting and model.events:
@@ -149,6 +148,15 @@ def _derived(
 
         return derive_with_contacts(model)
     return derive(model)
+
+
+def graph_model(spec: Spec, algebra: GraphAlgebra) -> Model[Node]:
+    """The model over a graph; raises ``BeyondDoubles`` where a number of its expressions is no double."""
+    from lagrange_cli.model.build import build_model
+
+    model = build_model(spec, algebra)
+    algebra.graph.check_numbers()
+    return model
 
 
 def keeps_decimals(spec: Spec) -> bool:

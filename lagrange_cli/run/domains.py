@@ -101,11 +101,13 @@ def overflows(error: BaseException | None) -> bool:
 
 def has_values(spec: Spec, known: Mapping[str, float]) -> bool:
     """Whether everything that the equations are made of has a value, or may have one: on a switch, it is that
-    of one side."""
+    of one side; dry friction is as large as is needed where it holds the motion."""
     import numpy as np
 
     from lagrange_cli.expression.arrays import evaluate
     from lagrange_cli.expression.node import Kind, reachable
+    from lagrange_cli.mechanics.guards.vectors import at_rest
+    from lagrange_cli.mechanics.variables import graph_of
     from lagrange_cli.run.jumps import symbolic
 
     model = symbolic(spec)
@@ -117,8 +119,9 @@ def has_values(spec: Spec, known: Mapping[str, float]) -> bool:
         parts = reachable([node])
         if any(one.kind is Kind.SYMBOL and one.data not in known for one in parts):
             continue
-        (value,) = evaluate([node], known)
-        if np.isfinite(value):
+        if all(np.isfinite(value) for value in evaluate([node], known)):
+            continue
+        if np.isfinite(evaluate([at_rest(graph_of(model), node, model.v)], known)[0]):
             continue
         sides = [one.arguments[0] for one in parts if one.kind is Kind.SWITCH]
         if not any(x == 0.0 for x in evaluate(sides, known)):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import LagrangeError, SpecError, TooLargeSystem
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.derive import located
+from lagrange_cli.run.derive import graph_model, located
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def derive(
     with stage("derive"), located(spec), counting(work):
         _refuse(spec)
         equations = derive_equations(build_model(spec, SympyAlgebra()))
-        further = further_conserved(build_model(spec, ExactGraphAlgebra()), equations)
+        further = further_conserved(graph_model(spec, ExactGraphAlgebra()), equations)
         conserved = (*equations.conserved, *further)
         names = {each.quantity for each in further}
         changing = tuple(each for each in equations.changing if each.quantity not in names)

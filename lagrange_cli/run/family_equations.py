@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 INDEXED = FORMS[:5]
 """Forms in which families are printed with their indices."""
-DIAGONAL = "hamilton", "matrix"
-"""Those of them for which M has to be diagonal."""
+WITH_MATRIX = "explicit", "hamilton", "matrix"
+"""Those of them that may contain the mass matrix."""
 MANY = 50
 """Coordinates from which on families are printed so, where M is diagonal and constant."""
 FEW = 4
@@ -74,7 +74,7 @@ def derive_printed(
         if found is None:
             raise UsageError(f"no equations with indices: {why_members(spec, form, coordinates)}")
         return found
-    indexed = indexed is None and may_have(spec, form) and not coordinates
+    indexed = indexed is None and form in INDEXED and not coordinates
     found = _of_form(derive_families(spec, stage), form) if indexed else None
     if found is None:
         try:
@@ -85,18 +85,6 @@ def derive_printed(
             if found is None:
                 raise
     return found
-
-
-def may_have(spec: Spec, form: str) -> bool:
-    """Whether a form may be printed with indices, as far as that is known before anything is derived."""
-    if form not in INDEXED:
-        return False
-    if form not in DIAGONAL or not spec.families.get("coordinates"):
-        return True
-    from lagrange_cli.families.system import without_constraints
-
-    found = without_constraints(spec)
-    return found is None or (found.joints is None and found.smooth is None)
 
 
 def in_form(derived: Printed, form: str) -> Printed:
@@ -111,27 +99,28 @@ def _of_form(derived: DerivedFamilies | None, form: str) -> DerivedFamilies | No
     """The equations if they have a form with indices. Raises ``UsageError`` where they have it in no way."""
     if derived is None:
         return None
-    refuse_form(derived, form)
-    if form in DIAGONAL and derived.equations.masses is None:
-        return None
     from lagrange_cli.expression.indices import Unsuited
     from lagrange_cli.expression.syntax import ExpressionError
     from lagrange_cli.symbolic.families.frames import Split
 
+    known = derived.equations
     try:
         with derived.bounded():
+            if form == "hamilton" or (form in WITH_MATRIX and known.accelerations is None):
+                from lagrange_cli.symbolic.families.derive import with_matrix
+
+                known = with_matrix(known, derived.system, derived.spec, driving=form == "hamilton")
             if form == "hamilton":
                 from lagrange_cli.symbolic.families.hamilton import hamilton_form
 
-                hamilton_form(derived.equations)
+                hamilton_form(known)
             if form == "reactions":
                 from lagrange_cli.symbolic.families.reactions import reactions_of
 
-                found = reactions_of(derived.system, derived.constrained)
-                return replace(derived, equations=replace(derived.equations, reactions=found))
+                known = replace(known, reactions=reactions_of(derived.system, derived.constrained))
     except (Unsuited, Split, ExpressionError, ArithmeticError):
         return None
-    return derived
+    return replace(derived, equations=known)
 
 
 def derive_families(
@@ -149,7 +138,7 @@ def derive_families(
     with stage("derive"), located(spec):
         small = small or len(spec.coordinates) >= MANY
         system = without_constraints(spec) if small or spec.constrained else family_system(spec)
-        if system is None or system.smooth is not None:
+        if system is None:
             return None
         if spec.constrained and system.joints is None and not small:
             return None
@@ -199,11 +188,9 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
     if parts:
         return f"with {parts[-1]} every member is written out"
     found = without_constraints(spec)
-    if found is not None and found.joints is not None and form in DIAGONAL:
-        return f"--form {form} writes out every member of chains and trees"
-    if found is not None and found.smooth is None:
+    if found is not None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
-    kinds = "a constant diagonal mass matrix, or chains and trees of 12 coordinates or more, without kinks"
+    kinds = "a constant diagonal mass matrix, or chains and trees of 12 coordinates or more"
     return f"every member is written out, since printing with indices needs {kinds}"
 
 
@@ -212,24 +199,6 @@ def smaller(spec: Spec) -> str:
     sizes = [name for name, size in spec.sizes.items() if size > FEW]
     way = f"choose fewer, such as --size {sizes[0]}={FEW}" if sizes else "write a smaller system"
     return f"{way}; 'check' and 'solve' may work nevertheless"
-
-
-def refuse_form(derived: DerivedFamilies, form: str) -> None:
-    """Raise ``UsageError`` where the equations do not have a form."""
-    if form != "explicit" or derived.equations.accelerations is not None:
-        return
-    if derived.equations.constraints:
-        what = "with constraints, accelerations and multipliers are the solution of all equations together"
-    else:
-        what = (
-            "accelerations along chains and trees are the solution of all "
-            f"{len(derived.system.spec.coordinates)} equations together"
-        )
-    if derived.equations.masses is None:
-        way = f"print the equations without --form, or {smaller(derived.system.spec).partition(';')[0]}"
-    else:
-        way = "use --form matrix (M a = f + A^T lambda, A a = b)"
-    raise UsageError(f"--form explicit: {what}, and are not printed with indices; {way}")
 
 
 def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.run.derive import located
+from lagrange_cli.run.derive import graph_model, located
 from lagrange_cli.run.equations import independent
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def written_in_part(spec: Spec, format_: str, overrides: Mapping[str, str]) -> s
     freedom = spec.degrees_of_freedom
     spec = spec if spec.replaced else independent(spec, overrides)
     with located(spec), counting():
-        model = build_model(spec, ExactGraphAlgebra())
+        model = graph_model(spec, ExactGraphAlgebra())
         known = conservation(model)[1]
         every = (*known, *(one.conserved for one in symmetries(model, known)))
         kept = [(kept_quantity(one), one.because) for one in every]

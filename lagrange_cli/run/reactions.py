@@ -20,13 +20,13 @@ def with_reactions(spec: Spec, equations: Equations) -> Equations:
     from lagrange_cli.expression.exact import ExactGraphAlgebra
     from lagrange_cli.mechanics.constrained.reactions import Reactions
     from lagrange_cli.mechanics.explicit import at_rates
-    from lagrange_cli.model.build import build_model
+    from lagrange_cli.run.derive import graph_model
     from lagrange_cli.symbolic.from_graph import from_graph
     from lagrange_cli.symbolic.reactions import reaction
 
     if spec.lagrangian is not None:
         raise UsageError("no --form reactions: the file gives L, in which there are no particles")
-    model = build_model(spec, ExactGraphAlgebra())
+    model = graph_model(spec, ExactGraphAlgebra())
     reactions = Reactions(model)
     solved, symbols = equations.accelerations, [each.multiplier for each in equations.constraints]
     known = None if solved is None else dict(zip(equations.a, solved, strict=True))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import prod
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.vocabulary import velocity_name
 
 if TYPE_CHECKING:
-    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.spec import Family, Spec
 
 
 MOST_LINES = 20
@@ -23,16 +24,22 @@ def listed(words: Sequence[str]) -> str:
 
 
 def in_short(names: Sequence[str], spec: Spec, sections: Sequence[str] = ("coordinates",)) -> list[str]:
-    """The names, with all members of a family as one: ``u[0..19,0..9]``."""
+    """The names, with all members of a family as one: ``u[0..19,0..9]``, or ``45 of u[1..9,0..8]``."""
     families = {name: one for key in sections for name, one in spec.families.get(key, {}).items()}
     present = set(names)
     whole = {name: family for name, family in families.items() if present.issuperset(family.members)}
-    ends = {name: ",".join(f"0..{n - 1}" for n in family.shape) for name, family in whole.items()}
-    shown: dict[str, None] = {}
-    for name in names:
-        base = name.partition("[")[0]
-        shown[f"{base}[{ends[base]}]" if base in ends else name] = None
-    return list(shown)
+    ends = {name: all_of(family) for name, family in whole.items()}
+    return [*dict.fromkeys(ends.get(name.partition("[")[0], name) for name in names)]
+
+
+def all_of(family: Family) -> str:
+    """All members of a family as one."""
+    ends = [(0, size - 1) for size in family.shape]
+    if not family.complete:
+        ends = [(min(values), max(values)) for values in zip(*family.places)]
+    whole = f"{family.name}[{','.join(f'{low}..{high}' for low, high in ends)}]"
+    count = len(family.members)
+    return whole if count == prod(high - low + 1 for low, high in ends) else f"{count} of {whole}"
 
 
 def readable(expression: str) -> str:
@@ -73,10 +80,12 @@ def by_template(lines: Mapping[str, str], spec: Spec) -> list[str]:
             continue
         found = {
             lines[member].replace(f"[{k}]", family.label.removeprefix(family.name))
-            for k, member in enumerate(family.members)
+            for member, (k,) in zip(family.members, family.places)
         }
         if len(found) == 1:
             range_ = f"   [for i in range({family.shape[0]})]"
+            if not family.complete:
+                range_ = f"   [for {all_of(family)}]"
             shown |= dict.fromkeys(family.members, f"{found.pop()}{range_}")
     return [*dict.fromkeys(shown.values())]
 

@@ -43,6 +43,7 @@ Expressions: TypeAlias = "Mapping[str, Expression]"
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     """The draft, its families known, as a ``Spec``; what is wrong is added to ``problems``."""
     checker = _Checker(draft, enter_names(draft, sizes, problems), problems)
+    checker.names.incomplete = not groups_of(draft.declared("coordinates"))
     parameters = checker.parameters()
     definitions = checker.definitions()
     coordinates = checker.coordinates()
@@ -59,7 +60,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     return Spec(
         filename=problems.source.filename,
         text=problems.source.text,
-        name=draft.text("name") or Path(problems.source.filename).stem.strip("<>-") or "system",
+        name=draft.text("name") or name_of(problems.source.filename),
         description=draft.text("description"),
         parameters=parameters,
         coordinates=coordinates,
@@ -81,6 +82,12 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         draw=checker.draw(),
         transformations=checker.transformations(),
     )
+
+
+def name_of(filename: str) -> str:
+    """The name of a system whose file gives none; ``?`` stands for what is no text in that of the file."""
+    stem = Path(filename).stem.encode(errors="replace").decode()
+    return stem.strip("<>-") or "system"
 
 
 @dataclass

@@ -133,8 +133,9 @@ class _Expander:
         self._note(piece)
         if not all(known):
             return []
-        part = Part(piece, tuple(axis.index for axis in piece.key.axes), tuple(map(ascending, known)))
-        return [(part, known)]
+        indices = tuple(axis.index for axis in piece.key.axes)
+        keyed = piece.key.axes if any(abs(one.step) > 1 for one in known) else ()
+        return [(Part(piece, indices, tuple(map(ascending, known)), keyed), known)]
 
     def _note(self, piece: One) -> None:
         self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
@@ -158,7 +159,7 @@ class _Expander:
             return None
         self._note(piece)
         indices = tuple(axis.index for axis in piece.key.axes)
-        return [(Part(piece, indices, ranges), ranges) for ranges in grids(sorted(found))]
+        return [(Part(piece, indices, ranges, piece.key.axes), ranges) for ranges in grids(sorted(found))]
 
     def _list(self, piece: Declared) -> list[tuple[Part[Declared], tuple[range, ...]]] | None:
         values = piece.fields["value"]

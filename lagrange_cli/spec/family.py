@@ -215,6 +215,12 @@ class Family:
         assert isinstance(self.members, MemberNames)
         return self.members.place(name)
 
+    @property
+    def places(self) -> Sequence[Place]:
+        """The indices of all members, in their order."""
+        assert isinstance(self.members, MemberNames)
+        return self.members.places
+
     def at(self, number: int) -> Place:
         """The indices that come to this number, the last index fastest, whether or not there is a member."""
         return Grid(tuple(map(range, self.shape)))[number]

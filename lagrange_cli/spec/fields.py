@@ -259,6 +259,9 @@ def read_named(
         return
     if not isinstance(node, nodes.Mapping):
         problems.add(node.place, f"{where} must be a mapping with names", hint)
+        for one in node.items if isinstance(node, nodes.Sequence) else ():
+            listed = [key for key, _ in one.entries] if isinstance(one, nodes.Mapping) else [one]
+            problems.broken |= {name.text for name in listed if isinstance(name, Scalar)}
         return
     for key, value in node.entries:
         name = read_key(key, problems, what)

@@ -17,15 +17,14 @@ def check_formulation(draft: Draft, problems: Problems) -> None:
     """Note a file with both or neither, and particles without a mass or a position."""
     places = draft.places
     if "lagrangian" in places:
-        for other in ("masses", "embedding", "bodies", "potential"):
-            if other in places:
-                word = draft.words.get("embedding", "positions") if other == "embedding" else other
-                problems.add(
-                    places[other],
-                    f"'{word}' cannot be given together with 'lagrangian'",
-                    "a Lagrangian replaces masses, positions, bodies and potential: leave one or "
-                    "the other out",
-                )
+        others = [one for one in ("masses", "embedding", "bodies", "potential") if one in places]
+        if others:
+            words = " and ".join(f"'{draft.words.get(one, one)}'" for one in others)
+            problems.add(
+                places["lagrangian"],
+                f"'lagrangian' cannot be given together with {words}",
+                "a Lagrangian replaces masses, positions, bodies and potential: leave one or the other out",
+            )
         return
     if "masses" not in places and "embedding" not in places:
         if draft.strange or draft.bodies or ("bodies" in places and problems.found):

@@ -81,7 +81,8 @@ class Settled:
         if found is None:
             raise KeyError(name)
         part, place, value = found
-        return value if part is None else bounds_at(value, part, place)
+        places = Grid(part.ranges) if part else self._names[name.partition("[")[0]].places
+        return bounds_at(value, places.number(place))
 
     def get(self, name: str) -> Any:
         """The same, or None."""
@@ -110,14 +111,14 @@ class Settled:
         return found
 
 
-def bounds_at(value: Any, part: Part[Any], place: MemberPlace) -> Any:
-    """The bounds of one member of those that have been found together."""
+def bounds_at(value: Any, number: int | None) -> Any:
+    """The bounds of one member of those that have been found together, which has this number."""
     if isinstance(value, tuple):
-        return tuple(bounds_at(one, part, place) for one in value)
+        return tuple(bounds_at(one, number) for one in value)
     numbers = getattr(value, "numbers", None)
     if numbers is None:
         return value
-    number = numbers if numbers.ndim == 0 else numbers[Grid(part.ranges).number(place)]
+    number = numbers if numbers.ndim == 0 else numbers[number]
     return Bounds(float(number), value.size, value.depth, value.kind)
 
 
@@ -260,7 +261,7 @@ def largest(bounds: Sequence[Any]) -> Any:
             return None
         parts = [largest(component) for component in zip(*bounds)]
         return None if any(one is None for one in parts) else tuple(parts)
-    if any(isinstance(one, tuple) or one.value is not None for one in bounds):
+    if any(isinstance(one, tuple) or one.value is not None or hasattr(one, "numbers") for one in bounds):
         return None
     deepest = max(bounds, key=lambda one: one.depth)
     return Bounds(None, max(one.size for one in bounds), deepest.depth, deepest.kind)

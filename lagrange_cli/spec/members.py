@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from math import prod
 from typing import Any, Protocol
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places, Whole, flat
+from lagrange_cli.expression.index_arrays import FARTHEST, Places, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.many_bounds import Many
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
-from lagrange_cli.spec.family import Family, Grid, MemberNames
+from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames
 from lagrange_cli.spec.kinds import Meaning
 from lagrange_cli.spec.meanings import Settled
 from lagrange_cli.spec.whole import Part
@@ -40,9 +42,7 @@ def bounds_of(names: Table, identifier: str, places: list[Whole], count: int) ->
             raise Unsuited
         value = names.values[name]
     else:
-        if not family.complete:
-            raise Unsuited
-        which = flat(places, family.shape, count)
+        which = members_at(family, flat(places, family.shape, count))
         value = names.alike(name)
         if value is None:
             value = numbers_at(names.values.of_family(family), which)
@@ -61,11 +61,27 @@ def numbers_at(found: list[Any] | None, which: Places) -> Any:
     """The bounds of some members of a family whose numbers are known, and are written alike."""
     if found is None or len(found) != 1 or found[0] is None:
         raise Unsuited
+    return chosen(found[0], which)
 
-    def chosen(one: Any) -> Any:
-        return Many(one.numbers[which], one) if isinstance(one, Many) else one
 
-    return tuple(map(chosen, found[0])) if isinstance(found[0], tuple) else chosen(found[0])
+def shares(family: Family, parts: Sequence[Part[Any]], value: Any) -> Iterator[tuple[Part[Any] | None, Any]]:
+    """The bounds that have been found together for members of these parts, one part after the other, as those
+    of each part, or of the whole family (None) in the order of its members."""
+    ends = np.cumsum([part.count for part in parts])
+    if ends[-1] == len(family.members) and prod(family.shape) < FARTHEST:
+        order = np.argsort(np.concatenate([numbers_of(family, part) for part in parts]))
+        yield None, chosen(value, order)
+        return
+    for part, end in zip(parts, ends):
+        yield part, chosen(value, np.arange(end - part.count, end))
+
+
+def chosen(value: Any, which: Places) -> Any:
+    """The bounds of some of the members whose bounds are ``value``."""
+    if isinstance(value, tuple):
+        return tuple(chosen(one, which) for one in value)
+    known = isinstance(value, Many) and value.numbers.ndim > 0
+    return Many(value.numbers[which], value) if known else value
 
 
 def indices_of(part: Part[Any]) -> dict[str, Places]:
@@ -85,12 +101,30 @@ def numbers_of(family: Family, part: Part[Any]) -> Places:
     """Which members of a family those of a part are, in the order of their places (members,)."""
     if part.count == len(family.members):
         return np.arange(part.count)
+    return members_at(family, flat_places(Grid(part.ranges), family.shape))
+
+
+def members_at(family: Family, which: Places) -> Places:
+    """Which members of a family are at flat places. Raises ``Unsuited`` where there is none, or where places
+    are too far apart to be numbered."""
+    if family.complete:
+        return which
+    if prod(family.shape) >= FARTHEST:
+        raise Unsuited
     assert isinstance(family.members, MemberNames)
-    places = family.members.places
-    if not isinstance(places, Grid):
-        return np.array([*map(places.number, part.places)], dtype=np.int64)
+    known = flat_places(family.members.places, family.shape)
+    found = np.minimum(np.searchsorted(known, which), len(known) - 1)
+    if np.any(known[found] != which):
+        raise Unsuited
+    return found
+
+
+@lru_cache(maxsize=64)
+def flat_places(places: Grid | Listed, shape: tuple[int, ...]) -> Places:
+    """Places as one number each, the last index fastest (places,)."""
+    if isinstance(places, Listed):
+        return np.array(np.ravel_multi_index(tuple(np.array([*places]).T), shape), dtype=np.int64)
     found = np.zeros(1, dtype=np.int64)
-    for own, values in zip(part.ranges, places.ranges):
-        ranks = (np.arange(own.start, own.stop, own.step) - values.start) // values.step
-        found = (found[:, None] * len(values) + ranks).ravel()
+    for values, size in zip(places.ranges, shape):
+        found = (found[:, None] * size + np.arange(values.start, values.stop, values.step)).ravel()
     return found

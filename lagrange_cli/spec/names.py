@@ -61,6 +61,8 @@ class Names(Meanings):
         self._of_siblings: dict[int, Any] = {}
         self._clashes: set[str] = set()
         self._found: dict[tuple[int, str], tuple[frozenset[Kind], bool]] = {}
+        self.incomplete = False
+        """Whether the file has no coordinates, so that unknown names are no further mistake."""
 
     def copy(self) -> Names:
         """A table with the same names, to which others may be added."""
@@ -131,9 +133,9 @@ class Names(Meanings):
 
         return BoundsBuilder(partial(bounds_of, self), self.sizes)
 
-    def has_many(self, part: Part[Any]) -> bool:
-        """Whether a part has so many members that they are checked together."""
-        return part.count >= MANY
+    def has_many(self, *parts: Part[Any]) -> bool:
+        """Whether parts have so many members that they are checked together."""
+        return sum(part.count for part in parts) >= MANY
 
     def _together(self, expression: Expression) -> Any:
         """The bounds of all members that share the expression's tree, where these are many and none is wrong;
@@ -142,7 +144,7 @@ class Names(Meanings):
         if key not in self._of_siblings:
             self._of_siblings[key] = None
             parts = self.siblings.get(key, ())
-            if sum(part.count for part in parts) >= MANY:
+            if self.has_many(*parts):
                 from lagrange_cli.spec.members import indices_of_all
 
                 self._of_siblings[key] = self.many.of_members(expression.tree, indices_of_all(parts))
@@ -215,6 +217,8 @@ class Names(Meanings):
             return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.table:
             meaning = self.table[base]
+        elif self.incomplete:
+            return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.bound:
             from lagrange_cli.spec.misused import constraint_itself
 
@@ -223,7 +227,8 @@ class Names(Meanings):
             from lagrange_cli.spec.unknown import Unknown
 
             allowed = self.rules[section].allowed
-            unknown = Unknown(self.table, self.bound, allowed, expression.indices, self.ranged)
+            broken = self.problems.broken  # one message is enough for a name that has not been declared
+            unknown = Unknown(self.table, self.bound, allowed, expression.indices, broken, self.ranged)
             raise ExpressionError(name.span, *unknown.report(base))
         rule = self.rules[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]

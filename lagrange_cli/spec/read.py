@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from lagrange_cli.expression.confusions import STATE
 from lagrange_cli.expression.near import known_hint
+from lagrange_cli.limits import uncollected
 from lagrange_cli.records import replace
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.check import check
@@ -46,13 +47,14 @@ def examine(
     """
     source = decode(text, filename)
     problems = Problems(source)
-    draft = read_draft(compose(source, problems), problems)
-    numbers: dict[str, int] = {}
-    if sizes or draft.entries("sizes"):
-        from lagrange_cli.spec.sizes import resolve_sizes
+    with uncollected():
+        draft = read_draft(compose(source, problems), problems)
+        numbers: dict[str, int] = {}
+        if sizes or draft.entries("sizes"):
+            from lagrange_cli.spec.sizes import resolve_sizes
 
-        numbers = resolve_sizes(draft, sizes or {}, problems)
-    return check(expand(draft, numbers, problems), numbers, problems), problems
+            numbers = resolve_sizes(draft, sizes or {}, problems)
+        return check(expand(draft, numbers, problems), numbers, problems), problems
 
 
 def read_draft(root: Node, problems: Problems) -> Draft:

@@ -22,9 +22,8 @@ class Taken(Generic[One]):
     def again(self, part: Part[One], order: tuple[range, ...]) -> tuple[Place, Part[One]] | None:
         """Add the places of a part. The first of them in this ``order`` that was taken before, and what has
         it."""
-        twice = [
-            (place, other) for other in self._wide if (place := first_common(order, other.ranges)) is not None
-        ]
+        others = (other for other in self._wide if other.item is not part.item)  # which gives none twice
+        twice = [(place, one) for one in others if (place := first_common(order, one.ranges)) is not None]
         if part.count == 1:
             place = next(part.places)
             twice += [(place, self._single[place])] if place in self._single else []

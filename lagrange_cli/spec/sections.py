@@ -187,7 +187,7 @@ SECTIONS = Table(
             "name -> an expression whose values are written with the trajectory",
             example="height: bob.y",
             also="observable quantities measure measurements",
-            family="all",
+            family="some",
         ),
         named(
             "constraints",
@@ -202,7 +202,7 @@ SECTIONS = Table(
                 "a constraint is f(r, q, t), without multipliers: one in velocities is written under "
                 "'nonholonomic'",
             ),
-            family="all",
+            family="some",
         ),
         named(
             "nonholonomic",
@@ -212,7 +212,7 @@ SECTIONS = Table(
             example="blade: y_dot*cos(theta) - x_dot*sin(theta)",
             also="nonholonomic_constraints velocity_constraints rolling anholonomic non_holonomic",
             rule=SOURCE,
-            family="all",
+            family="some",
         ),
         Row(
             "events",

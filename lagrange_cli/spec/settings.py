@@ -47,19 +47,14 @@ SOLVE = Table(
             also="dt h delta_t deltat timestep time_step step_size stepsize interval",
         ),
         Row("method", read_text, "the integration method [auto]", also="solver integrator scheme algorithm"),
-        Row(
-            "tolerance",
-            read_number,
-            "the relative error per step",
-            also="tol rtol atol eps accuracy precision error",
-        ),
+        Row("tolerance", read_number, "the relative error per step", also="tol rtol atol eps accuracy error"),
         Row("outputs", read_words, "what is written, a list or `all`", also="output write save"),
         Row("unit", read_text, "the unit of t, unless `time` gives it", also="units"),
     ),
     {
         "write 'start: 0' and 'stop: 10'": "t_span tspan span time_span interval range",
         "it is an option of the command line: see 'lagrange solve --help'": "format file filename jobs "
-        "certify digits checkpoint portable resume force parallel target_error",
+        "precision certify digits checkpoint portable resume force parallel target_error",
         "write 'samples: 1001' for the number of samples, or 'step: 0.1' for the time between them": "steps",
         "the steps of the integration follow from 'tolerance'": "max_step min_step first_step maxstep order",
         "write 'step' or 'samples': samples are evenly spaced": "times t_eval saveat grid every",

@@ -190,17 +190,24 @@ class Settling:
 
     def _apart(self, group: WrittenFamily[W], what: Kind, section: str) -> Iterator[W]:
         """Settle the members of a family that are alike, and yield the others."""
+        alike: dict[int, list[Part[W]]] = {}
         for part in group.parts:
-            value, found = expression_of(part.item), None
-            if value is not None and self.names.has_many(part):
-                value = value.member("", part.values(next(part.places)))
-                found = self.names.check_alike(value, section, label(part.item, what))
+            alike.setdefault(id(part.item), []).append(part)
+        for parts in alike.values():
+            item = parts[0].item
+            value, found = expression_of(item), None
+            if value is not None and self.names.has_many(*parts):
+                value = value.member("", parts[0].values(next(parts[0].places)))
+                found = self.names.check_alike(value, section, label(item, what))
             if found is None or (isinstance(found[1], tuple) and what is Kind.PARAMETER):
-                yield from group.of_part(part)
-            elif what is Kind.PARAMETER:
-                self.settle_part(group.family, part, what, frozenset({what}), scalar())
-            else:
-                self.settle_part(group.family, part, what, *found)
+                for part in parts:
+                    yield from group.of_part(part)
+                continue
+            from lagrange_cli.spec.members import shares
+
+            kinds, bounds = (frozenset({what}), scalar()) if what is Kind.PARAMETER else found
+            for own, value in shares(group.family, parts, bounds):
+                self.settle_part(group.family, own, what, kinds, value)
 
     def _settle_one(self, entry: Written, what: Kind, section: str) -> None:
         value = expression_of(entry)

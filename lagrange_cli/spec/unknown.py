@@ -38,13 +38,15 @@ class Unknown:
     """The names that an expression may contain: ``table`` by name, ``bound`` by the name of a constraint.
 
     ``allowed`` are the kinds that may stand in its section, ``indices`` those of its family. If ``ranged``, a
-    name may be given a range instead of being declared.
+    name may be given a range instead of being declared. Names that are like no other are added to
+    ``undeclared``.
     """
 
     table: Mapping[str, Meaning]
     bound: Mapping[str, Meaning]
     allowed: Collection[Kind]
     indices: Mapping[str, int]
+    undeclared: set[str]
     ranged: bool = False
 
     def report(self, name: str) -> tuple[str, str]:
@@ -74,7 +76,10 @@ class Unknown:
             declare = f"give it a range: {{at: ..., {name}: [-1, 1]}}"
         if near and len(name) < 3:
             return message, f"{near} Or {declare}"
-        return message, near or (f"{known}; or {declare}" if known else declare)
+        if near:
+            return message, near
+        self.undeclared.add(name)
+        return message, f"{known}; or {declare}" if known else declare
 
     def _called(self, *kinds: Kind) -> list[str]:
         return [name for name, meaning in self.table.items() if meaning.what in kinds]

@@ -8,6 +8,7 @@ from itertools import product
 from math import prod
 from typing import Any, Generic, Protocol, TypeVar
 
+from lagrange_cli.expression.syntax import Axis
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.family import Family, Grid, Made, MemberNames, Place
 
@@ -21,16 +22,19 @@ class Template(Protocol):
 
 T = TypeVar("T", bound=Template)
 U = TypeVar("U", bound=Template)
+V = TypeVar("V", bound=Any)
 
 
 @dataclass(frozen=True)
 class Part(Generic[T]):
     """Members that are written alike: the ``item``, for all values of its ``indices`` in the ``ranges``. An
-    index without a name is a number."""
+    index without a name is a number. Where the members of a key are not all that are between the ends of
+    these, they are ``keyed`` as it says; there may be several parts then."""
 
     item: T
     indices: tuple[str, ...]
     ranges: tuple[range, ...]
+    keyed: tuple[Axis, ...] = ()
 
     @property
     def count(self) -> int:
@@ -61,6 +65,10 @@ class Part(Generic[T]):
     def values(self, place: Place) -> dict[str, int]:
         """The values of the indices at a place."""
         return {name: value for name, value in zip(self.indices, place) if name}
+
+    def of(self, item: V) -> Part[V]:
+        """The same members of another item."""
+        return Part(item, self.indices, self.ranges, self.keyed)
 
 
 class WrittenFamily(Made[T]):
@@ -145,7 +153,7 @@ class WrittenFamily(Made[T]):
 
     def mapped(self, function: Callable[[T], U]) -> WrittenFamily[U]:
         """What ``function`` makes of every statement."""
-        parts = tuple(Part(function(part.item), part.indices, part.ranges) for part in self.parts)
+        parts = tuple(part.of(function(part.item)) for part in self.parts)
         return WrittenFamily(self.family, parts, self.order)
 
     def ordered(self, order: tuple[Place, ...]) -> WrittenFamily[T]:

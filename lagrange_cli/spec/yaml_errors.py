@@ -23,7 +23,7 @@ _LONGEST = 200
 _HINTS: tuple[tuple[str, str], ...] = (
     ("tab character", _SPACES),
     ("'\\t'", _SPACES),
-    ("cannot start any token", "put the text in quotes: no text can begin with this character"),
+    ("cannot start any token", "put the text in quotes"),
     ("mapping values are not allowed", "write 'key: value', one per line, with equal indentation"),
     ("',' or ']'", 'put each item that has [ ] { } or a comma in quotes, or write a vector as "(x, y)"'),
     ("',' or '}'", "put each value that has [ ] { } or a comma in quotes, or write one key per line"),
@@ -61,7 +61,12 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
     sought = f"{problem} {character!r}" if character == "\t" else problem
     hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")
     if "mapping values" in problem and re.match(r"[^:]*: +\S", source.lines[line][:column]):
-        hint = "put a text with ': ' in quotes, or write one 'key: value' per line"
+        problem, hint = (
+            "a second ': ' in a line",
+            "put a text with ': ' in quotes, or write one 'key: value' per line",
+        )
+    if "cannot start any token" in problem and character != "\t":
+        context, problem = None, f"no text can begin with {character!r}"
     closing = _CLOSING.search(problem)
     if closing and character and character in "]}" and character != closing[1]:
         hint = f"write '{closing[1]}' before this '{character}'"

@@ -130,6 +130,7 @@ def short_name(path: str) -> str:
 def columns_of(series: Series, name: str) -> list[str]:
     """The columns of a series that is called ``name``: one for each member of a family and component."""
     family = series.shape[: len(series.shape) - (series.components > 0)]
-    members = [f"[{','.join(map(str, index))}]" if index else "" for index in product(*map(range, family))]
+    places = series.places or product(*map(range, family))
+    members = [f"[{','.join(map(str, index))}]" if index else "" for index in places]
     components = [f".{axis}" for axis in AXES[: series.components]] or [""]
     return [name + member + component for member in members for component in components]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Container, Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.records import dataclass, field
 
@@ -31,6 +31,11 @@ AXES = "xyz"
 """The names of a vector's components."""
 
 
+Indexed: TypeAlias = "tuple[str, int | tuple[tuple[int, ...], ...]]"
+"""The name of an axis of a family, and its length; or the indices of the members along it, where others are
+missing."""
+
+
 @dataclass(frozen=True)
 class Series:
     """One dataset of shape ``(n, *shape)``: a number, a vector, or a family of either per sample time.
@@ -39,8 +44,9 @@ class Series:
 
     ``path`` is its place in the file without a leading slash (``diagnostics/p/theta``); ``unit`` is empty
     where it is not known. ``shape`` begins with the lengths of the family's ``axes``, which have names, and
-    ends with the number of ``components`` of a vector (0: there is none). ``kind`` is numpy's name of the
-    type.
+    ends with the number of ``components`` of a vector (0: there is none). A family without some of its
+    members has one axis, along which are those with the indices in ``places``. ``kind`` is numpy's name of
+    the type.
     """
 
     path: str
@@ -51,6 +57,12 @@ class Series:
     components: int = 0
     sampled: bool = True
     kind: str = "f8"
+    places: tuple[tuple[int, ...], ...] = ()
+
+    @property
+    def indexed(self) -> tuple[Indexed, ...]:
+        """The family's axes: the name of each, and what it counts."""
+        return tuple(zip(self.axes, (self.places,) if self.places else self.shape))
 
 
 @dataclass(frozen=True)
@@ -125,16 +137,24 @@ class Layout:
         """The names that no further scale can have in every group of the file."""
         return {part for one in self.all_series for part in one.path.split("/")}
 
-    def indices(self) -> dict[tuple[str, int], str]:
-        """The families' axes, by name and length, and what each is called in the file: its name, with
-        underscores behind it where something else has that name."""
+    def indices(self) -> dict[Indexed, str]:
+        """The families' axes, and what each is called in the file: its name, with underscores behind it where
+        something else has that name."""
         taken = self.taken() | {*self.scales, *(AXES[:size] for size in self.vector_sizes())}
-        found: dict[tuple[str, int], str] = {}
-        for axis in (pair for one in self.all_series for pair in zip(one.axes, one.shape)):
+        found: dict[Indexed, str] = {}
+        for axis in (pair for one in self.all_series for pair in one.indexed):
             if axis not in found:
                 found[axis] = free_name(axis[0], taken)
                 taken.add(found[axis])
         return found
+
+
+def labels(counted: int | tuple[tuple[int, ...], ...]) -> Sequence[int | str]:
+    """What an axis of a family counts: 0, 1, 2, ..., or the members with these indices, which are numbers, or
+    texts such as ``2,1`` where there are several."""
+    if isinstance(counted, int):
+        return range(counted)
+    return [",".join(map(str, place)) if len(place) > 1 else place[0] for place in counted]
 
 
 def free_name(name: str, taken: Container[str]) -> str:

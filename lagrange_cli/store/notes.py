@@ -26,6 +26,8 @@ LARGEST = 2**20
 LONG = 60.0
 """The output of a run that took more seconds than this is replaced only with ``--force``."""
 
+WRITABLE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
+
 Stamp = tuple[int, int, int]
 
 
@@ -59,10 +61,13 @@ class Origin:
             return ""
         try:
             stamp = stamp_of(output)
+            protected = not os.stat(output).st_mode & WRITABLE
         except OSError:
             return ""
         if list(stamp) != content["stamp"]:
             return ""
+        if protected:
+            return " and is write-protected"
         other = [text for name, text in content["options"].items() if self.options.get(name) != text]
         if other:
             return f" and was made with {', '.join(other)}"

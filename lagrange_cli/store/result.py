@@ -18,7 +18,7 @@ import numpy as np
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass
-from lagrange_cli.store.trusted import read_record
+from lagrange_cli.store.trusted import check_readable, read_record
 
 MOST_NAMES = 100_000
 LARGEST_CHUNK = 2**28
@@ -53,6 +53,7 @@ class Result:
         path = Path(os.path.realpath(name))
         if not path.exists():
             raise FileError(f"{name}: no such file")
+        check_readable(path, name)
         try:
             read_record(path, name)
             self._file = h5py.File(path, "r")
@@ -123,6 +124,9 @@ class Result:
             found = np.asarray(self._file[path][part])
         except (OSError, RuntimeError, ValueError) as error:
             raise FileError(f"{self.name}: {path} could not be read: {error}") from error
+        if found.dtype.kind == "O":
+            texts = [one.decode() if isinstance(one, bytes) else str(one) for one in found.flat]
+            return np.array(texts, dtype=np.str_).reshape(found.shape)
         return np.char.decode(found, "utf-8") if found.dtype.kind == "S" else found
 
 

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import h5py
 
-from lagrange_cli.store.layout import AXES, Layout, Series
+from lagrange_cli.store.layout import AXES, Layout, Series, labels
 
 
 class Scales:
     """The scales of a layout's vectors and families in ``file``: ``/x``, ``/xy`` or ``/xyz`` name a vector's
-    components, others, such as ``/N``, count the members of families."""
+    components, others, such as ``/N``, count the members of families, or list them, such as
+    ``/gap_index``."""
 
     def __init__(self, file: Any, layout: Layout) -> None:
         self._components = {size: create_components(file, AXES[:size]) for size in layout.vector_sizes()}
-        self._indices = {axis: create_index(file, name, axis[1]) for axis, name in layout.indices().items()}
+        self._indices = {
+            axis: create_index(file, name, labels(axis[1])) for axis, name in layout.indices().items()
+        }
 
     def attach(self, dataset: Any, series: Series, *leading: Any) -> None:
         """Attach the scales of all axes of a series; ``leading`` are those of the first."""
         for number, scale in enumerate(leading):
             attach(dataset, number, scale)
-        for number, axis in enumerate(zip(series.axes, series.shape), len(leading)):
+        for number, axis in enumerate(series.indexed, len(leading)):
             attach(dataset, number, self._indices[axis])
         if series.components in self._components:
             last = len(leading) + len(series.shape) - 1
@@ -64,9 +68,10 @@ def create_components(file: Any, letters: str) -> Any:
     return axis
 
 
-def create_index(file: Any, name: str, length: int) -> Any:
-    """The dimension scale that counts the members of a family."""
-    axis = file.create_dataset(name, data=range(length), dtype="i8")
-    axis.attrs["long_name"] = "index"
+def create_index(file: Any, name: str, members: Sequence[int | str]) -> Any:
+    """The dimension scale that counts or lists the members of a family."""
+    kind = h5py.string_dtype() if isinstance(members[0], str) else "i8"
+    axis = file.create_dataset(name, data=members, dtype=kind)
+    axis.attrs["long_name"] = "index" if kind == "i8" else "indices"
     axis.make_scale(name)
     return axis

@@ -15,6 +15,7 @@ the run was interrupted, the record is what the run can be continued from, in th
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import stat
@@ -56,6 +57,14 @@ def open_plain(path: Path) -> io.FileIO:
     return file
 
 
+def check_readable(path: Path, shown: str) -> None:
+    """Raise ``FileError`` if the user may not read the file, or it is a directory."""
+    if path.is_dir():
+        raise FileError(f"{shown} is a directory, not an output")
+    if path.exists() and not os.access(path, os.R_OK):
+        raise FileError(f"{shown} could not be read: {os.strerror(errno.EACCES)}")
+
+
 def read_exactly(file: io.FileIO, place: int, size: int) -> bytearray:
     """``size`` bytes of a file; raises ``ValueError`` if it ends before."""
     file.seek(place)
@@ -76,6 +85,7 @@ def read_record(path: Path, shown: str) -> Checkpoint:
     time; otherwise it is what the run is continued from. Memory and time are bounded whatever the file holds.
     Raises ``FileError`` if the file is not an output of this program or cannot be read.
     """
+    check_readable(path, shown)
     try:
         with open_plain(path) as file:
             size = os.fstat(file.fileno()).st_size

@@ -15,7 +15,6 @@ shortened when it is expanded.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from fractions import Fraction
 
 import sympy
 
@@ -24,6 +23,7 @@ from lagrange_cli.symbolic.monomials import (
     LARGEST,
     ONE,
     Monomial,
+    Number,
     Terms,
     TooLargeError,
     add_into,
@@ -32,7 +32,9 @@ from lagrange_cli.symbolic.monomials import (
     divide,
     from_terms,
     raised,
+    ratio,
     term,
+    to_power,
 )
 from lagrange_cli.symbolic.work import COUNTER, charge, size_of
 
@@ -42,7 +44,6 @@ FACTORS = 16
 HIGHEST_POWER = 4
 """The highest power of a sum that is expanded; (x - l)**12 would be unreadable."""
 
-TWO = Fraction(2)
 WAVES = (sympy.sin, sympy.cos)
 PARTNERS = {
     sympy.sin: (sympy.cos, 1),
@@ -58,52 +59,52 @@ MOST_WAVES = 8
 def to_terms(expression: sympy.Expr) -> Terms:
     """The expanded form of an expression. Raises ``TooLargeError``."""
     if expression.is_Rational:
-        return {ONE: Fraction(int(expression.p), int(expression.q))} if expression else {}
+        return {ONE: ratio(expression)} if expression else {}
     if expression.is_Add:
         total: Terms = {}
         for argument in expression.args:
             add_into(total, to_terms(argument))
         return total
     if expression.is_Mul:
-        product: Terms = {ONE: Fraction(1)}
+        product: Terms = {ONE: 1}
         for argument in expression.args:
             product = multiply(product, to_terms(argument))
         return product
     if expression.is_Pow and expression.exp.is_Rational:
-        return power(expression.base, Fraction(int(expression.exp.p), int(expression.exp.q)))
+        return power(expression.base, ratio(expression.exp))
     inner = settled(expression)
     if inner is not expression and not inner.is_Function:
         return to_terms(inner)
-    return {frozenset({(inner, Fraction(1))}): Fraction(1)}
+    return {frozenset({(inner, 1)}): 1}
 
 
-def power(base: sympy.Expr, exponent: Fraction) -> Terms:
+def power(base: sympy.Expr, exponent: Number) -> Terms:
     """The expanded form of ``base**exponent``."""
     if exponent.denominator == 1 and (base.is_Add or base.is_Mul or base.is_Pow):
         terms = to_terms(base)
         if exponent > HIGHEST_POWER and len(terms) > 1:
-            return {frozenset({(settled(base), exponent)}): Fraction(1)}
+            return {frozenset({(settled(base), exponent)}): 1}
         if exponent > 0:
-            result: Terms = {ONE: Fraction(1)}
+            result: Terms = {ONE: 1}
             for _ in range(exponent.numerator):
                 result = multiply(result, terms)
             return result
         if len(terms) == 1:
             ((monomial, coefficient),) = terms.items()
-            return {raised(monomial, exponent): coefficient**exponent.numerator}
+            return {raised(monomial, exponent): to_power(coefficient, exponent.numerator)}
         base, content, coefficient = primitive(base, terms)
         monomial = combine(raised(content, exponent), frozenset({(base, exponent)}))
-        return {monomial: coefficient**exponent.numerator}
+        return {monomial: to_power(coefficient, exponent.numerator)}
     if base.is_Rational and exponent.denominator == 1:
-        return {ONE: Fraction(int(base.p), int(base.q)) ** exponent.numerator}
-    return {frozenset({(settled(base), exponent)}): Fraction(1)}
+        return {ONE: to_power(ratio(base), exponent.numerator)}
+    return {frozenset({(settled(base), exponent)}): 1}
 
 
-def primitive(base: sympy.Expr, terms: Terms) -> tuple[sympy.Expr, Monomial, Fraction]:
+def primitive(base: sympy.Expr, terms: Terms) -> tuple[sympy.Expr, Monomial, Number]:
     """``base`` as (base', content, number) with base = number * content * base', base' in lowest terms."""
     content, number = common_factor(terms)
     if not content and number == 1:
-        return settled(base), ONE, Fraction(1)
+        return settled(base), ONE, 1
     return from_terms(divide(terms, content, number)), content, number
 
 
@@ -161,12 +162,12 @@ def multiply(left: Terms, right: Terms) -> Terms:
     return product
 
 
-def is_reducible(base: sympy.Expr, exponent: Fraction) -> bool:
+def is_reducible(base: sympy.Expr, exponent: Number) -> bool:
     """Whether ``base**exponent`` is not a factor of a monomial but should be expanded further."""
     if exponent.denominator != 1 or base.is_Symbol or base.is_Function:
         return False
     if base.is_Add:
-        return 0 < exponent <= HIGHEST_POWER
+        return bool(0 < exponent <= HIGHEST_POWER)
     return bool(base.is_Rational or base.is_Mul or (base.is_Pow and base.exp.is_Rational))
 
 
@@ -196,7 +197,7 @@ def contract_powers(terms: Terms, monomial: Monomial) -> bool:
         for other, power in monomial:
             if other == base.base:
                 raised_base = other ** (base.exp + sympy.Rational(power.numerator, power.denominator))
-                both = frozenset({(base, Fraction(-1)), (other, -power)})
+                both = frozenset({(base, -1), (other, -power)})
                 coefficient = terms.pop(monomial)
                 add_into(terms, multiply({combine(monomial, both): coefficient}, to_terms(raised_base)))
                 return True
@@ -214,7 +215,7 @@ def contract_switches(terms: Terms, monomial: Monomial) -> bool:
             branch = base.where_nonzero(other) if power > 0 else None
             if branch is not None:
                 coefficient = terms[monomial]
-                rest = combine(monomial, frozenset({(base, Fraction(-1))}))
+                rest = combine(monomial, frozenset({(base, -1)}))
                 add_into(terms, {monomial: -coefficient})
                 add_into(terms, multiply({rest: coefficient}, to_terms(branch)))
                 return True
@@ -224,13 +225,13 @@ def contract_switches(terms: Terms, monomial: Monomial) -> bool:
 def contract_squares(terms: Terms, monomial: Monomial) -> bool:
     """Apply a rule for squares to one term, in place."""
     for base, exponent in monomial:
-        if type(base) not in PARTNERS or exponent < TWO:
+        if type(base) not in PARTNERS or exponent < 2:
             continue
         partner_type, sign = PARTNERS[type(base)]
         constant = -1 if base.func is sympy.sinh else 1
         coefficient = terms[monomial]
-        rest = combine(monomial, frozenset({(base, -TWO)}))
-        partner = combine(rest, frozenset({(partner_type(*base.args), TWO)}))
+        rest = combine(monomial, frozenset({(base, -2)}))
+        partner = combine(rest, frozenset({(partner_type(*base.args), 2)}))
         other = terms.get(partner)
         if other is not None and (coefficient < 0) == (sign * other < 0):
             # a f^2 + b g^2 = s (f^2 + sign g^2) + ..., with the smaller coefficient s wholly used up
@@ -250,9 +251,9 @@ def contract_angles(terms: Terms, monomial: Monomial) -> bool:
     """Apply an addition theorem to one term, in place."""
     for first, second in wave_pairs(monomial):
         coefficient = terms[monomial]
-        rest = combine(monomial, frozenset({(first, Fraction(-1)), (second, Fraction(-1))}))
+        rest = combine(monomial, frozenset({(first, -1), (second, -1)}))
         swapped = tuple(PARTNERS[type(base)][0](*base.args) for base in (first, second))
-        partner = combine(rest, frozenset({(swapped[0], Fraction(1)), (swapped[1], Fraction(1))}))
+        partner = combine(rest, frozenset({(swapped[0], 1), (swapped[1], 1)}))
         other = terms.get(partner)
         if other is None or abs(other) != abs(coefficient) or partner == monomial:
             continue

@@ -5,28 +5,26 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, multiply, to_terms
 from lagrange_cli.symbolic.division import divided
-from lagrange_cli.symbolic.monomials import Monomial, Terms, add_into, combine
+from lagrange_cli.symbolic.monomials import Monomial, Number, Terms, add_into, combine
 from lagrange_cli.symbolic.squares import COSINES, in_squares_of
 
 
 def over_one_denominator(terms: Terms) -> tuple[Terms, Monomial] | None:
     """A numerator and the powers of sums that it is multiplied by; None where the powers of no sum differ by
     whole numbers, or the numerator is much longer. Raises ``TooLargeError``."""
-    exponents: dict[sympy.Expr, set[Fraction]] = {}
+    exponents: dict[sympy.Expr, set[Number]] = {}
     for monomial in terms:
         for base, exponent in monomial:
             if base.is_Add:
                 exponents.setdefault(base, set()).add(exponent)
-    common: dict[sympy.Expr, Fraction] = {}
+    common: dict[sympy.Expr, Number] = {}
     for base, known in exponents.items():
         everywhere = all(any(base == other for other, _ in monomial) for monomial in terms)
-        powers = known if everywhere else {*known, Fraction(0)}
+        powers = known if everywhere else {*known, 0}
         least = min(powers)
         if least < 0 and all((e - least).denominator == 1 for e in powers):
             common[base] = least

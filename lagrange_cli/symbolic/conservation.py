@@ -15,6 +15,7 @@ from lagrange_cli.symbolic.constraints import forces_of
 from lagrange_cli.symbolic.equations import Changing, Conserved, Constraint
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.order import Order
+from lagrange_cli.symbolic.slopes import gradient, slope
 
 Energies = tuple[sympy.Expr | None, sympy.Expr | None, sympy.Expr, sympy.Expr]
 """T, U (None where L is given), L, h."""
@@ -37,10 +38,10 @@ def balance(
     changing: list[Changing] = []
     lagrangian = energies[2]
     bound = forces_of(constraints, len(model.q))
-    for name, q, momentum, slope, force, own in zip(
+    for name, q, momentum, rate, force, own in zip(
         model.coordinates, model.q, momenta, slopes, forces, bound, strict=True
     ):
-        if slope != 0 or branches_on(lagrangian, q, order):
+        if rate != 0 or branches_on(lagrangian, q, order):
             continue
         if force == own == 0:
             because = f"`{name}` is cyclic: `L` does not contain it, and {without_force(bool(constraints))}"
@@ -81,7 +82,7 @@ def balance_energy(
     Forces of constraint do work where the constraints have drifts b_i: sum_k a_ik v_k = -b_i.
     """
     kinetic, potential, lagrangian, h = energies
-    slip = tidy(-lagrangian.diff(model.time), order)
+    slip = tidy(-slope(lagrangian, model.time), order)
     power = tidy(sympy.Add(*(Q * v for Q, v in zip(forces, model.v, strict=True))), order)
     drawn = tidy(-sympy.Add(*(each.multiplier * each.drift for each in constraints)), order)
     identity = describe_energy(model, energies, order)
@@ -105,12 +106,9 @@ def balance_energy(
     difference = tidy(kinetic + potential - h, order)
     if difference == 0 or accelerations is None:
         return
-    rates = [
-        difference.diff(symbol) * rate
-        for symbols, values in ((model.q, model.v), (model.v, accelerations))
-        for symbol, rate in zip(symbols, values, strict=True)
-    ]
-    rate = tidy(sympy.Add(*rates, difference.diff(model.time), slip, power, drawn), order)
+    *slopes, drift = gradient(difference, [*model.q, *model.v, model.time])
+    rates = [one * rate for one, rate in zip(slopes, [*model.v, *accelerations], strict=True)]
+    rate = tidy(sympy.Add(*rates, drift, slip, power, drawn), order)
     because = "the embedding contains `t`, so that the constraint forces do work"
     if rate == 0:
         conserved.append(Conserved("T + U", tidy(kinetic + potential, order), "its rate of change is zero"))
@@ -140,7 +138,7 @@ def branches_on(expression: sympy.Expr, symbol: sympy.Expr, order: Order) -> boo
         for inner in (node.args if node.is_Function else node.args[:1])
         if not (isinstance(node, SINGLE_VALUED) or (node.is_Pow and node.exp.is_Integer))
     ]
-    return any(symbol in inner.free_symbols and tidy(inner.diff(symbol), order) != 0 for inner in arguments)
+    return any(symbol in inner.free_symbols and tidy(slope(inner, symbol), order) != 0 for inner in arguments)
 
 
 def depends_on(expression: sympy.Expr, symbols: Sequence[sympy.Expr]) -> bool:

@@ -20,6 +20,7 @@ from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.notations import dotted
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.slopes import along_motion, gradient, slope
 from lagrange_cli.symbolic.work import COUNTER
 
 LARGEST_BLOCK = 8
@@ -70,16 +71,16 @@ def shown(
     q, v, time = model.q, model.v, model.time
     expression = neat(one.expression, order, Role.VELOCITY)
     if one.holonomic:
-        slopes = tuple(tidy(slope, order) for slope in gradient(expression, q))
-        drift = tidy(expression.diff(time), order)
+        slopes = tuple(tidy(one, order) for one in gradient(expression, q))
+        drift = tidy(slope(expression, time), order)
         pairs = zip(slopes, v, strict=True)
-        speed = sympy.Add(*(slope * own for slope, own in pairs if slope != 0), drift)
+        speed = sympy.Add(*(one * own for one, own in pairs if one != 0), drift)
     else:
         at_rest = dict.fromkeys(v, sympy.S.Zero)
-        slopes = tuple(tidy(slope, order) for slope in gradient(expression, v))
-        if any(tidy(bent, order) != 0 for slope in slopes for bent in gradient(slope, v)):
+        slopes = tuple(tidy(one, order) for one in gradient(expression, v))
+        if any(tidy(bent, order) != 0 for one in slopes for bent in gradient(one, v)):
             raise NotLinear(one.name)
-        slopes = tuple(slope.xreplace(at_rest) for slope in slopes)
+        slopes = tuple(one.xreplace(at_rest) for one in slopes)
         drift = tidy(expression.xreplace(at_rest), order)
         speed = expression
     rate = tidy(-along_motion(speed, q, v, time), order)
@@ -113,24 +114,13 @@ def with_pushes(constraints: tuple[Constraint, ...], forces: Row, order: Order) 
     symbols = [each.multiplier for each in constraints]
     if all(force.free_symbols.isdisjoint(symbols) for force in forces):
         return constraints
-    pushes = [tuple(tidy(force.diff(symbol), order) for force in forces) for symbol in symbols]
+    columns = zip(*(gradient(force, symbols) for force in forces), strict=True)
+    pushes = [tuple(tidy(one, order) for one in column) for column in columns]
     linear = all(push.free_symbols.isdisjoint(symbols) for row in pushes for push in row)
     return tuple(
         replace(each, pushes=row) if linear else replace(each, linear=False)
         for each, row in zip(constraints, pushes, strict=True)
     )
-
-
-def along_motion(expression: sympy.Expr, q: Row, v: Row, time: sympy.Expr) -> sympy.Expr:
-    """d/dt of an expression as far as q and t change, v held: sum_k v_k d/dq_k + d/dt."""
-    pairs = zip(gradient(expression, q), v, strict=True)
-    return sympy.Add(*(slope * own for slope, own in pairs if slope != 0), expression.diff(time))
-
-
-def gradient(expression: sympy.Expr, symbols: Row) -> list[sympy.Expr]:
-    """The derivatives by ``symbols``."""
-    present = expression.free_symbols
-    return [expression.diff(symbol) if symbol in present else sympy.S.Zero for symbol in symbols]
 
 
 def forces_of(constraints: Sequence[Constraint], count: int) -> tuple[sympy.Expr, ...]:

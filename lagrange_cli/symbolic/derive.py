@@ -17,7 +17,6 @@ from lagrange_cli.model.model import Event as Occurrence
 from lagrange_cli.model.model import Model
 from lagrange_cli.symbolic.conservation import balance
 from lagrange_cli.symbolic.constraints import (
-    along_motion,
     explicit,
     forces_of,
     multiplier_symbols,
@@ -28,6 +27,7 @@ from lagrange_cli.symbolic.constraints import (
 from lagrange_cli.symbolic.equations import Equations, Event
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.slopes import along_motion, gradient
 from lagrange_cli.symbolic.textbook import textbook_form
 from lagrange_cli.symbolic.work import check_size
 
@@ -50,9 +50,9 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
         lagrangian = neat(model.lagrangian, order, Role.VELOCITY)
 
     # the rate of a momentum is the longest expression of all: what is too long shows soon
-    pairs = [with_rate(tidy(lagrangian.diff(velocity), order), model) for velocity in v]
+    pairs = [with_rate(tidy(one, order), model) for one in gradient(lagrangian, v)]
     momenta, rates = (tuple(listed) for listed in zip(*pairs, strict=True))
-    slopes = tuple(tidy(lagrangian.diff(coordinate), order) for coordinate in q)
+    slopes = tuple(tidy(one, order) for one in gradient(lagrangian, q))
     forces = tuple(tidy(force, order) for force in generalized_forces(model))
     mass_matrix = symmetric_matrix(momenta, v, order)
     constraints = with_pushes(shown_constraints(model, multipliers, order), forces, order)
@@ -151,13 +151,13 @@ def kinetic_energy(model: Model[sympy.Expr]) -> sympy.Expr:
 
 def generalized_forces(model: Model[sympy.Expr]) -> list[sympy.Expr]:
     """Q_k = (given) + sum_i F_i . dr_i/dq_k - dD/dv_k, with Rayleigh's function D."""
-    totals = []
-    for coordinate, velocity, given in zip(model.q, model.v, model.generalized_forces, strict=True):
-        total = given - model.dissipation.diff(velocity)
-        for particle in model.particles:
-            for component, position in zip(particle.force, particle.position, strict=False):
-                total += component * position.diff(coordinate)
-        totals.append(total)
+    dissipation = gradient(model.dissipation, model.v)
+    totals = [given - own for given, own in zip(model.generalized_forces, dissipation, strict=True)]
+    for particle in model.particles:
+        for component, position in zip(particle.force, particle.position, strict=False):
+            if component != 0:
+                slopes = gradient(position, model.q)
+                totals = [total + component * own for total, own in zip(totals, slopes, strict=True)]
     return totals
 
 
@@ -165,8 +165,5 @@ def symmetric_matrix(
     momenta: Sequence[sympy.Expr], v: Sequence[sympy.Expr], order: Order
 ) -> tuple[tuple[sympy.Expr, ...], ...]:
     """The mass matrix dp_i/dv_j, each entry derived once."""
-    upper = [
-        [tidy(momentum.diff(v[j]), order) if j >= i else None for j in range(len(v))]
-        for i, momentum in enumerate(momenta)
-    ]
-    return tuple(tuple(upper[min(i, j)][max(i, j)] for j in range(len(v))) for i in range(len(v)))
+    upper = [[tidy(one, order) for one in gradient(p, v[i:])] for i, p in enumerate(momenta)]
+    return tuple(tuple(upper[min(i, j)][abs(i - j)] for j in range(len(v))) for i in range(len(v)))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from fractions import Fraction
-
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, settled, to_terms
 from lagrange_cli.symbolic.monomials import (
     Monomial,
+    Number,
     Terms,
     TooLargeError,
     combine,
@@ -130,13 +128,13 @@ def once(factor: Monomial, terms: Terms, order: Order) -> sympy.Expr:
     return term(factor) * factored(terms, order) if factor else collected(terms, order)
 
 
-def is_of_motion(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
+def is_of_motion(item: tuple[sympy.Expr, Number], order: Order) -> bool:
     """Whether terms are collected by this factor of a monomial: x_dot, theta_ddot, lambda."""
     base, exponent = item
     return (order.is_motion(base) or order.role(base) is Role.MULTIPLIER) and exponent > 0
 
 
-def is_sum(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
+def is_sum(item: tuple[sympy.Expr, Number], order: Order) -> bool:
     """Whether terms are collected by this factor of a monomial: a distance."""
     base, _ = item
     return bool(base.is_Add) and order.role(base) > Role.PARAMETER
@@ -233,7 +231,7 @@ def is_factored(terms: Terms) -> bool:
     return plain and len(terms) <= MOST_FACTORED and degree(terms) <= HIGHEST_FACTORED
 
 
-def with_leading_sign(terms: Mapping[Monomial, Fraction], number: Fraction, order: Order) -> Fraction:
+def with_leading_sign(terms: Terms, number: Number, order: Order) -> Number:
     """The common number with the sign that leaves the first term of the sum positive."""
     first = min(terms, key=lambda monomial: order.term_key(term(monomial)))
     return abs(number) if terms[first] > 0 else -abs(number)

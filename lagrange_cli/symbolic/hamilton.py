@@ -11,6 +11,7 @@ from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.slopes import gradient
 
 
 @dataclass(frozen=True)
@@ -57,9 +58,10 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     energy = neat(kinetic - equations.L.xreplace(at_rest), order, Role.COORDINATE)
     known = dict(zip(equations.v, velocities, strict=True))
     bound = forces_of(equations.constraints, len(p))
+    slopes = gradient(energy, equations.q)
     rates = tuple(
-        tidy((force + own).xreplace(known) - energy.diff(coordinate), order)
-        for coordinate, force, own in zip(equations.q, equations.generalized_forces, bound, strict=True)
+        tidy((force + own).xreplace(known) - slope, order)
+        for slope, force, own in zip(slopes, equations.generalized_forces, bound, strict=True)
     )
     constraints = tuple(
         each.expression if each.holonomic else tidy(each.expression.xreplace(known), order)
@@ -80,9 +82,10 @@ def in_steps(equations: Equations, p: tuple[sympy.Expr, ...]) -> Hamiltonian:
     ranks = {own: (Role.VELOCITY, count + k) for k, own in enumerate(p)}
     order = Order({**known.ranks, **ranks}, known.decimals)
     bound = forces_of(equations.constraints, count)
+    slopes = gradient(equations.L, equations.q)
     rates = tuple(
-        tidy(equations.L.diff(coordinate) + force + own, known)
-        for coordinate, force, own in zip(equations.q, equations.generalized_forces, bound, strict=True)
+        tidy(slope + force + own, known)
+        for slope, force, own in zip(slopes, equations.generalized_forces, bound, strict=True)
     )
     constraints = tuple(each.expression for each in equations.constraints)
     return Hamiltonian(order, p, equations.h, equations.v, rates, constraints, solved=False)

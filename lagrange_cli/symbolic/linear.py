@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from fractions import Fraction
 
 import sympy
 
@@ -19,6 +18,7 @@ from lagrange_cli.symbolic.monomials import (
     common_factor,
     degree,
     divide,
+    ratio,
     term,
 )
 from lagrange_cli.symbolic.order import Order
@@ -88,7 +88,7 @@ def blocks(matrix: Sequence[Sequence[sympy.Expr]]) -> list[list[int]]:
 
 def determinant_of(rows: Matrix) -> Terms:
     """The determinant by expansion along the first row, each minor once."""
-    known: dict[tuple[int, ...], Terms] = {(): {ONE: Fraction(1)}}
+    known: dict[tuple[int, ...], Terms] = {(): {ONE: 1}}
 
     def minor(columns: tuple[int, ...]) -> Terms:
         """A minor of the last rows, as many as there are ``columns``."""
@@ -97,7 +97,7 @@ def determinant_of(rows: Matrix) -> Terms:
             for place, column in enumerate(columns):
                 if entry := rows[-len(columns)][column]:
                     rest = contract(minor(columns[:place] + columns[place + 1 :]))
-                    add_into(total, multiply(entry, rest), Fraction(-1 if place % 2 else 1))
+                    add_into(total, multiply(entry, rest), -1 if place % 2 else 1)
             known[columns] = total
         return known[columns]
 
@@ -118,7 +118,7 @@ def quotient(numerator: Terms, denominator: Terms, order: Order) -> sympy.Expr:
     sign = 1 if denominator[first] > 0 else -1
     content, number = common_factor(numerator)
     above = group(divide(numerator, content, number), order)
-    return term(content, number * sign) * above / group(divide(denominator, ONE, Fraction(sign)), order)
+    return term(content, number * sign) * above / group(divide(denominator, ONE, sign), order)
 
 
 def reduced(numerator: Terms, denominator: Terms) -> tuple[Terms, Terms]:
@@ -133,5 +133,7 @@ def reduced(numerator: Terms, denominator: Terms) -> tuple[Terms, Terms]:
     charge(STEPS_TO_CANCEL * (len(polynomial) + len(denominator)) * (1 + highest))
     top, bottom = ring.polynomial(polynomial).cancel(ring.polynomial(denominator))
     scale, rest = common_factor(ring.terms(bottom))
-    above = divide(ring.terms(top), combine(scale, frozenset((b, -e) for b, e in content)), rest / number)
+    above = divide(
+        ring.terms(top), combine(scale, frozenset((b, -e) for b, e in content)), ratio(rest, number)
+    )
     return above, divide(ring.terms(bottom), scale, rest)

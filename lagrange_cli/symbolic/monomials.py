@@ -9,14 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from math import ceil, gcd
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import sympy
 
 from lagrange_cli.symbolic.work import charge
 
-Monomial: TypeAlias = frozenset[tuple[sympy.Expr, Fraction]]
-Terms: TypeAlias = dict[Monomial, Fraction]
+Number: TypeAlias = Any
+"""A ``Fraction``, or ``int`` where it is whole, which is many times as fast; quotients are a ``ratio``."""
+Monomial: TypeAlias = frozenset[tuple[sympy.Expr, Number]]
+Terms: TypeAlias = dict[Monomial, Number]
 
 ONE: Monomial = frozenset()
 LARGEST = 4000
@@ -27,22 +29,34 @@ class TooLargeError(Exception):
     """The expanded form would have more than ``LARGEST`` terms."""
 
 
-def from_terms(terms: Mapping[Monomial, Fraction]) -> sympy.Expr:
+def from_terms(terms: Mapping[Monomial, Number]) -> sympy.Expr:
     """The sum of the terms as an expression."""
     return sympy.Add(*(term(monomial, coefficient) for monomial, coefficient in terms.items()))
 
 
-def term(monomial: Monomial, coefficient: Fraction = Fraction(1)) -> sympy.Expr:
+def term(monomial: Monomial, coefficient: Number = 1) -> sympy.Expr:
     """One term as an expression."""
-    return sympy.Mul(rational(coefficient), *(base ** rational(exponent) for base, exponent in monomial))
+    factors = (base if exponent == 1 else base ** rational(exponent) for base, exponent in monomial)
+    return sympy.Mul(rational(coefficient), *factors)
 
 
-def rational(value: Fraction) -> sympy.Rational:
-    """A fraction as a sympy number."""
-    return sympy.Rational(value.numerator, value.denominator)
+def rational(value: Number) -> sympy.Rational:
+    """A number as one of sympy's."""
+    return sympy.Integer(value) if type(value) is int else sympy.Rational(value.numerator, value.denominator)
 
 
-def add_into(total: Terms, terms: Mapping[Monomial, Fraction], factor: Fraction = Fraction(1)) -> None:
+def ratio(above: Any, below: Any = 1) -> Number:
+    """The quotient of two numbers of any kind with numerator and denominator."""
+    above, below = above.numerator * below.denominator, below.numerator * above.denominator
+    return int(above) if below == 1 else Fraction(int(above), int(below))
+
+
+def to_power(number: Number, exponent: int) -> Number:
+    """``number**exponent``."""
+    return number**exponent if exponent >= 0 else ratio(1, number**-exponent)
+
+
+def add_into(total: Terms, terms: Mapping[Monomial, Number], factor: Number = 1) -> None:
     """Add ``factor * terms`` to ``total`` in place, without terms that cancel. Raises ``TooLargeError``."""
     charge(6 * len(terms))
     for monomial, coefficient in terms.items():
@@ -62,11 +76,11 @@ def combine(left: Monomial, right: Monomial) -> Monomial:
     charge(2 * (1 + len(left) + len(right)))
     exponents = dict(left)
     for base, exponent in right:
-        exponents[base] = exponents.get(base, Fraction(0)) + exponent
+        exponents[base] = exponents.get(base, 0) + exponent
     return frozenset(item for item in exponents.items() if item[1])
 
 
-def raised(monomial: Monomial, exponent: Fraction) -> Monomial:
+def raised(monomial: Monomial, exponent: Number) -> Monomial:
     """A monomial to an integer power."""
     return frozenset((base, own * exponent) for base, own in monomial)
 
@@ -76,13 +90,13 @@ def degree(terms: Terms) -> int:
     return max((ceil(sum(abs(exponent) for _, exponent in monomial)) for monomial in terms), default=0)
 
 
-def divide(terms: Terms, monomial: Monomial, number: Fraction = Fraction(1)) -> Terms:
+def divide(terms: Terms, monomial: Monomial, number: Number = 1) -> Terms:
     """The terms, each divided by ``number * monomial``."""
-    inverse = raised(monomial, Fraction(-1))
-    return {combine(own, inverse): coefficient / number for own, coefficient in terms.items()}
+    inverse = raised(monomial, -1)
+    return {combine(own, inverse): ratio(coefficient, number) for own, coefficient in terms.items()}
 
 
-def common_factor(terms: Mapping[Monomial, Fraction]) -> tuple[Monomial, Fraction]:
+def common_factor(terms: Mapping[Monomial, Number]) -> tuple[Monomial, Number]:
     """The largest monomial and number that divide every term; exponents of both signs are taken out."""
     monomials = iter(terms)
     shared = dict(next(monomials, ONE))
@@ -91,25 +105,25 @@ def common_factor(terms: Mapping[Monomial, Fraction]) -> tuple[Monomial, Fractio
         own = dict(monomial)
         for base in {*shared, *own}:
             # a base that one term lacks has the power 0 there
-            exponent = min(shared.get(base, Fraction(0)), own.get(base, Fraction(0)))
+            exponent = min(shared.get(base, 0), own.get(base, 0))
             shared[base] = exponent
     content = frozenset(item for item in shared.items() if item[1])
     return content, common_number(terms.values())
 
 
-def common_number(numbers: Iterable[Fraction]) -> Fraction:
+def common_number(numbers: Iterable[Number]) -> Number:
     """The number to factor out of a sum: that of fractions such as 1/2 and 1/3, but 1 if the sum contains
     decimals, which would become long integers; negative if every term is."""
     numbers = list(numbers)
     if not numbers:
-        return Fraction(1)
+        return 1
     sign = -1 if all(number < 0 for number in numbers) else 1
     if len(set(map(abs, numbers))) == 1:
         return sign * abs(numbers[0])
     if any(144 % number.denominator for number in numbers):
-        return Fraction(sign)
+        return sign
     numerator, denominator = 0, 1
     for number in numbers:
         numerator = gcd(numerator, number.numerator)
         denominator = denominator * number.denominator // gcd(denominator, number.denominator)
-    return Fraction(sign * numerator, denominator)
+    return ratio(sign * numerator, denominator)

@@ -146,13 +146,13 @@ class OfSympy(Text):
     def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
         return super().call(SYMPY.get(function, function), arguments)
 
-
-class Sympy(Identifiers, OfSympy):
-    """The notation of sympy."""
-
     def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
         listed = "".join(f"({value}, {condition}), " for value, condition in pieces)
         return f"Piecewise({listed}({otherwise}, True))"
+
+
+class Sympy(Identifiers, OfSympy):
+    """The notation of sympy."""
 
 
 SYMPY = {"abs": "Abs", "min": "Min", "max": "Max"}
@@ -189,7 +189,23 @@ class IndexedSympy(OfSympy):
 RELATIONS = {"==": "Eq", "!=": "Ne", "<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge"}
 
 
-RESERVED = frozenset({"q", "v", "a", "parameters", "values", "paths", "range", "sum", "len"})
+RESERVED = frozenset(
+    {
+        "q",
+        "v",
+        "a",
+        "parameters",
+        "multipliers",
+        "values",
+        "paths",
+        "range",
+        "sum",
+        "len",
+        "tuple",
+        "zip",
+        "PLACES",
+    }
+)
 """Names that the functions of a Python module use themselves."""
 
 

@@ -15,6 +15,7 @@ from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.order import Role
 from lagrange_cli.symbolic.render import Notation
+from lagrange_cli.symbolic.slopes import slope
 from lagrange_cli.symbolic.statements import KINDS, Section, Statement, Writer
 from lagrange_cli.symbolic.work import attempt, size_of
 
@@ -62,7 +63,7 @@ def sections(model: Model[sympy.Expr], writer: Writer) -> list[Section]:
         energies = {"L": short(lambda: neat(lagrangian, order, Role.VELOCITY))}
 
     def momentum(velocity: sympy.Expr) -> sympy.Expr:
-        return tidy(lagrangian.diff(velocity), order)
+        return tidy(slope(lagrangian, velocity), order)
 
     momenta = {
         f"p_{name}": short(partial(momentum, velocity))

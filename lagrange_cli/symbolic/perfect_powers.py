@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
-from lagrange_cli.symbolic.monomials import Terms, degree
+from lagrange_cli.symbolic.monomials import Number, Terms, degree, ratio
 from lagrange_cli.symbolic.rings import ring_of
 from lagrange_cli.symbolic.work import charge
 
@@ -14,7 +12,7 @@ STEPS_TO_SPLIT = 100
 """The largest work for that, for each term and degree."""
 
 
-def powers(terms: Terms) -> tuple[Fraction, list[tuple[Terms, int]]] | None:
+def powers(terms: Terms) -> tuple[Number, list[tuple[Terms, int]]] | None:
     """A number and sums with their exponents, some of them above 1, whose product this is; None where there
     are none, or it is no power as a whole. ``terms`` have no common factor."""
     size, highest = len(terms), degree(terms)
@@ -33,7 +31,7 @@ def powers(terms: Terms) -> tuple[Fraction, list[tuple[Terms, int]]] | None:
         if (number / scale**exponent).denominator == 1:  # (2 a + x)^2, not 4 (a + x/2)^2
             number, factor = number / scale**exponent, whole
         found.append((ring.terms(factor), exponent))
-    return Fraction(int(number.numerator), int(number.denominator)), found
+    return ratio(number), found
 
 
 def may_be_power(terms: Terms) -> bool:

@@ -7,7 +7,6 @@ so, and the factor is the size of R except for its sign.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from math import isqrt
 
 import sympy
@@ -20,6 +19,7 @@ from lagrange_cli.symbolic.linear import HIGHEST_FRACTION, LARGEST_FRACTION, STE
 from lagrange_cli.symbolic.monomials import (
     ONE,
     Monomial,
+    Number,
     Terms,
     TooLargeError,
     add_into,
@@ -28,6 +28,7 @@ from lagrange_cli.symbolic.monomials import (
     degree,
     divide,
     raised,
+    ratio,
     term,
 )
 from lagrange_cli.symbolic.order import Order, Role
@@ -102,11 +103,11 @@ def directed(
 def as_fraction(expression: sympy.Expr) -> tuple[Terms, Terms]:
     """Numerator and denominator, both expanded. Raises ``TooLargeError``."""
     terms = contract(to_terms(expression))
-    powers: dict[sympy.Expr, Fraction] = {}
+    powers: dict[sympy.Expr, Number] = {}
     for monomial in terms:
         for base, exponent in monomial:
             if base.is_Add and exponent < 0 and exponent.denominator == 1:
-                powers[base] = max(powers.get(base, Fraction(0)), -exponent)
+                powers[base] = max(powers.get(base, 0), -exponent)
     denominator = frozenset(powers.items())
     above: Terms = {}
     for monomial, coefficient in terms.items():
@@ -117,7 +118,7 @@ def as_fraction(expression: sympy.Expr) -> tuple[Terms, Terms]:
 def size_of_vector(fractions: Sequence[tuple[Terms, Terms]], order: Order) -> tuple[Terms, Terms] | None:
     """Numerator and denominator of the root of the sum of squares; None where that is no such fraction."""
     squares: list[Terms] = []
-    below: Terms = {ONE: Fraction(1)}
+    below: Terms = {ONE: 1}
     for one, other in fractions:
         squares = [contract(multiply(square, multiply(other, other))) for square in squares]
         squares.append(contract(multiply(multiply(one, one), multiply(below, below))))
@@ -155,29 +156,25 @@ def root(terms: Terms, order: Order) -> Terms | None:
         }
     )
     leading, factors = element.sqf_list()
-    rest = exact_root(ONE, Fraction(int(leading.numerator), int(leading.denominator)))
+    rest = exact_root(ONE, ratio(leading))
     if rest is None or any(power % 2 for _, power in factors):
         return None
     product = ring.one
     for factor, power in factors:
         product = product * factor ** (power // 2)
     found: Terms = {
-        frozenset((base, Fraction(e)) for base, e in zip(bases, powers, strict=True) if e): Fraction(
-            int(c.numerator), int(c.denominator)
-        )
+        frozenset((base, e) for base, e in zip(bases, powers, strict=True) if e): ratio(c)
         for powers, c in product.terms()
     }
     whole = multiply(multiply(found, rest), outside)
-    return divide(
-        whole, ONE, Fraction(1) if with_leading_sign(whole, Fraction(1), order) > 0 else Fraction(-1)
-    )
+    return divide(whole, ONE, 1 if with_leading_sign(whole, 1, order) > 0 else -1)
 
 
-def exact_root(monomial: Monomial, number: Fraction) -> Terms | None:
+def exact_root(monomial: Monomial, number: Number) -> Terms | None:
     """The root of number times monomial, if it is rational."""
-    if number < 0 or any((e / 2).denominator != 1 for _, e in monomial):
+    if number < 0 or any(ratio(e, 2).denominator != 1 for _, e in monomial):
         return None
     above, below = isqrt(number.numerator), isqrt(number.denominator)
-    if Fraction(above, below) ** 2 != number:
+    if ratio(above, below) ** 2 != number:
         return None
-    return {raised(monomial, Fraction(1, 2)): Fraction(above, below)}
+    return {raised(monomial, ratio(1, 2)): ratio(above, below)}

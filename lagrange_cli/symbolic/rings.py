@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import sympy
 
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.monomials import Terms
+from lagrange_cli.symbolic.monomials import Terms, ratio
 
 
 @dataclass(frozen=True)
@@ -33,9 +32,7 @@ class Ring:
     def terms(self, element: Any) -> Terms:
         """The sum that an element is."""
         return {
-            frozenset((base, Fraction(e)) for base, e in zip(self.bases, powers, strict=True) if e): Fraction(
-                int(c.numerator), int(c.denominator)
-            )
+            frozenset((base, e) for base, e in zip(self.bases, powers, strict=True) if e): ratio(c)
             for powers, c in element.terms()
         }
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Container, Mapping
-from fractions import Fraction
 from typing import Any
 
 import sympy
@@ -12,6 +11,7 @@ from lagrange_cli.symbolic.canonical import PARTNERS, contract_by, contract_squa
 from lagrange_cli.symbolic.monomials import (
     ONE,
     Monomial,
+    Number,
     Terms,
     add_into,
     combine,
@@ -34,12 +34,12 @@ def in_squares_of(kept: tuple[type, ...], terms: Terms) -> Terms:
     for monomial, coefficient in terms.items():
         product: Terms = {ONE: coefficient}
         for base, exponent in monomial:
-            factor: Terms = {frozenset({(base, exponent)}): Fraction(1)}
+            factor: Terms = {frozenset({(base, exponent)}): 1}
             if is_square_of_partner(kept, base, exponent):
                 partner, sign = PARTNERS[type(base)]
-                constant = Fraction(-1 if type(base) is sympy.sinh else 1)
-                square = {ONE: constant, frozenset({(partner(*base.args), Fraction(2))}): Fraction(-sign)}
-                factor = {frozenset({(base, Fraction(1))}) if exponent % 2 else ONE: Fraction(1)}
+                constant = -1 if type(base) is sympy.sinh else 1
+                square = {ONE: constant, frozenset({(partner(*base.args), 2)}): -sign}
+                factor = {frozenset({(base, 1)}) if exponent % 2 else ONE: 1}
                 for _ in range(int(exponent) // 2):
                     factor = multiply(factor, square)
             product = multiply(product, factor)
@@ -56,7 +56,7 @@ def shortest(terms: Terms) -> Terms:
     if has(QUOTIENTS, given):
         quotients = without_tangents(given)
         found += [one for one in other_squares(quotients) if len(one) < len(given)]
-    return divide(min(found, key=length), raised(content, Fraction(-1)))
+    return divide(min(found, key=length), raised(content, -1))
 
 
 def other_squares(terms: Terms) -> list[Terms]:
@@ -68,10 +68,10 @@ def other_squares(terms: Terms) -> list[Terms]:
     ]
 
 
-def length(terms: Terms) -> Fraction:
+def length(terms: Terms) -> Number:
     """Signs, terms and factors; a power counts as so many of them, and a minus sign among others as two."""
     negative = sum(c < 0 for c in terms.values())
-    factors = sum((abs(e) for monomial in terms for _, e in monomial), Fraction(0))
+    factors = sum((abs(e) for monomial in terms for _, e in monomial), 0)
     return len(terms) + factors + 2 * min(negative, len(terms) - negative)
 
 
@@ -93,7 +93,7 @@ def without_tangents(terms: Terms) -> Terms:
     return found
 
 
-def is_square_of_partner(kept: tuple[type, ...], base: sympy.Expr, exponent: Fraction) -> bool:
+def is_square_of_partner(kept: tuple[type, ...], base: sympy.Expr, exponent: Number) -> bool:
     """Whether a factor is a square, or a higher power, of the partner of one of the functions kept."""
     partner = PARTNERS.get(type(base), (None, 0))[0]
     return partner in kept and exponent.denominator == 1 and exponent >= 2

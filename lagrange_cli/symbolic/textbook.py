@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, to_terms
@@ -11,6 +9,7 @@ from lagrange_cli.symbolic.equations import Equation
 from lagrange_cli.symbolic.grouping import LONGEST, group
 from lagrange_cli.symbolic.monomials import (
     Monomial,
+    Number,
     Terms,
     TooLargeError,
     combine,
@@ -64,10 +63,10 @@ def divided_by(denominator: Monomial, terms: Terms, order: Order) -> Equation:
 
 def common_denominators(terms: Terms, order: Order) -> list[Monomial]:
     """The denominators that every term has, which are not zero: their lowest powers, and their highest."""
-    lowest: dict[sympy.Expr, Fraction] = {}
-    highest: dict[sympy.Expr, Fraction] = {}
+    lowest: dict[sympy.Expr, Number] = {}
+    highest: dict[sympy.Expr, Number] = {}
     for base in {base for base, e in next(iter(terms), ()) if e < 0 and order.role(base) > Role.PARAMETER}:
-        exponents = [dict(monomial).get(base, Fraction(0)) for monomial in terms]
+        exponents = [dict(monomial).get(base, 0) for monomial in terms]
         if max(exponents) < 0:
             lowest[base], highest[base] = max(exponents), min(exponents)
     found = [frozenset(lowest.items()), frozenset(highest.items())]

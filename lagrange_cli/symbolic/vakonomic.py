@@ -13,10 +13,11 @@ import sympy
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.constraints import along_motion, forces_of, multiplier_symbols
+from lagrange_cli.symbolic.constraints import forces_of, multiplier_symbols
 from lagrange_cli.symbolic.equations import Equation, Equations
 from lagrange_cli.symbolic.grouping import neat
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.slopes import along_motion, slope
 from lagrange_cli.symbolic.textbook import textbook_form
 
 REMARK = (
@@ -60,9 +61,9 @@ def vakonomic_form(equations: Equations) -> Vakonomic:
     for k, (row, force, own) in enumerate(zip(equations.mass_matrix, equations.force, bound, strict=True)):
         left = sympy.Add(*(entry * one for entry, one in zip(row, a, strict=True))) - force - own
         for each, mu, rate in zip(given, multipliers, rates, strict=True):
-            slope = each.slopes[k]
-            bent = along_motion(slope, q, v, equations.time) - each.expression.diff(q[k])
-            left += rate * slope + mu * bent
+            own_slope = each.slopes[k]
+            bent = along_motion(own_slope, q, v, equations.time) - slope(each.expression, q[k])
+            left += rate * own_slope + mu * bent
         lefts.append(left)
     return Vakonomic(
         order, multipliers, rates, lagrangian, tuple(textbook_form(left, order) for left in lefts)

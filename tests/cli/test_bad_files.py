@@ -51,6 +51,11 @@ BAD = {
         "members",
     ),
     "a misspelt name": (with_potential("m*g*l*cos(thta)"), "did you mean 'theta'?"),
+    "numbers beyond doubles": (with_potential("m*g*theta*1e300*1e10"), "choose units"),
+    "coefficients beyond doubles": (
+        b"coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2*1e300*1e10\nsolve: {stop: 1}",
+        "choose units",
+    ),
     "no number": (GOOD.replace("m: {value: 1.0", "m: {value: .nan").encode(), "m"),
 }
 

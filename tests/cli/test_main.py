@@ -41,6 +41,56 @@ def test_help_names_every_command_with_its_purpose(capsys):
         assert any(line.split()[:1] == [name] and len(line.split()) > 2 for line in out.splitlines())
 
 
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["solve", "--stpo", "3"], "; did you mean --stop or --step?"),
+        (["solve", "--dt=0.1"], "; did you mean --step?"),
+        (["sweep", "-n", "10"], "; did you mean --samples?"),
+        (["solve", "--out", "x"], "; did you mean --output or --outputs?"),
+        (["section", "--verbose"], ""),
+        (["--json", "solve"], "; options follow the command"),
+        (["--vesrion"], "; did you mean --version?"),
+    ],
+)
+def test_an_option_that_was_perhaps_meant_is_named(arguments, hint, capsys):
+    assert main(arguments) == 2
+    option = next(one for one in arguments if one.startswith("-")).partition("=")[0]
+    assert capsys.readouterr().err.endswith(f"Error: there is no option '{option}'{hint}\n")
+
+
+def test_a_file_without_a_command(tmp_path):
+    (tmp_path / "a.yaml").write_text("")
+    run = lagrange("a.yaml", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert "there is no command 'a.yaml'; a file follows its command, as in lagrange solve" in run.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text there")
+def test_the_name_of_a_file_need_not_be_text(tmp_path):
+    name = os.fsdecode(b"\xff.yaml")
+    (tmp_path / name).write_text((SYSTEMS / "pendulum.yaml").read_text().replace("name: pendulum\n", ""))
+    for command in ("solve", "plot"):
+        run = subprocess.run(
+            [sys.executable, "-m", "lagrange_cli", command, name, "--stop", "1"],
+            cwd=tmp_path,
+            env=environment() | {"LAGRANGE_CACHE_DIR": str(tmp_path / "cache")},
+            capture_output=True,
+        )
+        assert (run.returncode, run.stderr) == (0, b"")
+        assert run.stdout.startswith(b"?: ") and b"wrote \xff." in run.stdout
+
+
+def test_whole_numbers_may_have_an_exponent(tmp_path):
+    for text, status in (("1e4", 0), ("1.5e1", 0), ("1.25e1", 2), ("1e999", 2), ("1e", 2)):
+        run = lagrange("systems", "pendulum", cwd=tmp_path)
+        (tmp_path / "a.yaml").write_text(run.stdout)
+        run = lagrange(
+            "solve", "a.yaml", "--samples", text, "--stop", "1", "--quiet", "--force", cwd=tmp_path
+        )
+        assert run.returncode == status, run.stderr
+
+
 @pytest.mark.parametrize("arguments", [["--help"], ["-h"], *([name, "--help"] for name in COMMANDS)])
 def test_help_is_help(arguments, capsys):
     assert main(arguments) == 0

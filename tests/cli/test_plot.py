@@ -86,6 +86,7 @@ def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):
         (["other.h5", "-o", "none/a.png"], 5, "there is no directory"),
         (["other.h5", "-o", "kept.png"], 5, "already exists"),
         (["kept.png", "--force"], 2, "kept.png is a picture"),
+        (["other.h5", "-o", "linked.png", "--force"], 2, "linked.png is read by this command"),
         ([""], 2, "the name of the file is empty"),
         (["other.h5", "--what", "q", "--y", "h"], 2, "give one of them"),
         (["other.h5", "--terminal", "-o", "a.png"], 2, "writes no file"),
@@ -95,6 +96,7 @@ def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):
 def test_mistakes(tmp_path, capsys, arguments, status, message):
     (tmp_path / "other.h5").write_text("something else")
     (tmp_path / "kept.png").write_text("mine")
+    (tmp_path / "linked.png").symlink_to("other.h5")
     with working_in(tmp_path):
         assert main(["plot", *arguments]) == status
     assert message in capsys.readouterr().err

@@ -84,7 +84,7 @@ def test_what_it_costs_is_one_figure():
 
 def test_a_sweep_has_no_such_precision(folder, capsys):
     assert main(["sweep", DOUBLE_PENDULUM, *LONG, "--over", "g=1,2"]) == 2
-    assert "No such option" in capsys.readouterr().err
+    assert "there is no option" in capsys.readouterr().err
 
 
 def test_a_second_run_finds_the_program_and_gives_the_same_bytes(folder, capsys):

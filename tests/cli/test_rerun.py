@@ -95,6 +95,17 @@ def test_sweeps_likewise(folder, capsys):
     assert "and was made with 'lagrange sweep'" in capsys.readouterr().err
 
 
+def test_a_protected_one_is_kept(folder, capsys):
+    assert solve() == 0
+    Path("pendulum.h5").chmod(0o444)
+    before = Path("pendulum.h5").read_bytes()
+    edit()
+    assert solve() == 5
+    assert "pendulum.h5 already exists and is write-protected: --force" in capsys.readouterr().err
+    assert Path("pendulum.h5").read_bytes() == before
+    assert solve("--force") == 0
+
+
 OTHERS = {
     "another time": (["--stop", "30"], [], "made with --stop 30"),
     "another value": (["--set", "m=2"], ["--set", "m=3"], "made with --set m=2"),

@@ -281,7 +281,11 @@ BAD = {
     "output in a file": ([PENDULUM, "-o", "empty.yaml/out.h5"], 5, "no directory"),
     "output to a device": ([PENDULUM, "-o", "/dev/null", "--force"], 5, "not a regular file"),
     "output to standard output": ([PENDULUM, "-o", "-"], 2, "standard output"),
-    "output over the input": (["pendulum.yaml", "-o", "pendulum.yaml", "--format", "hdf5"], 2, "file itself"),
+    "output over the input": (
+        ["pendulum.yaml", "-o", "pendulum.yaml", "--format", "hdf5"],
+        2,
+        "is read by this",
+    ),
     "one output for two": ([PENDULUM, SYSTEMS / "atwood.yaml", "-o", "x.h5"], 2, "several systems"),
     "two systems with one name": (["pendulum.yaml", PENDULUM], 2, "two of the systems"),
     "set of an unknown name": ([PENDULUM, "--set", "nosuch=1"], 2, "nosuch"),

@@ -363,6 +363,15 @@ def test_mistakes_in_the_system_keep_their_place(tmp_path):
     assert (answer["status"], answer["exit_code"]) == ("failed", 3)
 
 
+def test_the_table_is_not_overwritten_by_another_name(tmp_path):
+    (tmp_path / "runs.csv").write_text("m\n1\n2\n")
+    (tmp_path / "out.h5").symlink_to("runs.csv")
+    for command in (["sweep"], ["section", "--where", "theta"]):
+        run = lagrange(*command, HOOP, "--table", "runs.csv", "-o", "out.h5", "--force", cwd=tmp_path)
+        assert run.returncode == 2 and "out.h5 is read by this command: give --output" in run.stderr
+    assert (tmp_path / "runs.csv").read_text() == "m\n1\n2\n"
+
+
 def test_an_existing_file_is_kept_unless_forced(tmp_path):
     (tmp_path / "rotating_hoop_sweep.h5").write_text("precious")
     run = lagrange("sweep", HOOP, "--over", "m=1,2", cwd=tmp_path)
@@ -428,7 +437,7 @@ def test_scipys_methods_follow_members_too(tmp_path, method):
 def test_quiet_and_timings(tmp_path):
     assert lagrange("sweep", HOOP, "--over", "m=1,2", "--quiet", cwd=tmp_path).stdout == ""
     said = lagrange("sweep", HOOP, "--over", "m=1,2", "--force", "--timings", cwd=tmp_path).stdout
-    assert "integrating the motion" in said and "the HDF5 file" in said
+    assert "integrating the motion" in said and "writing the output" in said
 
 
 def test_a_step_that_does_not_divide_the_time_is_followed_by_a_sample_at_the_end(tmp_path):

@@ -99,6 +99,13 @@ REFUSED = [
     ("2*bob.y cubed + 1", 6, 13, "power written as a word", "write bob.y**3"),
     ("1.602×10^-19*x", 0, 12, "power of ten written as a product", "write 1.602e-19"),
     ("2 · 10**{−3}", 0, 12, "power of ten written as a product", "write 2e-3"),
+    ("6.67 x 10^(-11)", 0, 15, "power of ten written as a product", "write 6.67e-11"),
+    ("3*2X10⁻⁷", 2, 8, "power of ten written as a product", "write 2e-7"),
+    ("6.67 e−11", 0, 9, "unknown notation of a number", "write 6.67e-11"),
+    ("2e - 11", 0, 2, "missing operator between '2' and 'e'", ""),
+    ("x*r⁻¹²", 3, 6, "unknown operator '⁻¹²'", "write **-12"),
+    ("“x”", 0, 1, "quotation marks are not allowed", "leave them out"),
+    ("1" + " m" * 60, 0, 3, "missing operator", ""),  # too long to be matched as a number with a unit
     ("5e3×10^2", 3, 4, "unknown operator '×'", "write *"),
     ("exp^x", 0, 5, "missing parentheses after 'exp'", "write exp(x)"),
     ("exp^(-x)", 0, 8, "missing parentheses after 'exp'", "write exp(-x)"),

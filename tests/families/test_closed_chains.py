@@ -142,6 +142,7 @@ constraints: {{"rail[i in range(N//2)]": "y[2*i + 1]"}}
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("count", [2, 9, 18])
 def test_dense_multipliers_move_chains_as_their_members_do(
     count: int, monkeypatch: pytest.MonkeyPatch

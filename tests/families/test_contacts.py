@@ -9,7 +9,7 @@ from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.methods.happenings import Finished, Happenings
-from lagrange_cli.native.guards import EXPLICIT
+from lagrange_cli.native.guards import EXPLICIT, LOOSE, SIMPLE, Role
 from lagrange_cli.spec.read import read_spec
 from tests.families.test_events import OUTPUTS, followed, keep_families, ready
 
@@ -189,3 +189,105 @@ def test_other_methods_go_through_the_members(monkeypatch: pytest.MonkeyPatch) -
         Compilation("taylor", 2.0**-52, OUTPUTS, proven=True),
     ):
         assert family_run(spec, asked) is None
+
+
+DISCS = """
+sizes: {{N: {count}}}
+parameters: {{R: 0.2, e: {restitution}}}
+coordinates:
+  x[i in range(N)]: {{initial: "0.5*(i % 3) + 0.02*sin(i)", velocity: "cos(7*i*i + 1)"}}
+  y[i in range(N)]: {{initial: "0.5*(i // 3) + 0.03*cos(i)", velocity: "sin(5*i*i + 2)"}}
+masses: {{"disc[i in range(N)]": 1 + i/7}}
+embedding: {{"disc[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: {potential}
+events:
+  hit[i in range(N), j in range(i)]:
+    when: (x[i] - x[j])**2 + (y[i] - y[j])**2 - 4*R**2
+    direction: falling
+    action: {{set: {{{sets}}}}}
+  right[i in range(N)]:
+    {{when: "x[i] - 1.3", direction: rising, action: {{set: {{"x_dot[i]": "-e*x_dot[i]"}}}}}}
+"""
+
+
+def discs(count: int, restitution: str, square: str, potential: str = "0") -> str:
+    """The text of a system of discs whose impulses are divided by the ``square`` of their distance."""
+    speed = "((x[i] - x[j])*(x_dot[i] - x_dot[j]) + (y[i] - y[j])*(y_dot[i] - y_dot[j]))"
+    impulse = f"(1 + e)/(2 + (i + j)/7)*{speed}/{square}"
+    sets = ", ".join(
+        f'"{x}_dot[{a}]": "{x}_dot[{a}] - (1 + {b}/7)*({x}[{a}] - {x}[{b}])*{impulse}"'
+        for a, b in ("ij", "ji")
+        for x in "xy"
+    )
+    return DISCS.format(count=count, restitution=restitution, sets=sets, potential=potential)
+
+
+DISTANCE = "((x[i] - x[j])**2 + (y[i] - y[j])**2)"
+
+
+@pytest.mark.parametrize(("restitution", "square"), [("0.9", DISTANCE), ("0.5", "(4*R**2)")])
+def test_discs_collide_inelastically_as_they_do_one_by_one(
+    restitution: str, square: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without forces nothing comes back after an impact: no contact is followed, or would keep discs."""
+    text = discs(4, restitution, square, "3*sum((1 + i/7)*y[i] for i in range(N))")
+    keep_families(monkeypatch, whole=True)
+    prepared = ready(text)
+    assert {one[1:] for one in prepared.machine.program.events} == {(int(Role.CHANGE), LOOSE)}
+    assert prepared.machine.program.order == 12  # arguments of degree 4 have no more coefficients
+    found = followed(prepared, text, 0.9)
+    keep_families(monkeypatch, whole=False)
+    expected = followed(ready(text), text, 0.9)
+    assert found.keys() == expected.keys()
+    assert len(found["events/hit/t"]) >= 4
+    for path, values in expected.items():
+        assert np.max(np.abs(found[path] - values), initial=0.0) <= 2.0**-40, path
+
+
+def test_impacts_of_discs_keep_momentum_and_reduce_the_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """v+ = -e v along the line of centres, v across it; the momentum is that before."""
+    keep_families(monkeypatch, whole=True)
+    text = discs(2, "0.6", "(4*R**2)")
+    data = followed(ready(text), text, 0.6)
+    state = np.concatenate([data["events/hit/q/x"][0], data["events/hit/q/y"][0]]).reshape(2, 2)
+    before, after = (np.array([data[f"v/{x}"][row] for x in "xy"]) for row in (0, -1))
+    assert len(data["events/hit/t"]) == 1
+    normal = (state[:, 1] - state[:, 0]) / 0.4
+    across = np.array([-normal[1], normal[0]])
+    masses = 1 + np.arange(2) / 7
+    relative = before[:, 1] - before[:, 0], after[:, 1] - after[:, 0]
+    assert np.isclose(normal @ relative[1], -0.6 * (normal @ relative[0]), rtol=1e-13)
+    assert np.allclose(across @ after, across @ before, rtol=0.0, atol=1e-14)  # of each disc
+    assert np.allclose(after @ masses, before @ masses, rtol=0.0, atol=1e-14)
+
+
+def test_discs_that_are_elastic_at_their_surface_keep_the_energy(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    prepared = ready(discs(4, "1", "(4*R**2)").replace("1 + e", "2").replace("-e*", "-"))
+    assert {one[1:] for one in prepared.machine.program.events} == {(int(Role.CHANGE), SIMPLE)}
+    assert prepared.recording.conserved == ("h",)
+
+
+def test_a_cradle_hands_a_velocity_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Equal balls at rest, a small gap apart: with restitution e the last one gets ((1 + e)/2)^(N - 1)."""
+    keep_families(monkeypatch, whole=True)
+    text = """
+sizes: {N: 9}
+parameters: {e: 0.8}
+coordinates: {"x[i in range(N)]": {initial: "1.01*i", velocity: "where(i == 0, 1, 0)"}}
+masses: {"ball[i in range(N)]": 1}
+embedding: {"ball[i in range(N)]": "x[i]"}
+potential: 0
+events:
+  hit[i in range(1, N)]:
+    when: x[i] - x[i - 1] - 1
+    direction: falling
+    action:
+      set:
+        x_dot[i]: (1 - e)/2*x_dot[i] + (1 + e)/2*x_dot[i - 1]
+        x_dot[i - 1]: (1 + e)/2*x_dot[i] + (1 - e)/2*x_dot[i - 1]
+"""
+    found = followed(ready(text), text, 0.2)
+    assert found["events/hit/i"][:8].tolist() == [*range(8)]
+    assert np.isclose(np.max(found["v/x"][:, -1]), 0.9**8, rtol=1e-14)
+    assert np.allclose(np.sum(found["v/x"], axis=1), 1.0, rtol=1e-14)

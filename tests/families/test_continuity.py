@@ -53,7 +53,7 @@ def parameters(spec: Spec) -> dict[str, float]:
     return {**resolve_values(spec, {}).parameters}
 
 
-@examples(20)
+@examples(12)
 @given(
     st.lists(st.sampled_from(ALONE), max_size=2),
     st.lists(st.sampled_from(PAIRS), max_size=1),

@@ -15,6 +15,7 @@ from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.native.guards import Role
+from lagrange_cli.run.check import classify
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
@@ -204,6 +205,46 @@ def test_an_elastic_wall_keeps_the_energy_and_no_momentum(monkeypatch: pytest.Mo
     text = CHAIN.format(count=3, events=CASES["walls"][1])
     assert ready(text).recording.conserved == ("h",)
     assert ready(text.replace('-x_dot[i]"', '-x_dot[i] + 1"')).recording.conserved == ()
+
+
+FREE = """
+sizes: {N: COUNT}
+parameters: {k: 1.5, r: 0.1}
+coordinates: {"x[i in range(N)]": {initial: "0.5*sin(i + 1)", velocity: 1}, y: {initial: 0.2, velocity: 0.3}}
+masses: {"bead[i in range(N)]": 1 + i/7, cart: 2}
+embedding: {"bead[i in range(N)]": "x[i]", cart: y}
+potential: sum(k*(x[i] - x[(i + 1) % N])**2/2 for i in range(N))
+events:
+  EVENTS
+"""
+ACTIONS = {
+    "exchanged": '"x_dot[i]": "x_dot[j]", "x_dot[j]": "x_dot[i]"',
+    "kept momenta": '"x_dot[i]": "x_dot[i] + 1/(1 + i/7)", "x_dot[j]": "x_dot[j] - 1/(1 + j/7)"',
+    "places": '"x[i]": "x[j] + r"',
+    "a parameter": "k: 2*k",
+    "one that nothing uses": "r: 2*r",
+    "all": '"x_dot[l in range(N)]": "-x_dot[l]"',
+    "a shift of all": '"x[l in range(N)]": "x[l] + r"',
+    "another": 'y_dot: "-y_dot"',
+}
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("count", [2, 8])
+@pytest.mark.parametrize("action", ACTIONS)
+def test_what_events_may_change_is_what_members_say(
+    action: str, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hit = '"hit[i in range(N), j in range(i)]": {when: "x[i] - x[j]", action: {set: {ACTION}}}'
+    text = FREE.replace("EVENTS", hit.replace("ACTION", ACTIONS[action])).replace("COUNT", str(count))
+    spec, said = read_spec(text, "system.yaml"), []
+    for whole in (True, False):
+        keep_families(monkeypatch, whole=whole)
+        found = classify(spec).mechanics.conserved
+        said.append({one.quantity: (one.because, one.breaks) for one in found})
+    assert {"h", "p_y", "P_x"} <= said[0].keys()
+    for quantity, what in said[0].items():
+        assert said[1].get(quantity, what) == what, quantity
 
 
 @pytest.mark.parametrize(("method", "tolerance", "off"), [("ias15", 2.0**-52, 1e-15), ("DOP853", 1e-5, 1e-4)])

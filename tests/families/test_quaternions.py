@@ -79,6 +79,7 @@ CASES = {
 }
 
 
+@pytest.mark.exhaustive(keep=0.5)
 def test_free_bodies_move_as_their_members_do_in_double_double(monkeypatch: pytest.MonkeyPatch) -> None:
     text, outputs = bodies(3, middle="0.25"), frozenset(["q", "v", "h", "multipliers", "constraints"])
     for name, count in (("FEWEST_TURNING", 0), ("FEWEST_JOINTED", 0)):

@@ -80,6 +80,184 @@ def test_it_is_taken_along_by_a_belt() -> None:
     assert motion["q/y"][-1] == pytest.approx(0.4 * (2 - rest / 2), abs=1e-13)
 
 
+ON_PLANE = """
+parameters: {{g: 9.81, mu: {mu}, al: 0.4}}
+coordinates:
+  x: {{initial: 0, velocity: "{velocity}*cos(al)"}}
+  y: {{initial: 0, velocity: 1.5}}
+  z: {{initial: 0, velocity: "{velocity}*sin(al)"}}
+masses: {{block: 1}}
+positions: {{block: [x, y, z]}}
+potential: g*block.z
+constraints: {{plane: z*cos(al) - x*sin(al)}}
+definitions: {{v: "(x_dot, y_dot, z_dot)"}}
+forces: {{block: -mu*plane.multiplier*v/norm(v)}}
+"""
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_a_block_on_a_plane_comes_to_rest_where_its_constraint_sets_the_limit(method: str) -> None:
+    # along the slope w: |v| + p w falls at the rate p**2 - 1 in units of the friction, p = tan(al)/mu
+    mu, al, w = 0.6, 0.4, 0.8
+    motion = follow(ON_PLANE.format(mu=mu, velocity=w), 1, 21, method=method, tolerance=TOLERANCES[method])
+    assert motion.outcome.ending is Ending.COMPLETE
+    p, friction = np.tan(al) / mu, mu * 9.81 * np.cos(al)
+    rest = (hypot(1.5, w) - p * w) / (friction * (1 - p**2))
+    speed = np.sqrt(motion["v/x"] ** 2 + motion["v/y"] ** 2 + motion["v/z"] ** 2)
+    assert np.all(speed[motion.t > rest] < 1e-12)
+    assert np.all(speed[motion.t < rest - 0.01] > 1e-4)
+    assert motion["q/z"] == pytest.approx(motion["q/x"] * np.tan(al), abs=1e-14)
+
+
+def test_at_the_angle_of_friction_a_block_keeps_half_its_speed() -> None:
+    motion = follow(ON_PLANE.format(mu="tan(al)", velocity=0), 20, 21)
+    speed = np.sqrt(motion["v/x"] ** 2 + motion["v/y"] ** 2 + motion["v/z"] ** 2)
+    assert speed - motion["v/x"] / np.cos(0.4) == pytest.approx(np.full(21, 1.5), abs=1e-12)
+    assert speed[-1] == pytest.approx(0.75, abs=1e-10)
+
+
+def test_a_bead_in_a_turning_bowl_slides_like_one_on_a_ring() -> None:
+    turning = "parameters: {g: 9.81, mu: 0.3, w: 0.4}\nmasses: {bead: 1}\n"
+    bowl = """
+coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: -1}}
+positions: {bead: [x, y, z]}
+potential: g*(z*cos(w*t) - x*sin(w*t))
+constraints: {bowl: 1 - sqrt(x**2 + y**2 + z**2)}
+definitions: {v: "(x_dot, y_dot, z_dot)"}
+forces: {bead: -mu*bowl.multiplier*v/norm(v)}
+"""
+    ring = """
+coordinates: {p: {initial: 0}}
+positions: {bead: [sin(p), -cos(p)]}
+potential: -g*cos(p - w*t)
+generalized_forces: {p: -mu*(p_dot**2 + g*cos(p - w*t))*sign(p_dot)}
+"""
+    space, plane = follow(turning + bowl, 3, 31), follow(turning + ring, 3, 31)
+    assert np.ptp(plane["q/p"]) > 0.5
+    assert not np.any(space["q/x"][space.t < np.arctan(0.3) / 0.4])
+    assert space["q/x"] == pytest.approx(np.sin(plane["q/p"]), abs=1e-12)
+    assert not np.any(space["q/y"])
+
+
+@pytest.mark.parametrize("method", TOLERANCES)
+def test_a_bead_on_a_wire_slides_from_the_start(method: str) -> None:
+    common = "parameters: {g: 9.81, mu: 0.5}\nmasses: {bead: 1}\npotential: g*bead.y\n"
+    by_places = """
+coordinates: {x: {initial: 0.8}, y: {initial: -0.6}}
+positions: {bead: [x, y]}
+constraints: {wire: 1 - x**2 - y**2}
+definitions: {v: "(x_dot, y_dot)"}
+forces: {bead: -2*mu*abs(wire.multiplier)*v/norm(v)}
+"""
+    by_angle = """
+coordinates: {p: {initial: "asin(0.8)"}}
+positions: {bead: [sin(p), -cos(p)]}
+generalized_forces: {p: -mu*abs(p_dot**2 + g*cos(p))*sign(p_dot)}
+"""
+    first = follow(common + by_places, 1.5, 301, method=method, tolerance=TOLERANCES[method])
+    other = follow(common + by_angle, 1.5, 301)
+    exact = method in ("taylor", "ias15")
+    assert first["q/x"] == pytest.approx(np.sin(other["q/p"]), abs=1e-13 if exact else 1e-8)
+    assert np.all(other["v/p"][-20:] == 0)
+
+
+def test_a_normal_force_that_falls_lets_a_block_go() -> None:
+    text = """
+coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
+masses: {block: 2}
+positions: {block: [x, y, z]}
+potential: 20*z
+constraints: {plane: z}
+definitions: {v: "(x_dot, y_dot, z_dot)"}
+forces: {block: "(3, 4, 5*t) - 0.5*plane.multiplier*v/norm(v)"}
+observables: {along_x: -0.5*plane.multiplier*v.x/norm(v)}
+"""
+    motion = follow(text, 3, 13, outputs=("q", "v", "multipliers", "observables"))
+    past = np.fmax(motion.t - 2, 0)
+    assert motion["multipliers/plane"] == pytest.approx(20 - 5 * motion.t, abs=1e-13)
+    limit = 0.6 * 0.5 * (20 - 5 * motion.t)  # the component of the limit along x
+    assert motion["observables/along_x"] == pytest.approx(-np.fmin(3, limit), abs=1e-13)
+    assert motion["q/x"] == pytest.approx(0.6 * 1.25 * past**3 / 6, abs=1e-14)
+    assert motion["q/y"] == pytest.approx(0.8 * 1.25 * past**3 / 6, abs=1e-14)
+
+
+PAIR = """
+parameters: {mu: 0.3, g: 9.81}
+coordinates: {x: {initial: 0}, y: {initial: 0}, a: {initial: 1}, b: {initial: 0}}
+masses: {one: 1, other: 1}
+positions: {one: [x, y], other: [a, b]}
+potential: 7*(norm(other - one) - 1)**2
+definitions: {u: "(x_dot, y_dot)", w: "(a_dot, b_dot)"}
+forces:
+  one: (0, 3*t) - mu*g*u/norm(u)
+  other: (0, 3*t) - mu*g*w/norm(w)
+"""
+
+
+def test_two_pucks_that_are_pulled_alike_begin_to_slide_together() -> None:
+    motion = follow(PAIR, 2, 21)
+    past = np.maximum(motion.t - SLIDING / 3, 0)
+    for name in "yb":
+        assert motion[f"q/{name}"] == pytest.approx(past**3 / 2, abs=1e-13)
+    assert np.all(motion["q/x"] == 0)
+    assert np.all(motion["q/a"] == 1)
+
+
+TURNTABLE = """
+parameters: {limit: 4, al: 0.5}
+coordinates: {x: {initial: 1}, y: {initial: 0}}
+masses: {puck: 1}
+positions: {puck: [x, y]}
+potential: 0
+definitions: {u: "(x_dot + al*t*y, y_dot - al*t*x)"}
+forces: {puck: -limit*u/norm(u)}
+"""
+
+
+def test_a_turntable_that_turns_ever_faster_loses_a_puck() -> None:
+    begins = 2 * (16 - 0.25) ** 0.25  # (w**2)**2 + al**2 = limit**2
+    motions = [follow(TURNTABLE, 5, 51, method=m, tolerance=TOLERANCES[m]) for m in ("taylor", "Radau")]
+    by_series, by_rates = motions
+    carried = by_series.t <= begins
+    angle = 0.25 * by_series.t**2
+    assert by_series["q/x"][carried] == pytest.approx(np.cos(angle)[carried], abs=1e-13)
+    assert hypot(by_series["q/x"][-1], by_series["q/y"][-1]) > 1.1
+    for name in ("q/x", "q/y", "v/x", "v/y"):
+        assert by_series[name] == pytest.approx(by_rates[name], abs=1e-8)
+
+
+def test_a_sample_just_after_sliding_has_begun_is_as_exact_as_others() -> None:
+    begins = 2 * (16 - 0.25) ** 0.25
+    for soon in (1e-3, 1e-9, 1e-15):
+        motion = follow(TURNTABLE, 1.25 * (begins + soon), 6)
+        assert motion.outcome.ending is Ending.COMPLETE
+        angle = 0.25 * motion.t[4] ** 2
+        assert motion["q/x"][4] == pytest.approx(np.cos(angle), abs=1e-14 + soon**3)
+        assert motion["v/y"][4] == pytest.approx(0.5 * motion.t[4] * np.cos(angle), abs=1e-14 + 20 * soon**2)
+
+
+BALL = """
+parameters: {m: 2, R: 0.3}
+coordinates:
+  x: {initial: 0, velocity: 7}
+  y: {initial: 0}
+  a: {initial: 0, velocity: 5}
+  b: {initial: 0, velocity: 3}
+lagrangian: m*(x_dot**2 + y_dot**2)/2 + m*R**2*(a_dot**2 + b_dot**2)/5
+definitions: {u: "(x_dot - R*b_dot, y_dot + R*a_dot)"}
+generalized_forces: {x: -2*u.x/norm(u), y: -2*u.y/norm(u), a: -2*R*u.y/norm(u), b: 2*R*u.x/norm(u)}
+"""
+
+
+@pytest.mark.parametrize("method", TOLERANCES)
+def test_a_ball_that_slides_rolls_in_the_end(method: str) -> None:
+    # the angular momentum about the line of contact is kept: v = (5 v0 + 2 R w0)/7
+    motion = follow(BALL, 4, 5, method=method, tolerance=TOLERANCES[method])
+    assert motion["v/x"][-1] == pytest.approx((5 * 7 + 2 * 0.3 * 3) / 7, abs=1e-9)
+    assert motion["v/y"][-1] == pytest.approx(-2 * 0.3 * 5 / 7, abs=1e-9)
+    assert motion["v/x"][-1] == pytest.approx(0.3 * motion["v/b"][-1], abs=1e-14)
+
+
 FALLING = """
 parameters: {m: 2, g: 9.81, c: 0.2}
 coordinates: {x: {initial: 0}, y: {initial: 0}}

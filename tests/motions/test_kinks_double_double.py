@@ -105,6 +105,20 @@ def test_dry_friction_brings_a_body_to_rest_and_holds_it(tmp_path):
     assert abs(found["v/x"][-1]) < 1e-28
 
 
+def test_a_puck_that_is_pulled_begins_to_slide_at_a_limit(tmp_path):
+    """From t = 1/10 on its acceleration is 5 t - 1/2 along (3, 4)/5."""
+    system = """
+coordinates: {x: {initial: 0}, y: {initial: 0}}
+masses: {p: 1}
+embedding: {p: [x, y]}
+forces: {p: "(3*t, 4*t) - 0.5*(x_dot, y_dot)/norm((x_dot, y_dot))"}
+"""
+    _, found = solved(tmp_path, system, *LONG, "--stop", "1", "--samples", "6")
+    past = [max(t - MP.mpf(1) / 10, 0) for t in found["t"]]
+    assert largest(found["q/x"], [t**3 / 2 for t in past]) < 1e-23
+    assert largest(found["q/y"], [2 * t**3 / 3 for t in past]) < 1e-23
+
+
 def test_a_collision_is_no_kink_and_is_met_in_time(tmp_path):
     """x'' = -1/x^2 from rest at 1: x = 0 at pi / sqrt(8), to the last digit of a double."""
     found = ended(tmp_path, "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 + 1/x\n", "5")

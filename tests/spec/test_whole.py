@@ -6,6 +6,7 @@ import gc
 import sys
 from collections.abc import Callable, Sequence
 from itertools import product
+from textwrap import dedent
 from types import FrameType
 from typing import Any
 
@@ -134,6 +135,59 @@ def read(text: str, many: int, monkeypatch: pytest.MonkeyPatch, **sizes: str) ->
     monkeypatch.setattr(names, "MANY", many)
     monkeypatch.setattr(evaluation, "MANY", many)
     return read_spec(text, "a.yaml", sizes)
+
+
+PAIRS = """\
+sizes: {{N: 16}}
+coordinates: {{"x[i in range(N)]": {{initial: i}}}}
+masses: {{"a[i in range(N)]": 1}}
+embedding: {{"a[i in range(N)]": "x[i]"}}
+definitions:
+  {key}: {value}
+  "d[i in range(N), j in range(i)]": (x[i] - x[j])**2
+potential: sum(w[{place}]*d[i, j]/(w[{place}] - {zero}) for i in range(N) for j in range(i))
+"""
+KEYS = [
+    ("w[i in range(N), j in range(i)]", "i, j", "1/15"),
+    ("w[i in range(N), j in range(N) if i != j]", "j, i", "(-1/15)"),
+    ("w[j in range(N), i in range(j - 1, -1, -1)]", "i, j", "(-1/15)"),
+    ("w[i in range(1000000, 1000000 + N), j in range(1000000, i)]", "i + 1000000, j + 1000000", "1/15"),
+    ("w[i in range(4000000000, 4000000000 + N), j in range(4000000000, i)]",
+     "i + 4000000000, j + 4000000000", "1/15"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "place", "zero"), KEYS)
+def test_numbers_of_pairs_are_known_wherever_they_are_used(key: str, place: str, zero: str) -> None:
+    """A divisor that is 0 for one pair is found when the file is read, and others are no mistake."""
+    text = PAIRS.format(key=f'"{key}"', value="1/(3*i - 3*j)", place=place, zero="ZERO")
+    read_spec(text.replace("ZERO", "1"), "a.yaml")
+    with pytest.raises(SpecError, match=r"division by zero, for i = 5, j = 0 in potential"):
+        read_spec(text.replace("ZERO", zero), "a.yaml")
+
+
+def test_reading_pairs_takes_few_calls_for_each() -> None:
+    text = PAIRS.format(key='"w[i in range(N), j in range(i)]"', value="1/(i - j)", place="i, j", zero="2")
+
+    def calls(size: str) -> int:
+        return counted(lambda: read_spec(text, "a.yaml", {"N": size}))[0]
+
+    calls("60")  # what is imported
+    assert calls("120") - calls("60") <= 100 * (7140 - 1770)  # of two families
+
+
+@pytest.mark.parametrize("count", [90, 130])
+def test_a_divisor_that_is_0_for_one_member_is_found(count: int) -> None:
+    """However many there are, and members with numbers are not taken for others."""
+    text = """\
+    coordinates: {"x[i in range(N)]": {initial: i}}
+    masses: {"a[i in range(N)]": 1}
+    embedding: {"a[i in range(N)]": "x[i]"}
+    definitions: {"w[i in range(N)]": 1/(i + 1)}
+    potential: sum(x[i]**2/(w[i] - 0.25) for i in range(N))
+    """
+    with pytest.raises(SpecError, match=r"division by zero, for i = 3 in potential"):
+        read_spec(f"sizes: {{N: {count}}}\n{dedent(text)}", "a.yaml")
 
 
 @pytest.mark.exhaustive(keep=3)

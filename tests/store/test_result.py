@@ -43,11 +43,22 @@ def test_a_file_that_was_cut_is_refused(output, tmp_path):
         Result(str(path))
 
 
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the superuser reads all files")
+def test_a_file_without_permission_is_said_to_be_one(output, tmp_path):
+    path = tmp_path / "secret.h5"
+    path.write_bytes(output.read_bytes())
+    path.chmod(0)
+    with pytest.raises(FileError, match="could not be read: Permission denied"):
+        Result(str(path))
+
+
 def test_a_pipe_is_refused_at_once(tmp_path):
     path = tmp_path / "pipe.h5"
     os.mkfifo(path)
     with pytest.raises(FileError, match="not an output"):
         Result(str(path))
+    with pytest.raises(FileError, match="is a directory, not an output"):
+        Result(str(tmp_path))
 
 
 def test_links_that_lead_elsewhere_are_not_followed(output, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -27,6 +28,7 @@ from lagrange_cli.cli.options.certify import certify_options
 from lagrange_cli.cli.options.completion import comma_list, files
 from lagrange_cli.cli.options.run import OPTIONS
 from lagrange_cli.cli.options.shared import Given, Integer, given_options
+from lagrange_cli.cli.output import check_apart
 from lagrange_cli.cli.progress import Progress, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
@@ -55,7 +57,8 @@ TERMINAL = 100
 
 def parse_names(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
     """``"q, drift"`` as a tuple of names."""
-    return tuple(part.strip() for part in (text or "").split(",") if part.strip())
+    parts = re.split(r",(?![^\[]*\])", text or "")  # not within the indices of a member
+    return tuple(part.strip() for part in parts if part.strip())
 
 
 def parse_size(
@@ -148,7 +151,7 @@ def plot(
 
     check_plotext("--terminal") if terminal else check_matplotlib("lagrange plot")
     name = output or f"{stem(sources[0])}.png"
-    if name in sources:
+    if output is None and name in sources:
         raise UsageError(f"{name} is a picture: plot draws outputs of solve, sweep and section, and systems")
     suffix = "" if terminal else check_format(name)
     asked = PlotRequest(what, x, y)
@@ -185,6 +188,7 @@ def target_of(name: str, sources: tuple[str, ...], began: float, command: str, *
     """The picture's file, checked before any work is done."""
     from lagrange_cli.store.find_target import find_target
 
+    check_apart(name, *sources)
     return find_target(name, force=force, origin=origin_of(sources, began, command))
 
 

@@ -128,9 +128,8 @@ def take(system: str, asked: Invocation, cut: SectionRequest, draws: Draws, thre
         from lagrange_cli.run.sections.section import take_section
 
         given = {"command": "'lagrange section'", **draws.options_given(), **given_of(cut)}
-        target = find_output(
-            system, output_name(system, asked.output, "_section", asked.request.format), asked, given
-        )
+        name = output_name(system, asked.output, "_section", asked.request.format)
+        target = find_output(system, name, asked, given, draws.table)
     progress = partial(Counter, ensemble.spec.name, ensemble.values.members, "motions", quiet=asked.quiet)
     monitor = Monitor(watch.stage, progress, ignore if asked.quiet else complain, Interrupts)
     stream = standard_output() if asked.streams else None

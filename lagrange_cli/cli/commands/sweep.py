@@ -63,7 +63,8 @@ def sweep_system(system: str, asked: Invocation, draws: Draws, threads: int) -> 
         from lagrange_cli.run.ensembles.sweep import sweep as sweep_ensemble
 
         name = output_name(system, asked.output, "_sweep")
-        target = find_output(system, name, asked, {"command": "'lagrange sweep'", **draws.options_given()})
+        given = {"command": "'lagrange sweep'", **draws.options_given()}
+        target = find_output(system, name, asked, given, draws.table)
     progress = partial(Counter, ensemble.spec.name, ensemble.values.members, "members", quiet=asked.quiet)
     monitor = Monitor(watch.stage, progress, ignore if asked.quiet else complain, Interrupts)
     swept = sweep_ensemble(ensemble, target, asked.request, monitor, threads=threads)

@@ -25,6 +25,7 @@ from lagrange_cli.cli.console import (
 from lagrange_cli.cli.options.completion import SYSTEMS, files
 from lagrange_cli.cli.options.run import OPTIONS
 from lagrange_cli.cli.options.shared import Given, given_options
+from lagrange_cli.cli.output import check_apart
 from lagrange_cli.cli.progress import Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
@@ -175,8 +176,7 @@ def target_of(file: str, asked: ViewRequest, began: float) -> Target:
     from lagrange_cli.store.notes import Origin
 
     name = stem(file) + ENDING if asked.output is None else asked.output
-    if os.path.isfile(name) and os.path.isfile(file) and os.path.samefile(name, file):
-        raise UsageError(f"{name} is the file itself: give --output another name")
+    check_apart(name, file)
     origin = None
     if file != STANDARD_INPUT:
         origin = Origin(os.path.realpath(file), {"command": "'lagrange view'"}, began, asked.request.cache)

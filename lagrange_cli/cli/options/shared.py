@@ -44,8 +44,9 @@ class Integer(click.IntRange):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         try:
-            return super().convert(value, param, ctx)
-        except click.BadParameter:
+            whole = "e" in str(value).lower() and float(value).is_integer()  # 1e6
+            return super().convert(int(float(value)) if whole else value, param, ctx)
+        except (click.BadParameter, ValueError):
             self.fail(f"{str(value)!r} is not a whole number{between(self)}", param, ctx)
 
 

@@ -13,7 +13,7 @@ NOTES = {
     "compile": "waiting for the compiler, which runs while modules are loaded",
     "cache": "looking for a compiled program, and storing a new one",
     "integrate": "integrating the motion",
-    "write": "writing the HDF5 file",
+    "write": "writing the output",
 }
 
 

@@ -270,7 +270,7 @@ class Happenings:
         if self._standstill.possible:
             self._standstill.hold()
         ended = self._recurs(event, now)
-        if ended is None and event in self._resting.guards and sides.at_zero(event):
+        if ended is None and event in self._resting.impacts and sides.at_zero(event):
             size, noise = float(sizes[event, 0]), float(ROUNDING * sizes[event, 1])
             impact = Impact(event, side, before, float(rows[event][1]), noise, length, size)
             ends = self._resting.settle(impact)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.methods.sides import Sides
-from lagrange_cli.native.guards import SIMPLE, Role
+from lagrange_cli.native.guards import LOOSE, Role
 from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
@@ -44,7 +44,9 @@ class Resting:
     def __init__(self, sides: Sides, start: float) -> None:
         self._sides, self._start = sides, start
         rests = [j for j, one in enumerate(sides.guards.guards) if one.role is Role.REST]
-        events = (e for e, one in enumerate(sides.program.events) if one[2] != SIMPLE)
+        self.impacts = sides.program.slowing.keys()
+        """The events that are impacts which reduce the speed."""
+        events = (e for e, one in sides.program.slowing.items() if one[2] != LOOSE)
         self.guards = dict(zip(events, rests))
         """The guards of resting contact, by event."""
         self.released: set[int] = set()
@@ -100,8 +102,14 @@ class Resting:
         sides.begin_anew()
 
     def hold(self, event: int, side: float) -> None:
-        """Rest at an event, if the force that holds the motion pushes to the ``side`` that it came from."""
-        settling, j, rest = self._sides.settling, event + self._sides.first, self.guards[event]
+        """Rest at an event, if the force that holds the motion pushes to the ``side`` that it came from; else
+        go on there."""
+        settling, j, rest = self._sides.settling, event + self._sides.first, self.guards.get(event)
+        if rest is None:
+            settling.modes[j] = side
+            settling.mark([j])
+            settling.prepare()
+            return
         settling.modes[rest], settling.modes[j] = side, 0.0
         force = settling.coefficients_of(self._sides.guards.guards[rest].row)[0][0]
         if not force * side > 0.0:

@@ -15,8 +15,9 @@ import numpy as np
 from lagrange_cli.integrate.methods.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.methods.leading import few_or_all
 from lagrange_cli.integrate.methods.modes import ROUNDING
+from lagrange_cli.integrate.methods.onset import SOON
 from lagrange_cli.integrate.methods.pivoting import Pivoting, dip
-from lagrange_cli.integrate.methods.sliding import SOON, Sliding
+from lagrange_cli.integrate.methods.sliding import Sliding
 from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import BEGINNING, Clock
@@ -53,17 +54,16 @@ class Settling(Sliding):
         """Choose the modes of all switches, whatever was before."""
         own = self.modes[: self.count]
         own[:] = 1.0
-        values = np.ones(0)
+        values, vectors = np.ones(0), [*self.vectors(), *self.dragged()]
         for _ in range(self.count + 1):  # arguments may depend on other modes
             values = self._arguments()
             signs = np.where(values < 0.0, -1.0, 1.0)
+            signs[vectors] = values[vectors] > 0.0
             if np.array_equal(signs, own):
                 break
             own[:] = signs
         self.begin_at_rest(values)
-        lengths = [j for j in self.vectors() if not values[j] > 0.0]
-        own[lengths] = 0.0
-        at_zero = [j for j in range(self.count) if values[j] == 0.0 and j not in lengths]
+        at_zero = [j for j in range(self.count) if values[j] == 0.0 and j not in vectors]
         if at_zero:
             self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
         else:
@@ -78,7 +78,8 @@ class Settling(Sliding):
         if stop is Stop.GUARD and self._rows.guards[due].role is Role.BREAK:
             return not self.breaks(due) and self.passes(due)
         if stop is Stop.GUARD and self._rows.guards[due].parts:
-            return self.slide_or_hold(due)
+            friction = self._rows.guards[due].multiplier
+            return self.slide_or_hold(due) if friction else self.pass_zero(due)
         if stop is Stop.GUARD:
             return self.settle(due) or self.rest() or self.cross()
         if stop is Stop.ROOT:
@@ -313,11 +314,3 @@ class Settling(Sliding):
             if not np.all(np.isfinite(change)):
                 return
             self._take_away(change, exactly=value == 0.0)
-
-    def _take_away(self, change: Array, *, exactly: bool) -> None:
-        """Subtract it from the velocities; ``exactly``: what is left of one up to rounding becomes 0."""
-        layout = self._layout
-        self._add(layout.v, -change)
-        stopped = np.abs(self.memory[layout.part(0)][layout.v]) <= ROUNDING * np.abs(change) * exactly
-        for begin in (0, layout.width, layout.third)[: self.machine.program.parts + 1]:
-            self.memory[begin:][layout.v][stopped] = 0.0

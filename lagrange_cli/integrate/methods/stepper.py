@@ -81,7 +81,7 @@ class Stepper:
             from lagrange_cli.integrate.methods.settling import Settling
 
             self._settling = Settling(machine, space.constants, space.memory, space.work)
-            self._settling.span = abs(times.stop - times.start)
+            self._settling.span, self._settling.end = abs(times.stop - times.start), times.stop
             self._settling.begin(parameters)
             space.resume = self._settling.resume
             if self._settling.begins_beyond():
@@ -208,12 +208,12 @@ class Stepper:
             if stop is Stop.PAUSE and self._marks(self.steps):
                 return Stop.CRAWL, done
             if self._settling is not None:
-                self._settling.ahead = float(wanted[done]) if done < len(wanted) else self._stop
+                self._settling.onset = None
             reached = space.memory.copy() if self._settling is not None else None
             if reached is not None and self._goes_on(stop, before, first + done):
                 self.limited |= self._settling is not None and self._settling.limited
                 if space.t > reached[space.layout.time]:
-                    crossed = space.between(reached, wanted[done:])
+                    crossed = self._between(reached, wanted[done:])
                     space.samples[:, done : done + crossed.shape[1]] = crossed
                     done += crossed.shape[1]
                 if not interrupt(space.t):
@@ -240,6 +240,12 @@ class Stepper:
                 self._pause = int(
                     max(1, min(4 * self._pause, MOST_STEPS, self._pause * POLL_SECONDS / max(spent, 1e-6)))
                 )
+
+    def _between(self, reached: Array, wanted: Array) -> Array:
+        """The samples that the motion has passed since the memory ``reached``, without steps."""
+        if self._settling is None or self._settling.onset is None:
+            return self.space.between(reached, wanted)
+        return self._settling.samples(self._settling.onset, wanted[wanted < self.space.t])
 
     def _marks(self, steps: int) -> bool:
         """Record the progress of the motion, if that is due. Returns whether it crawls."""

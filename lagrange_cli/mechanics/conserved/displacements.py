@@ -20,7 +20,7 @@ from lagrange_cli.mechanics.conserved.reasons import (
 from lagrange_cli.mechanics.embedding import Component, Embedding
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model, Particle
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.records import dataclass
 
 TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
 """The axes that a rotation turns into each other."""
@@ -76,10 +76,6 @@ def everything(model: Model[Node]) -> str:
 class _Displacements:
     model: Model[Node]
     embedding: Embedding
-    shifts: dict[int, Mapping[int, Node] | None] = field(default_factory=dict, compare=False)
-    """By the number of the axis: what ``_shift`` has found."""
-    turns: dict[tuple[int, int], Mapping[int, Node] | None] = field(default_factory=dict, compare=False)
-    """By the numbers of axes: what ``_turn`` has found."""
 
     @cached_property
     def _axes(self) -> int:
@@ -147,19 +143,15 @@ class _Displacements:
 
     def _shift(self, i: int) -> Mapping[int, Node] | None:
         """The change of the coordinates that moves everything by 1 along an axis, if there is one."""
-        if i not in self.shifts:
-            moved = [one.name for one in self._moving if len(one.position) > i]
-            self.shifts[i] = self.embedding.change({(name, i): graph_of(self.model).one for name in moved})
-        return self.shifts[i]
+        moved = [one.name for one in self._moving if len(one.position) > i]
+        return self.embedding.change({(name, i): graph_of(self.model).one for name in moved})
 
     def _turn(self, i: int, j: int) -> Mapping[int, Node] | None:
         """That which turns everything from axis i to axis j."""
-        if (i, j) not in self.turns:
-            turn = dict[Component, Node]()
-            for one in self.model.particles:
-                turn |= {(one.name, i): -one.position[j], (one.name, j): one.position[i]}
-            self.turns[i, j] = self.embedding.change(turn)
-        return self.turns[i, j]
+        turn = dict[Component, Node]()
+        for one in self.model.particles:
+            turn |= {(one.name, i): -one.position[j], (one.name, j): one.position[i]}
+        return self.embedding.change(turn)
 
     @property
     def _moving(self) -> list[Particle[Node]]:

@@ -55,7 +55,7 @@ class Candidate:
 def hidden(found: Found) -> None:
     """Conserved quantities quadratic in the velocities, of one particle or two. Components of a vector or of
     a tensor are all given; others only if they are no functions of what else is known."""
-    given = candidates(found.model, found.noether) if "h" in found.names else []
+    given = candidates(found.model, found.noether)
     before, others = len(found.symmetries), list[tuple[Conserved, Node]]()
     for numbers in found.relations.relations([[one.rate] for one in given]):
         relation = dict(zip(numbers, without_denominators(found.graph, [*numbers.values()])))

@@ -37,8 +37,6 @@ def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tupl
     Parts with nothing but coordinates whose ``momenta`` (names) are conserved are left out, and those whose
     forces of constraint do work. A single part gives nothing.
     """
-    if len(model.q) < 2:
-        return []
     energetics, graph, constraints = Energetics(model), graph_of(model), Constraints(model)
     own, terms, working = _own(model), _terms_of(model), 0
     for one, drift in zip(model.constraints, constraints.drifts):

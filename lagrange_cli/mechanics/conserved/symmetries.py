@@ -21,9 +21,7 @@ from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.conserved.combinations import combinations
 from lagrange_cli.mechanics.conserved.displacements import about_the_centre, displaced
 from lagrange_cli.mechanics.conserved.found import Found, Symmetry
-from lagrange_cli.mechanics.conserved.hidden import hidden
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
-from lagrange_cli.mechanics.conserved.separation import parts
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.gauge import acting
 from lagrange_cli.mechanics.substitution import substituted
@@ -103,6 +101,22 @@ def damped(found: Found) -> None:
         from lagrange_cli.mechanics.conserved.damped import growing  # where there are forces outside L
 
         growing(found)
+
+
+def parts(found: Found) -> None:
+    """Energies of parts of the system."""
+    if len(found.model.q) > 1:
+        from lagrange_cli.mechanics.conserved.separation import parts  # of several coordinates
+
+        parts(found)
+
+
+def hidden(found: Found) -> None:
+    """Quadratic functions of the velocities, of one particle or two."""
+    if "h" in found.names and len(found.model.q) > 1:
+        from lagrange_cli.mechanics.conserved.hidden import hidden  # in a plane or in space
+
+        hidden(found)
 
 
 def linear(found: Found) -> None:

@@ -2,7 +2,7 @@
 
 With the limit D = mu N there is an unknown force f = m D in place of the multiplier m (see ``held``): the
 equations stay linear in it and in N. It is found as y'', and D + f and D - f have the sign of D as long as -1
-<= m <= 1."""
+<= m <= 1. The force along a vector has a multiplier for each component, and their common limit."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ from lagrange_cli.mechanics.substitution import rewritten, substituted
 from lagrange_cli.mechanics.switching.switches import has_rates
 from lagrange_cli.records import replace
 
+Place = tuple[int, Node]
+"""The number of an equation or integrand, and a multiplier in it."""
+
 
 def by_forces(
     modes: Modes, rows: Sequence[Node], quadratures: Sequence[Node]
@@ -25,11 +28,15 @@ def by_forces(
     bound = union(_reactions(modes))
     graph, nodes = modes.graph, [*rows, *quadratures]
     for original, guard in modes.guards.items():
-        if guard.auxiliary is None or guard.vector is not None or not bound:
+        if not guard.holding or not bound:
             continue
-        m = modes.multipliers[guard.auxiliary]
-        inside = ((i, x) for i, x in enumerate(nodes) if x.symbols & m.symbols)
-        slopes = {i: graph.diff(x, m) for i, x in inside if not has_rates(x, m)}
+        own = [modes.multipliers[i] for i in guard.holding]
+        slopes = {
+            (i, m): graph.diff(x, m)
+            for i, x in enumerate(nodes)
+            for m in own
+            if x.symbols & m.symbols and not has_rates(x, m)
+        }
         held = {i: _where_held(graph, one, guard.mode) for i, one in slopes.items() if not one.is_zero}
         if not any(one.symbols & bound for one in held.values()):
             continue
@@ -37,8 +44,8 @@ def by_forces(
         if shares is None:
             continue
         limit, factors = shares
-        nodes = [*substituted(graph, nodes, {m: graph.zero})]
-        for i, factor in factors.items():
+        nodes = [*substituted(graph, nodes, dict.fromkeys(own, graph.zero))]
+        for (i, m), factor in factors.items():
             nodes[i] = nodes[i] + three_ways(graph, guard.mode, graph.zero, graph.zero, factor * m)
         modes.guards[original] = replace(guard, limit=limit)
     return tuple(nodes[: len(rows)]), tuple(nodes[len(rows) :])
@@ -68,7 +75,7 @@ def _where_held(graph: Graph, node: Node, mode: Node) -> Node:
     return rewritten(graph, [node], change)[0]
 
 
-def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Node]] | None:
+def _shares(modes: Modes, held: Mapping[Place, Node]) -> tuple[Node, dict[Place, Node]] | None:
     """A limit, and factors without multipliers of constraints that give ``held`` when multiplied with it;
     None where there are none."""
     graph, multipliers = modes.graph, _reactions(modes)
@@ -89,7 +96,7 @@ def _shares(modes: Modes, held: Mapping[int, Node]) -> tuple[Node, dict[int, Nod
     return (limit, factors) if shared else None
 
 
-def _quotients(graph: Graph, nodes: Mapping[int, Node], divisor: Node) -> dict[int, Node]:
+def _quotients(graph: Graph, nodes: Mapping[Place, Node], divisor: Node) -> dict[Place, Node]:
     """``nodes`` divided term by term, so that what all terms have in common with the divisor cancels."""
     return {
         i: graph.sum((term / divisor, factor) for term, factor in terms_of(node)) for i, node in nodes.items()

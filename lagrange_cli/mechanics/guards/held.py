@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
+from lagrange_cli.mechanics.guards.vectors import constrained
 from lagrange_cli.mechanics.matrices import matrix_of
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import substituted
@@ -48,8 +49,9 @@ def held_by_multipliers(
     symbols = model.v[own:]
     graph.work.charge(len(model.q) ** 2, matrix_of(own, len(symbols)))
     accelerations = dict(zip(modes.multipliers, map(graph.ddt, symbols)))
-    columns = [[graph.diff(row, m) for m in modes.multipliers] for row in residual.residual]
-    rows = substituted(graph, residual.residual, accelerations)
+    rows = determined(modes, residual)
+    columns = [[graph.diff(row, m) for m in modes.multipliers] for row in rows]
+    rows = substituted(graph, rows, accelerations)
     matrix = [[*row[:own], *column, *row[own:]] for row, column in zip(residual.mass_matrix, columns)]
     constraints = [graph.zero] * len(residual.multipliers)
     added, slopes = [], []
@@ -80,6 +82,19 @@ def held_by_multipliers(
         definite=False,
     )
     return wider, substituted(graph, integrands, accelerations)
+
+
+def determined(modes: Modes, residual: Residual) -> Sequence[Node]:
+    """The equations, where they determine all multipliers: what holds a vector holds its constraints, too.
+    While it does, these say instead that the force is along a velocity that they allow."""
+    graph, rows = modes.graph, [*residual.residual]
+    for guard in modes.guards.values():
+        if guard.vector is not None and guard.holding:
+            for j, factors in constrained(residual, guard.vector):
+                forces = zip(factors, (modes.multipliers[i] for i in guard.holding))
+                along = graph.sum([(b * force, 1.0) for b, force in forces])
+                rows[j] = rows[j] + three_ways(graph, guard.mode, graph.zero, graph.zero, along)
+    return rows
 
 
 def with_auxiliary(model: Model[Node], graph: Graph, count: int) -> Model[Node]:

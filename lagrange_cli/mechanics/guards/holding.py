@@ -14,6 +14,7 @@ from lagrange_cli.expression.node import Node, union
 from lagrange_cli.mechanics.explicit import Holder, Unknowns, at_rates, unknowns
 from lagrange_cli.mechanics.guards.equations import guarded_values
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
+from lagrange_cli.mechanics.guards.vectors import split, vectors
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.switches import has_rates, switches, vanishes_with
 from lagrange_cli.mechanics.variables import rate
@@ -23,7 +24,9 @@ from lagrange_cli.records import replace
 def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns, tuple[Node, ...]] | None:
     """What ``explicit.at_a_state`` gives, where a force that jumps may hold the motion, and some of the
     ``nodes`` depend on that; None elsewhere."""
-    if residual.contacts or residual.bent or not switches(residual.residual, residual.variables):
+    if residual.contacts or residual.bent:
+        return None
+    if not (switches(residual.residual, residual.variables) or vectors(residual)):
         return None
     if not any(may_depend_on_modes(residual, node) for node in nodes):
         return None
@@ -51,7 +54,7 @@ def may_depend_on_modes(residual: Residual, node: Node) -> bool:
         u, above, below = one.arguments
         if not vanishes_with(graph, above - below, u):
             return True
-    return False
+    return any(not split(graph, node, vector)[1].is_zero for vector in vectors(residual))
 
 
 def holders_of(smooth: Guarded, multipliers: Sequence[Node]) -> tuple[Holder, ...]:
@@ -73,8 +76,11 @@ def holders_of(smooth: Guarded, multipliers: Sequence[Node]) -> tuple[Holder, ..
             force, limit = (above - below) / 2.0, (above + below) / 2.0
         if guard.vector is not None:
             arguments = at_rates(model, guard.vector.parts)[1]
-            _, (force, limit) = at_rates(model, [force, limit])
-            found.append(Holder(guard.mode, arguments, multipliers[guard.auxiliary], force, limit))
+            bound = graph.one if guard.limit is None else guard.limit
+            forces = [graph.ddt(model.v[own + i]) / bound for i in guard.holding]
+            _, (force, limit, *values) = at_rates(model, [force, limit, *forces])
+            parts = tuple((multipliers[i], value) for i, value in zip(guard.holding, values))
+            found.append(Holder(guard.mode, arguments, parts[0][0], force, limit, parts=parts))
             continue
         arguments = at_rates(model, arguments_of(residual, guard))[1]
         last = rate(graph, arguments[-1], residual.variables)

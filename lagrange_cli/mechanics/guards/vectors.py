@@ -8,12 +8,14 @@ where these have no series either."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
 from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switching.lengths import Vector, bases, completed
@@ -28,22 +30,30 @@ def vectors(residual: Residual) -> list[Vector]:
     found = []
     for square, holds in bases(residual.residual, speeds).items():
         vector = None if square in inertial else completed(graph, square, model.v)
-        if vector is not None and all(_holds(residual, row, vector) for row in residual.residual):
+        if vector is not None and all(held(graph, row, vector) is not None for row in residual.residual):
             found.append(replace(vector, holds=holds))
     return found
-
-
-def _holds(residual: Residual, row: Node, vector: Vector) -> bool:
-    """Whether a row is linear in u/|u|, with factors that no multiplier of a constraint stands in."""
-    found = held(residual.graph, row, vector)
-    bound = reduce(or_, (one.symbols for one in residual.multipliers), 0)
-    return found is not None and not any(one.symbols & bound for one in found[1])
 
 
 def _inertias(residual: Residual) -> list[Node]:
     entries = [entry for row in residual.unpushed.entries for entry in row.values()]
     momenta = [node for one in residual.cyclic_momenta for node in (one.momentum, one.speed)]
     return [*entries, *residual.inertias, *momenta]
+
+
+def constrained(residual: Residual, vector: Vector) -> list[tuple[int, list[Node]]]:
+    """The constraints on velocities that are some on the vector alone, sum_i b_i u_i = 0: the numbers of
+    their equations, and the factors b_i."""
+    graph, model, found = residual.graph, residual.model, []
+    first = len(residual.residual) - len(model.constraints)
+    for j, slopes in enumerate(Constraints(model).slopes, first):
+        rest, factors = [slopes.get(k, graph.zero) for k in range(len(model.q))], []
+        for pivot, part in zip(vector.pivots, vector.parts):
+            factors.append(rest[model.v.index(pivot)])
+            rest = [a - factors[-1] * graph.diff(part, v) for a, v in zip(rest, model.v)]
+        if all(map(is_zero, rest)):
+            found.append((j, factors))
+    return found
 
 
 def held(graph: Graph, node: Node, vector: Vector) -> tuple[Node, tuple[Node, ...]] | None:
@@ -85,6 +95,16 @@ def held(graph: Graph, node: Node, vector: Vector) -> tuple[Node, tuple[Node, ..
         return None
     slopes = [graph.diff(by_parts, u) for u in symbols]
     return plain, substituted(graph, slopes, at_rest)
+
+
+def at_rest(graph: Graph, node: Node, velocities: Sequence[Node]) -> Node:
+    """``node`` without u/|u| for the vectors u that may hold the motion where they are 0."""
+    for square in bases([node], reduce(or_, (v.symbols for v in velocities), 0)):
+        vector = completed(graph, square, velocities)
+        found = None if vector is None else held(graph, node, vector)
+        if found is not None:
+            node = found[0]
+    return node
 
 
 def split(graph: Graph, node: Node, vector: Vector) -> tuple[Node, Node]:

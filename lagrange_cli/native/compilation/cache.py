@@ -224,12 +224,17 @@ def read(descriptor: int, largest: int) -> bytes:
 
 def name_of(key: str, suffix: str = SUFFIX) -> str:
     """The name of the entry of a key."""
-    return digest(key.encode()).hex() + suffix
+    return digest(encoded(key)).hex() + suffix
+
+
+def encoded(key: str) -> bytes:
+    """A key as bytes, also where it is the name of a file whose name is no text."""
+    return key.encode(errors="surrogatepass")
 
 
 def pack(key: str, payload: bytes) -> bytes:
     """The content of an entry: what it is, a digest of the rest, the key and its length, the payload."""
-    name = key.encode()
+    name = encoded(key)
     rest = len(name).to_bytes(8, "little") + name + payload
     return MAGIC + digest(rest) + rest
 
@@ -238,7 +243,7 @@ def unpack(key: str, content: bytes) -> bytes | None:
     """The payload, if this is the undamaged content of that key's entry."""
     start = len(MAGIC) + DIGEST
     known = content[:start] == MAGIC + digest(content[start:])
-    head = len(key.encode()).to_bytes(8, "little") + key.encode()
+    head = len(encoded(key)).to_bytes(8, "little") + encoded(key)
     return content[start + len(head) :] if known and content[start:].startswith(head) else None
 
 

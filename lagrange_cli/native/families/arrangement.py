@@ -112,8 +112,9 @@ class Arrangement:
         """What ``@act`` computes."""
         if self.events is not None:
             acts = [self.events.values, self.events.sizes]
-            if self.contact is not None and not self.events.simple.isdisjoint(self.contact.events.tolist()):
-                acts.append(self.contact.speeds)
+            impacts = self.events.impacts
+            if impacts is not None and not self.events.simple.isdisjoint(impacts.events.tolist()):
+                acts.append(impacts.speeds)
             acted = [self.lasting.arranged(one) for one in acts]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None

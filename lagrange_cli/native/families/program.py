@@ -29,7 +29,7 @@ from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weigh
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, rests
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
-from lagrange_cli.native.guards import EXPLICIT, PLACED, SIMPLE, Role
+from lagrange_cli.native.guards import EXPLICIT, LOOSE, PLACED, SIMPLE, Role
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -208,12 +208,15 @@ class _Writer(Returning, Observation, MotionJets):
         """The events as ``Interface`` has them."""
         if self.events is None:
             return ()
-        rests = () if self.contact is None else frozenset(self.contact.events.tolist())
+        kinds = dict.fromkeys(
+            [] if self.events.impacts is None else self.events.impacts.events.tolist(), LOOSE
+        )
+        kinds |= dict.fromkeys([] if self.contact is None else self.contact.events.tolist(), EXPLICIT)
         found = []
         for e, one in enumerate(self.events.listed):
             acts = Role.CHANGE if e in self.events.simple else Role.ACTION
             role = acts if one.stops or one.changes else Role.RECORD
-            found.append((one.direction, int(role), EXPLICIT if e in rests else SIMPLE))
+            found.append((one.direction, int(role), kinds.get(e, SIMPLE)))
         return tuple(found)
 
     def shared(self) -> str:

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
+from lagrange_cli.errors import BeyondDoubles
+
 Operand: TypeAlias = str
 Value: TypeAlias = str | None
 
@@ -18,10 +20,13 @@ ONE: Operand = "0x3FF0000000000000"
 
 
 def literal(value: float | Fraction) -> Value:
-    """A floating-point constant in LLVM's exact notation; None for 0."""
+    """A floating-point constant in LLVM's exact notation; None for 0. Raises ``BeyondDoubles``."""
     if value == 0.0:
         return None
-    return "0x" + struct.pack(">d", value).hex().upper()
+    try:
+        return "0x" + struct.pack(">d", value).hex().upper()
+    except struct.error as error:  # a fraction that is no double
+        raise BeyondDoubles from error
 
 
 def opposite(constant: Operand) -> Operand:

@@ -13,6 +13,8 @@ from lagrange_cli.native.state import Clock, StateLayout
 from lagrange_cli.records import dataclass
 
 HUGE = 1.7976931348623157e308
+NOTHING = -1
+"""In tables, of guards that are no impacts which reduce the speed, or have no contact."""
 DONE, LEFT = 1, 0
 """The results of ``@change``: it is done, or left to the caller of ``@advance``."""
 ROUNDING = 2.0**-44
@@ -51,8 +53,8 @@ class ActionCode:
             numbers = {guard: k for k, (guard, _) in enumerate(self.rows.bounces)}
             rests = dict(self.rows.bounces)
             every = range(self.rows.count)
-            tables.append(table("bounces", [numbers.get(j, -1) for j in every]))
-            tables.append(table("rests_at", [rests.get(j, -1) for j in every]))
+            tables.append(table("bounces", [numbers.get(j, NOTHING) for j in every]))
+            tables.append(table("rests_at", [rests.get(j, NOTHING) for j in every]))
         return [*tables, self._change().text()]
 
     @property
@@ -109,7 +111,7 @@ class ActionCode:
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         event = j - rows.first_event
         bounce = f.load_integer("@bounces", j)
-        with f.when(bounce >= 0):
+        with f.when(~bounce.equals(NOTHING)):
             side, mark = f.load(state, j + rows.mode(layout)), f.load(state, j + rows.fresh(layout))
             rate, bend = (f.load("%row", m * self.term) * float(m) for m in (2, 3))
             size = f.load(results, event * 2 + (len(rows.changed) + 1)) * ROUNDING

@@ -12,7 +12,7 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, StateLayout
-from lagrange_cli.native.stepping.actions import ActionCode
+from lagrange_cli.native.stepping.actions import NOTHING, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.roots import NONE, Roots
 from lagrange_cli.records import dataclass
@@ -238,7 +238,7 @@ class GuardSearch:
         undecided = f.load(state, mode).equals(0.0)
         if rows.bounces:  # contacts have no other mode, and events at which members rest
             rests = f.load_integer("@rests_at", j)
-            held = f.load(state, f.select(rests < 0, j, rests) + rows.mode(layout))
+            held = f.load(state, f.select(rests.equals(NOTHING), j, rests) + rows.mode(layout))
             rest = f.load_integer("@guard_roles", j).equals(Role.REST)
             undecided = undecided & held.equals(0.0) & ~rest
         with f.when(undecided):

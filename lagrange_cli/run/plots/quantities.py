@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.near import near_match, shown
@@ -107,8 +107,12 @@ def members(name: str, path: str, held: Held, result: Result) -> Iterator[tuple[
     family, last = (shape[:-1], shape[-1]) if vector and shape else (shape, 0)
     if math.prod(shape) > MOST_MEMBERS:
         return
-    for index in itertools.product(*map(range, family)):
-        own = f"{name}[{','.join(map(str, index))}]" if index else name
+    places: Iterable[Sequence[object]] = itertools.product(*map(range, family))
+    axis = held.axes[len(held.shape) - len(shape)] if len(family) == 1 else ""
+    if axis in result.held:  # which may be a list of the members that there are
+        places = [[place] for place in result.read(axis)]
+    for index, place in zip(itertools.product(*map(range, family)), places):
+        own = f"{name}[{','.join(map(str, place))}]" if index else name
         if not last:
             yield own, index
         for k in range(last):

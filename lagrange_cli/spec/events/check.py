@@ -9,7 +9,7 @@ from lagrange_cli.expression.listed import places
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span
 from lagrange_cli.expression.vocabulary import family_name, member_name, velocity_name
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.draft import Draft, Entry, WrittenEvent
 from lagrange_cli.spec.families import MAX_MEMBERS
@@ -49,6 +49,10 @@ class _Checker:
     draft: Draft
     names: Names
     problems: Problems
+    examined: set[int] = field(default_factory=set)
+    """Entries (by ``id``) whose names can be set, whatever member of a family of events they belong to."""
+    members: dict[str, frozenset[str]] = field(default_factory=dict)
+    """By family: its members, without those that have mistakes."""
 
     def when(self, event: WrittenEvent, when: Expression) -> None:
         """Check that it is a scalar that varies along the motion."""
@@ -93,26 +97,35 @@ class _Checker:
         """
         base, _, component = entry.name.partition(".")
         axes = entry.key.axes
-        name = Name(entry.name, Span(0, len(entry.name)), tuple(axis.bounds[0] for axis in axes))
         if base in self.problems.broken:
             return
-        self._settable(name, base, component)
-        family = self.names.table[base].family
         known = {**self.names.sizes, **around}
+        if id(entry) not in self.examined:
+            self._examine(entry, base, component, known)
+            self.examined.add(id(entry))
+        family = self.names.table[base].family
+        if family is not None and base not in self.members:
+            self.members[base] = frozenset(one for one in family.members if one in self.names.values)
+        for place, own in places(axes, known, MAX_MEMBERS):
+            member = member_name(base, place) if axes else base
+            if member not in self.members.get(base, ()) and member not in self.names.values:
+                if self.names.table[base].value is None:
+                    continue  # mistakes of the family itself have been reported
+                assert family is not None
+                raise ExpressionError(axes[0].span, f"no member '{member}'", family.hint(member))
+            yield member, {**around, **own}
+
+    def _examine(self, entry: Entry, base: str, component: str, known: Mapping[str, int]) -> None:
+        """Raise ExpressionError where the name of an entry, or one of its indices, is none."""
+        axes = entry.key.axes
+        name = Name(entry.name, Span(0, len(entry.name)), tuple(axis.bounds[0] for axis in axes))
+        self._settable(name, base, component)
         for axis in axes:
             if axis.index:
                 self.names.check_index(axis.index, axis.span)
                 if axis.index in known:
                     message = f"the index '{axis.index}' is already used"
                     raise ExpressionError(axis.span, message, "give the index another name")
-        for place, own in places(axes, known, MAX_MEMBERS):
-            member = member_name(base, place) if axes else base
-            if member not in self.names.values:
-                if self.names.table[base].value is None:
-                    continue  # mistakes of the family itself have been reported
-                assert family is not None
-                raise ExpressionError(axes[0].span, f"no member '{member}'", family.hint(member))
-            yield member, {**around, **own}
 
     def _settable(self, name: Name, base: str, component: str) -> None:
         """Raise ExpressionError for a name of something that an event cannot set."""

@@ -14,7 +14,7 @@ import sympy
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.index_arrays import holding, inner, integers
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
+from lagrange_cli.expression.syntax import Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import BODY_COMPONENTS, COMPONENTS, TIME, VELOCITY_COMPONENTS
 from lagrange_cli.families.builder import recursion
 from lagrange_cli.families.groups import Group, group_of
@@ -23,7 +23,7 @@ from lagrange_cli.model.rigid_body import second_moments
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.symbolic.families.frames import Frame, Split
-from lagrange_cli.symbolic.families.kinds import MemberKinds
+from lagrange_cli.symbolic.families.kinds import MemberKinds, loop_of
 from lagrange_cli.symbolic.families.labels import axes_of, ranges
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop, Relation, condition_of, relation
 from lagrange_cli.symbolic.indexed.members import (
@@ -35,7 +35,7 @@ from lagrange_cli.symbolic.indexed.members import (
     rate_of,
     renamed,
 )
-from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, reduced, whole_of
+from lagrange_cli.symbolic.indexed.whole import Whole, named, number, reduced, whole_of
 
 
 @dataclass(frozen=True)
@@ -163,33 +163,18 @@ class WrittenBuilder(MemberKinds):
 
     # loops
 
-    def _where(self, tree: Call, indices: Any) -> Value:
-        condition, *branches = tree.arguments
+    def _holds(self, condition: Tree, indices: Any) -> bool:
+        """The same for all members. Raises ``Split`` where they differ."""
         known = np.broadcast_to(holding(condition, indices), indices.count)
         if len(known) and np.any(known != known[0]):
             raise Split(condition_of(condition, indices.names))
-        return self._value(branches[0 if not len(known) or known[0] else 1], indices)
+        return not len(known) or bool(known[0])
 
     def _sum(self, tree: Sum, indices: Any) -> Value:
         frame: Frame = indices
         index = self.fresh(tree.index, frame)
         names = {**frame.names, tree.index: named(index)}
-        start, stop, step = number(0), number(0), 1
-        bounds = [whole_of(one, frame.names) for one in tree.bounds]
-        if len(bounds) == 1:
-            stop = bounds[0]
-        else:
-            start, stop = bounds[:2]
-        if len(bounds) == 3:
-            if bounds[2].terms:
-                raise Unsuited
-            step = bounds[2].constant
-        if step < 0:  # a sum does not depend on the order of its terms
-            count = start - stop - number(1)
-            first = start - (count if step == -1 else operation("//", count, number(-step)) * -step)
-            start, stop, step = first, start + number(1), -step
-        conditions = tuple(condition_of(one, names) for one in tree.conditions)
-        loop = Loop(index, start, stop, step, conditions)
+        loop = loop_of(index, tree, frame.names)
         inside = self.rounds(tree, frame, index, names)
         kinds = self.kinds([loop], inside, lambda one: self._value(tree.body, one))
         parts: list[list[sympy.Expr]] = []

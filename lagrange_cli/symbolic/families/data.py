@@ -11,6 +11,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form
+from lagrange_cli.symbolic.families.linear import pairs_of
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.notations import IndexedSympy
@@ -24,7 +25,8 @@ def as_data(
     """The equations for ``--json``: as of other systems, but by line. Keys are the names of members, such as
     ``x[i]``; ``members_of`` says for which indices a line of a quantity holds, ``members`` of an equation, or
     where there is no equation of this name of something else. ``masses`` are the diagonal of M, where that is
-    diagonal, and ``force`` is f in M a = f."""
+    diagonal, ``mass_matrix`` its entries from the diagonal on, where it is known and not diagonal, and
+    ``force`` is f in M a = f. Minv in the form ``hamilton`` is the inverse of M."""
     refuse_names(equations)
     notation = IndexedSympy()
 
@@ -37,12 +39,13 @@ def as_data(
     motion = {line.name(): text(one.left - one.right) for line, one in equations.equations}
     factors = {line.name(): text(one.factor) for line, one in equations.equations}
     lines = [
-        *equations.momenta, *(equations.accelerations or ()), *equations.forces, *(equations.masses or ()),
+        *equations.momenta, *(equations.accelerations or ()), *equations.forces, *(equations.diagonal or ()),
         *(line for line, _ in equations.equations),
     ]  # fmt: skip
     loops = {one.name(): one.loops for one in lines} | {
         one.symbol.name: one.loops for one in equations.places
     }
+    entries = entries_of(equations)
     data: dict[str, Any] = {
         "name": equations.name,
         "coordinates": [name for family in equations.coordinates for name in family.members],
@@ -64,7 +67,8 @@ def as_data(
         "equations": motion,
         "factors": factors,
         "accelerations": by_line(equations.accelerations),
-        "masses": by_line(equations.masses),
+        "masses": by_line(equations.diagonal),
+        **({"mass_matrix": by_line(entries)} if entries else {}),
         "force": by_line(equations.rates),
         **({"constraint_force": by_line(equations.pulls)} if equations.pulls else {}),
         "h": text(equations.h),
@@ -83,6 +87,8 @@ def as_data(
     }  # fmt: skip
     if form == "hamilton":
         canonical = hamilton_form(equations)
+        if canonical.offsets:
+            data["momenta_at_rest"] = by_line(canonical.offsets)
         data["hamiltonian"] = render(canonical.H, notation, canonical.order)
         data["canonical_equations"] = {
             name: {one.name(): render(one.expression, notation, canonical.order) for one in lines}
@@ -96,6 +102,15 @@ def as_data(
         data["members"] |= {one.symbol.name: spoken(one.loops) for one in found.places}
         data["paths"] |= {one.name: parents(one.table) for one in found.paths}
     return data
+
+
+def entries_of(equations: FamilyEquations) -> Sequence[Line] | None:
+    """The entries of M that are not 0, where it is not diagonal. Raises ``UsageError`` where two have one
+    name."""
+    if equations.diagonal is not None or equations.masses is None:
+        return None
+    pairs_of(equations.coordinates)
+    return [one for one in equations.masses if one.expression != 0]
 
 
 def constraint_data(
@@ -133,7 +148,8 @@ def members_of(equations: FamilyEquations) -> dict[str, dict[str, str]]:
         "generalized_forces": equations.forces,
         "equations": tuple(line for line, _ in equations.equations),
         "accelerations": equations.accelerations,
-        "masses": equations.masses,
+        "masses": equations.diagonal,
+        "mass_matrix": entries_of(equations),
         "force": equations.rates,
         "constraint_force": equations.pulls,
     }

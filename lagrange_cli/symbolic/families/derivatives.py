@@ -217,29 +217,34 @@ def narrowed(loop: Loop, condition: Condition, spans: Spans) -> Loop:
     """The loop with one condition more, in its bounds if it can be."""
     if decided(condition, spans) is True:
         return loop
-    if isinstance(condition, Relation) and loop.step == 1:
-        difference = condition.operands[0] - condition.operands[1]
-        factor = dict(difference.terms).get(loop.index, 0)
-        rest = named(loop.index) * factor - difference
-        operator = condition.operators[0]
-        if abs(factor) == 1 and loop.index not in rest.names and operator in SWAPPED:
-            bound, operator = rest * factor, operator if factor > 0 else SWAPPED[operator]
-            if operator in (">", ">="):
-                start = bound + number(operator == ">")
-                if decided(relation(start, ">=", loop.start), spans):
-                    return Loop(loop.index, start, loop.stop, 1, loop.conditions)
-            if operator in ("<", "<="):
-                stop = bound + number(operator == "<=")
-                if decided(relation(stop, "<=", loop.stop), spans):
-                    return Loop(loop.index, loop.start, stop, 1, loop.conditions)
-            if operator == "!=" and bound == loop.start:
-                return Loop(loop.index, loop.start + number(1), loop.stop, 1, loop.conditions)
-            if operator == "!=" and bound + number(1) == loop.stop:
-                return Loop(loop.index, loop.start, bound, 1, loop.conditions)
-            if operator == "==":
-                span = relation(loop.start, "<=", bound), relation(bound, "<", loop.stop)
-                if all(decided(one, spans) for one in span):
-                    return Loop(loop.index, bound, bound + number(1), 1, loop.conditions)
-            if operator in ("==", "!="):
-                condition = relation(named(loop.index), operator, bound)
+    found = bounding(condition, loop.index) if loop.step == 1 else None
+    if found is not None:
+        operator, bound = found
+        if operator in (">", "<="):
+            bound, operator = bound + number(1), ">=" if operator == ">" else "<"
+        if operator == ">=" and decided(relation(bound, ">=", loop.start), spans):
+            return Loop(loop.index, bound, loop.stop, 1, loop.conditions)
+        if operator == "<" and decided(relation(bound, "<=", loop.stop), spans):
+            return Loop(loop.index, loop.start, bound, 1, loop.conditions)
+        if operator == "!=" and bound == loop.start:
+            return Loop(loop.index, loop.start + number(1), loop.stop, 1, loop.conditions)
+        if operator == "!=" and bound + number(1) == loop.stop:
+            return Loop(loop.index, loop.start, bound, 1, loop.conditions)
+        if operator == "==":
+            span = relation(loop.start, "<=", bound), relation(bound, "<", loop.stop)
+            if all(decided(one, spans) for one in span):
+                return Loop(loop.index, bound, bound + number(1), 1, loop.conditions)
+        condition = relation(named(loop.index), operator, bound)
     return Loop(loop.index, loop.start, loop.stop, loop.step, (*loop.conditions, condition))
+
+
+def bounding(condition: Condition, index: str) -> tuple[str, Whole] | None:
+    """How a condition compares an index to what is without it; None where it says something else."""
+    if not isinstance(condition, Relation) or len(condition.operators) > 1:
+        return None
+    difference = condition.operands[0] - condition.operands[1]
+    factor = dict(difference.terms).get(index, 0)
+    rest, operator = named(index) * factor - difference, condition.operators[0]
+    if abs(factor) != 1 or index in rest.names:
+        return None
+    return operator if factor > 0 else SWAPPED.get(operator, operator), rest * factor

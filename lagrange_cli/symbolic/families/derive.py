@@ -10,41 +10,59 @@ import sympy
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
-from lagrange_cli.symbolic.equations import Equation
 from lagrange_cli.symbolic.families.balance import balance
 from lagrange_cli.symbolic.families.derivatives import spans_within
-from lagrange_cli.symbolic.families.dynamics import FIELD, FORCE, MASS, PULL, SLOPE, Dynamics
+from lagrange_cli.symbolic.families.dynamics import FORCE, PULL, Dynamics
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.frames import Split
 from lagrange_cli.symbolic.families.kinds import LETTERS
+from lagrange_cli.symbolic.families.linear import blocks_of, pairs_of, solution_of
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.places import NamedPlace
 from lagrange_cli.symbolic.families.sums import finished
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import KNOWN
+from lagrange_cli.symbolic.order import Role
 from lagrange_cli.symbolic.work import attempt, size_of
 
 AS_SUMS = 5_000_000
 """Steps of work for the equations in which places are sums: there are others."""
+
+LONGER = 1.25
+"""Equations in which places are sums are preferred to those with names of places if they are not longer by
+this factor."""
 
 
 def family_equations(system: FamilySystem, spec: Spec | None = None) -> FamilyEquations | None:
     """The equations, with the constraints of ``spec`` if it is given; None where the conditions of a family
     are too irregular to be written with indices.
 
-    Places along chains are written as the sums that they are, or by name, whatever is shorter.
+    Places along chains are written as the sums that they are, or by name, where that is much shorter.
     """
     with suppress(Unsuited, Split, ExpressionError, ArithmeticError):
         if system.joints is None:
             return equations_of(system, spec, naming=False)
         by_name = equations_of(system, spec, naming=True)
+        if not by_name.places:
+            return by_name
         closed = attempt(AS_SUMS, partial(equations_of, system, spec, naming=False))
-        return by_name if closed is None else min(closed, by_name, key=length)
+        return by_name if closed is None or length(closed) > LONGER * length(by_name) else closed
     return None
+
+
+def with_matrix(
+    equations: FamilyEquations, system: FamilySystem, spec: Spec, *, driving: bool
+) -> FamilyEquations:
+    """Equations with M and f in M a = f + A^T lambda, however members are coupled, and with the rates of
+    momenta if ``driving``.
+
+    Raises ``UsageError`` where M is too large, and else as ``equations_of``.
+    """
+    deriver = _Deriver(system, spec, naming=bool(equations.places))
+    return deriver.with_matrix(equations, driving=driving)
 
 
 def equations_of(system: FamilySystem, spec: Spec | None = None, *, naming: bool) -> FamilyEquations:
@@ -66,49 +84,30 @@ def length(equations: FamilyEquations) -> int:
 class _Deriver(Dynamics):
     def equations(self) -> FamilyEquations:
         """All of them."""
-        spec, order = self.spec, self.order
-        kinetic, potential = self.energies()
-        lagrangian = potential if kinetic is None else kinetic - potential
-        inertia = kinetic if kinetic is not None and self.system.vector is None else lagrangian
-        momenta, forces, accelerations, masses, rates, pulls = [], [], [], [], [], []
-        driving: list[Line] = []
-        equations: list[tuple[Line, Equation]] = []
-        constraints = [*self.constraints()]
-        by_places, by_speeds = (
-            self.with_multipliers((one, one.expression) for one, own in constraints if own is holonomic)
-            for holonomic in (True, False)
-        )
-        diagonal = self.system.joints is None
-        for family in self.builder.coordinates:
-            inertial = {MASS: [*self.parts(inertia, velocity_name(family.name))]}
-            for line, own in self.lines.of(family, inertial):
-                momenta.append(line.of(self.total(own)))
-                if diagonal:
-                    masses.append(line.of(self.mass_of(line, own[MASS])))
-            force = {FORCE: [*self.applied(family.name)]}
-            if force[FORCE]:
-                lines = self.lines.of(family, force)
-                forces += [line.of(own[FORCE]) for line, own in lines if own[FORCE] != 0]
-            held = {
-                PULL: [
-                    *self.parts(by_places, family.name),
-                    *self.parts(by_speeds, velocity_name(family.name)),
-                ]
-            }
-            if not diagonal:
-                equations += self.balanced(family, potential, {**force, **held})
-                continue
-            several = {**inertial, **force, **held, SLOPE: [*self.parts(lagrangian, family.name)]}
-            several[FIELD] = [*self.of_field(inertial[MASS])]
-            for line, own in self.lines.of(family, several):
-                equation, acceleration = self.solved(line, own)
-                equations.append((line.of(equation.left), equation))
-                accelerations.append(line.of(acceleration))
-                driving.append(line.of(self.total({**own, MASS: sympy.S.Zero, FIELD: sympy.S.Zero})))
-            if constraints or several[FIELD]:
-                of_file = {**force, SLOPE: several[SLOPE], FIELD: several[FIELD]}
-                rates += [line.of(self.total(own)) for line, own in self.lines.of(family, of_file)]
-                pulls += [line.of(self.total(own)) for line, own in self.lines.of(family, held)]
+        spec, order, families = self.spec, self.order, self.builder.coordinates
+        kinetic, potential = self.given_energies
+        lagrangian, constraints = self.lagrangian, self.bonds
+        moving = {one.name: self.momentum(one) for one in families}
+        motion = {one.name: self.motion(one) for one in families}
+        of_momenta = {one.name: self.lines.of(one, moving[one.name]) for one in families}
+        of_motion = {one.name: self.lines.of(one, motion[one.name]) for one in families}
+        momenta = [line.of(self.total(own)) for one in of_momenta.values() for line, own in one]
+        forces = [
+            line
+            for one in families
+            for line in self.summed(one, {FORCE: motion[one.name][FORCE]}, -1)
+            if line.expression != 0
+        ]
+        equations = []
+        for line, own in (pair for one in of_motion.values() for pair in one):
+            equation = self.equation(sympy.Add(*own.values()))
+            equations.append((line.of(equation.left), equation))
+        blocks = blocks_of(self.lines, families, moving, of_momenta, Role.VELOCITY)
+        solution = None
+        if blocks is not None and not constraints:
+            of_rates = blocks_of(self.lines, families, motion, of_motion, Role.ACCELERATION)
+            solution = solution_of(of_rates, families, order)
+        masses = None if blocks is None else tuple(one for block in blocks for one in block.entries())
         bound = [one.of(self.of_members(one.expression, one.loops)) for one, _ in constraints]
         written = [one.expression for one in (*momenta, *forces, *bound, *(line for line, _ in equations))]
         drawn = -self.with_multipliers((one, self.drift(one.expression, own)) for one, own in constraints)
@@ -133,29 +132,55 @@ class _Deriver(Dynamics):
             momenta=tuple(momenta),
             forces=tuple(forces),
             equations=tuple(equations),
-            accelerations=tuple(accelerations) if diagonal and not constraints else None,
-            masses=tuple(masses) if diagonal else None,
-            rates=tuple(rates or driving) if diagonal else None,
+            accelerations=solution,
+            blocks=blocks,
+            masses=masses,
+            rates=None,
             conserved=tuple(conserved),
             changing=tuple(changing),
             paths=tuple(self.builder.paths),
             constraints=tuple(bound),
             nonholonomic=frozenset(one.family.name for one, holonomic in constraints if not holonomic),
-            pulls=tuple(pulls),
-            driving=tuple(driving),
+            pulls=(),
+            driving=None,
             allowed=tuple(
                 one.of(self.of_members(self.second_rate(one.expression, own), one.loops))
                 for one, own in constraints
             ),
             places=tuple(self.places(lagrangian, h, *written)),
         )
-        return self.finished(found)
+        return self.printed(found if blocks is None else self.with_forces(found))
+
+    def with_matrix(self, found: FamilyEquations, *, driving: bool) -> FamilyEquations:
+        """The equations with M, f and A^T lambda, and with dL/dq + Q + A^T lambda if ``driving``. Raises
+        ``UsageError`` where M is too large, or two of its blocks have one name."""
+        families = self.builder.coordinates
+        pairs_of(families)
+        if found.masses is None:
+            found = self.with_forces(replace(found, masses=tuple(self.entries())))
+        if driving:
+            found = replace(found, driving=tuple(line for one in families for line in self.driving(one)))
+        return self.printed(found)
+
+    def with_forces(self, found: FamilyEquations) -> FamilyEquations:
+        """The equations with f and A^T lambda."""
+        rates, pulls = list[Line](), list[Line]()
+        for family in self.builder.coordinates:
+            parts = self.motion(family)
+            pull = {PULL: parts.pop(PULL)}
+            pulls += self.summed(family, pull, -1) if self.bonds else ()
+            still = {
+                key: [replace(one, factor=self.unaccelerated(one.factor)) for one in listed]
+                for key, listed in parts.items()
+            }
+            rates += self.summed(family, still, -1)
+        return replace(found, rates=tuple(rates), pulls=tuple(pulls))
 
     def of_members(self, expression: sympy.Expr, loops: Sequence[Loop]) -> sympy.Expr:
         """An expression of members in textbook form."""
         return self.neat(expression, spans_within(loops, self.lines.sizes))
 
-    def finished(self, found: FamilyEquations) -> FamilyEquations:
+    def printed(self, found: FamilyEquations) -> FamilyEquations:
         """The equations as they are printed."""
         paths = {one.name for one in self.builder.paths}
         letters = [one for one in LETTERS if one not in self.builder.taken]
@@ -180,10 +205,11 @@ class _Deriver(Dynamics):
                 for line, one in found.equations
             ),
             accelerations=None if found.accelerations is None else lines(found.accelerations),
+            masses=None if found.masses is None else lines(found.masses),
             rates=None if found.rates is None else lines(found.rates),
             constraints=lines(found.constraints),
             pulls=lines(found.pulls),
-            driving=lines(found.driving),
+            driving=None if found.driving is None else lines(found.driving),
             allowed=lines(found.allowed),
             conserved=tuple(replace(one, expression=shown(one.expression)) for one in found.conserved),
             changing=tuple(replace(one, rate=shown(one.rate)) for one in found.changing),

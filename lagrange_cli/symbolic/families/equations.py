@@ -10,6 +10,7 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.chains import Path
+from lagrange_cli.symbolic.families.linear import Block
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.places import NamedPlace
 from lagrange_cli.symbolic.families.reactions import ReactionForm
@@ -20,8 +21,9 @@ from lagrange_cli.symbolic.order import Order
 class FamilyEquations:
     """The equations of motion of a system of families. ``T`` and ``U`` are None where the file gives L.
     ``momenta``, ``accelerations``, ``forces`` (those outside L, where there are any) and ``equations`` have a
-    line for members that are alike; the ``expression`` of an equation's line is its left side. Of chains and
-    trees there are no ``accelerations``: their equations are not solved. ``paths`` are those along trees."""
+    line for members that are alike; the ``expression`` of an equation's line is its left side. Where members
+    are coupled to others, as along chains and trees, there are no ``accelerations``. ``paths`` are those of
+    trees."""
 
     name: str
     degrees_of_freedom: int
@@ -37,8 +39,11 @@ class FamilyEquations:
     forces: tuple[Line, ...]
     equations: tuple[tuple[Line, Equation], ...]
     accelerations: tuple[Line, ...] | None
+    blocks: tuple[Block, ...] | None
+    """p = M v + b, where M couples members only to those with the same indices."""
     masses: tuple[Line, ...] | None
-    """The diagonal of M in M a = f, where M is diagonal; None of chains and trees."""
+    """The entries of M in M a = f from the diagonal on: M_x[i,i], M_x_y[i,j]; others are 0. Where members are
+    coupled to others, they are there only if they have been asked for (``with_matrix``)."""
     rates: tuple[Line, ...] | None
     """f, the forces but those of constraint, likewise."""
     conserved: tuple[Conserved, ...]
@@ -49,9 +54,9 @@ class FamilyEquations:
     nonholonomic: frozenset[str]
     """The names of the families of those that are on velocities."""
     pulls: tuple[Line, ...]
-    """A^T lambda, the forces of constraint on coordinates, where M is diagonal."""
-    driving: tuple[Line, ...]
-    """f + A^T lambda, the rates of momenta, likewise."""
+    """A^T lambda, the forces of constraint on coordinates, likewise."""
+    driving: tuple[Line, ...] | None
+    """dL/dq + Q + A^T lambda, the rates of momenta; None where they have not been asked for."""
     allowed: tuple[Line, ...]
     """The second derivatives of the constraints, and the first ones of those on velocities, which are 0, too.
     """
@@ -59,6 +64,13 @@ class FamilyEquations:
     """Where particles are, for places that are written by name, and their velocities and accelerations."""
     reactions: ReactionForm | None = None
     """The forces of constraint on particles, where they have been asked for."""
+
+    @property
+    def diagonal(self) -> tuple[Line, ...] | None:
+        """The diagonal of M by coordinate, where M is diagonal."""
+        if self.blocks is None or any(len(one.families) > 1 for one in self.blocks):
+            return None
+        return tuple(line for one in self.blocks for line in one.lines(one.matrix[0]))
 
     @property
     def bound(self) -> Sequence[Family]:

@@ -96,8 +96,6 @@ class Given:
         """The expressions that constraints keep at 0, and whether these are holonomic. Raises ``Unsuited``
         where they are not linear in the velocities."""
         for family, section, holonomic in bound_families(self.spec):
-            if not family.complete:
-                raise Unsuited
             for kind in self.kinds(family, section):
                 for loops, ((one,),) in self.values(kind, self.written(kind)):
                     if not holonomic and any(map(self.is_moving, self.slopes(one))):

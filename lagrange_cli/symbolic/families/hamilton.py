@@ -1,9 +1,10 @@
-"""Hamilton's form of systems of families with a constant diagonal M, with indices: H = sum p^2/(2 m) + U, and
-p - dL0/dq_dot instead of p where L has terms L0 that are linear in velocities."""
+"""Hamilton's form of systems of families, with indices (Goldstein, Classical Mechanics, eq. 8.27):
+H = (p - b) . M^-1 (p - b)/2 - L0, where b is dL/dq_dot, and L0 is L, where all velocities are 0."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 import sympy
 
@@ -11,23 +12,37 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.kinds import LETTERS
+from lagrange_cli.symbolic.families.linear import Block, entry_name
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
 from lagrange_cli.symbolic.families.sums import gathered
-from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import KNOWN, Ranks, opened, renamed, summed_of
+from lagrange_cli.symbolic.indexed.whole import named, number
 from lagrange_cli.symbolic.order import Order, Role
+
+INVERTED, OFFSET = "Minv", "b_"
+INVERSE = "`Minv` is the inverse of the mass matrix `M`, and symmetric as `M` is"
 
 
 @dataclass(frozen=True)
 class FamilyHamiltonian:
     """H and the canonical equations in q, p and t: dq/dt = dH/dp (``velocities``) and dp/dt = -dH/dq + Q
-    (``rates``; with constraints, + A^T lambda), with a line for members that are alike."""
+    (``rates``; with constraints, + A^T lambda), with a line for members that are alike.
+
+    Where it is not ``solved``, the inverse of M is written Minv, and dp/dt is dL/dq + Q, the same as a
+    function of q and the velocities; b is the ``offsets``, if it is not 0.
+    """
 
     order: Order
     H: sympy.Expr
     velocities: tuple[Line, ...]
     rates: tuple[Line, ...]
+    solved: bool
+    offsets: tuple[Line, ...] = ()
 
 
 def momentum_name(coordinate: str) -> str:
@@ -36,49 +51,119 @@ def momentum_name(coordinate: str) -> str:
 
 
 def hamilton_form(equations: FamilyEquations) -> FamilyHamiltonian:
-    """The Legendre transform of L. Raises ``UsageError`` where a name is taken, and ``Unsuited`` where
-    velocities in forces cannot be replaced with indices."""
-    if equations.masses is None:
-        raise Unsuited
-    ranks = equations.order.ranks
-    assert isinstance(ranks, Ranks)
-    bases = {name: role for name, role in ranks.bases.items() if role[0] < Role.VELOCITY}
-    for rank, family in enumerate(equations.coordinates):
-        name = momentum_name(family.name)
-        if name in ranks.bases:
-            raise UsageError(f"{name} is the name of a momentum in --form hamilton: rename yours")
-        bases[name] = Role.VELOCITY, rank
-    order = Order(Ranks(bases), equations.order.decimals)
-    speeds = {velocity_name(family.name): family.name for family in equations.coordinates}
-    kinetic, velocities = [], []
-    for line, momentum in zip(equations.masses, equations.momenta, strict=True):
-        p = symbol_of(line, momentum_name(line.family.name)) - at_rest(momentum.expression, equations.order)
-        velocities.append(line.of(tidy(p / line.expression, order)))
-        kinetic.append(summed_of(p**2 / (2 * line.expression), line.loops))
+    """The Legendre transform of L. Raises ``UsageError`` where a name is taken."""
+    energy = -equations.L if equations.U is None or equations.T is None else equations.U - equations.T
+    potential, driving = at_rest(energy, equations.order), equations.driving
+    assert driving is not None
+    if equations.blocks is not None:
+        with suppress(Unsuited):
+            return solved_form(equations, equations.blocks, potential, driving)
+    return with_inverse(equations, potential, driving)
 
-    def known(line: Line) -> Mapping[sympy.Symbol, sympy.Expr]:
-        """The velocities in a force."""
-        found = {}
-        for symbol in line.expression.free_symbols:
-            base, indices = KNOWN.get(symbol.name, (symbol.name, ()))
-            if base in speeds:
-                own = [one for one in velocities if one.family.name == speeds[base]]
-                alike = [one for one in own if one.indices == indices]
-                if not alike and len(own) > 1:
-                    raise Unsuited
-                one = (alike or own)[0]
-                loops = {loop.index for loop in one.loops}
-                names = {a.text: b for a, b in zip(one.indices, indices) if a.text in loops}
-                found[symbol] = one.expression if alike else renamed(one.expression, names, {})
-        return found
 
-    rates = tuple(line.of(tidy(line.expression.xreplace(known(line)), order)) for line in equations.driving)
-    potential = equations.U
-    if potential is None:
-        potential = -equations.L
-    potential = at_rest(potential, equations.order)
+def solved_form(
+    equations: FamilyEquations, blocks: Sequence[Block], potential: sympy.Expr, driving: Sequence[Line]
+) -> FamilyHamiltonian:
+    """The same where velocities follow for each block of M by itself. Raises ``Unsuited`` where they are too
+    long, or do not fit the lines of forces."""
+    order = order_of(equations)
+    kinetic: list[sympy.Expr] = []
+    velocities: list[Line] = []
+    for block in blocks:
+        lines = [one.of(tidy(one.expression, order)) for one in block.lines(block.rest)]
+        excess = [symbol_of(one, momentum_name(one.family.name)) - one.expression for one in lines]
+        found = block.solved(excess, order)
+        velocities += block.lines(found)
+        power = sympy.Add(*(p * v / 2 for p, v in zip(excess, found, strict=True)))
+        kinetic.append(summed_of(neat(power, order, Role.COORDINATE), block.line.loops))
+    rates = [
+        line.of(tidy(line.expression.xreplace(velocities_in(line.expression, velocities)), order))
+        for line in driving
+    ]
     H = gathered(sympy.Add(*kinetic), order) + potential
-    return FamilyHamiltonian(order, H, tuple(velocities), rates)
+    names = [one.name for one in equations.coordinates]
+    velocities.sort(key=lambda line: names.index(line.family.name))
+    return FamilyHamiltonian(order, H, tuple(velocities), tuple(rates), True)
+
+
+def velocities_in(expression: sympy.Expr, lines: Sequence[Line]) -> dict[sympy.Symbol, sympy.Expr]:
+    """The velocities in a force. Raises ``Unsuited`` where those of one line do not all have the same
+    line."""
+    speeds = {velocity_name(one.family.name): one.family.name for one in lines}
+    found = {}
+    for symbol in expression.free_symbols:
+        base, indices = KNOWN.get(symbol.name, (symbol.name, ()))
+        if base in speeds:
+            own = [one for one in lines if one.family.name == speeds[base]]
+            alike = [one for one in own if one.indices == indices]
+            if not alike and len(own) > 1:
+                raise Unsuited
+            one = (alike or own)[0]
+            loops = {loop.index for loop in one.loops}
+            names = {a.text: b for a, b in zip(one.indices, indices) if a.text in loops}
+            found[symbol] = one.expression if alike else renamed(one.expression, names, {})
+    return found
+
+
+def with_inverse(
+    equations: FamilyEquations, potential: sympy.Expr, driving: tuple[Line, ...]
+) -> FamilyHamiltonian:
+    """The same with the inverse of M, and with b by name where it is not 0."""
+    families = equations.coordinates
+    offsets = [one.of(at_rest(one.expression, equations.order)) for one in equations.momenta]
+    still = all(one.expression == 0 for one in offsets)
+    names = [INVERTED + entry_name(a, b) for k, a in enumerate(families) for b in families[k:]]
+    names += [] if still else [OFFSET + one.name for one in families]
+    order = order_of(equations, names)
+    letters = [one for one in LETTERS if one not in order.ranks.bases and one not in equations.sizes]  # type: ignore[attr-defined]
+
+    def excess(line: Line) -> sympy.Expr:
+        p = symbol_of(line, momentum_name(line.family.name))
+        return p if still else p - symbol_of(line, OFFSET + line.family.name)
+
+    def inverse(one: Line, other: Line) -> sympy.Symbol:
+        pair = sorted((one, other), key=lambda line: families.index(line.family))
+        return symbol_of(Line(one.family, (*pair[0].indices, *pair[1].indices), (), one.expression),
+                         INVERTED + entry_name(*(line.family for line in pair)))  # fmt: skip
+
+    kinetic, velocities = sympy.S.Zero, []
+    for k, family in enumerate(families):
+        own, total = every(family, letters, equations.sizes), sympy.S.Zero
+        for n, partner in enumerate(families):
+            other = every(partner, letters[len(family.shape) :], equations.sizes)
+            moved = inverse(own, other) * excess(other)
+            total += summed_of(moved, other.loops)
+            if n >= k:
+                half = excess(own) * moved / (2 if n == k else 1)
+                kinetic += summed_of(half, (*own.loops, *other.loops))
+        velocities.append(own.of(total))
+    known = () if still else tuple(offsets)
+    return FamilyHamiltonian(order, kinetic + potential, tuple(velocities), driving, False, known)
+
+
+def every(family: Family, letters: Sequence[str], sizes: Mapping[str, int]) -> Line:
+    """A line of all members of a family, which is 0."""
+    loops = []
+    for letter, size, axis in zip(letters, family.shape, family.axes):
+        name = axis.partition("_")[0]
+        loops.append(Loop(letter, number(0), named(name) if sizes.get(name) == size else number(size)))
+    return Line(family, tuple(named(one.index) for one in loops), tuple(loops), sympy.S.Zero)
+
+
+def order_of(equations: FamilyEquations, names: Sequence[str] = ()) -> Order:
+    """The order of symbols without velocities, but with momenta in their place, or where there are ``names``
+    besides, with all of these. Raises ``UsageError`` where a name is taken."""
+    known = equations.order.ranks
+    assert isinstance(known, Ranks)
+    bases = {one: role for one, role in known.bases.items() if names or role[0] < Role.VELOCITY}
+    momenta = [momentum_name(one.name) for one in equations.coordinates]
+    for rank, name in enumerate([*momenta, *names]):
+        if name in known.bases:
+            what = "a momentum" if name in momenta else "something else"
+            raise UsageError(f"{name} is the name of {what} in --form hamilton: rename yours")
+        role = Role.VELOCITY if name in momenta else Role.COORDINATE
+        bases[name] = role, rank if name in momenta else rank + len(bases)
+    return Order(Ranks(bases), equations.order.decimals)
 
 
 def at_rest(expression: sympy.Expr, order: Order) -> sympy.Expr:

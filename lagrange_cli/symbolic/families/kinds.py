@@ -6,7 +6,7 @@ at once, by arrays of numpy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,15 +16,16 @@ from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.symbolic import SympyAlgebra
+from lagrange_cli.expression.syntax import Axis, Sum
 from lagrange_cli.expression.vocabulary import TIME, acceleration_name, velocity_name
 from lagrange_cli.families.groups import Group, group_of, particle_families
 from lagrange_cli.families.turning import body_groups
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
 from lagrange_cli.symbolic.families.labels import axes_of, places_of, ranges
-from lagrange_cli.symbolic.indexed.conditions import Loop, holds, names_of, negation
+from lagrange_cli.symbolic.indexed.conditions import Loop, condition_of, holds, names_of, negation
 from lagrange_cli.symbolic.indexed.members import Loops
-from lagrange_cli.symbolic.indexed.whole import Whole, named, number
+from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, whole_of
 
 LETTERS = "ijklmnabcdefgh"
 MOST_PIECES = 30
@@ -82,6 +83,9 @@ class MemberKinds(Builder):
                 values = {name: int(one[0]) for name, one in group.indices.items()}
                 yield Kind((), (), group.trees[label], Frame({**self.sizes, **values}, 1, self.names, {}))
                 continue
+            if label in group.keyed:
+                yield self.keyed(group, label)
+                continue
             axes = {axis: name for name, axis in axes_of(group, label).items()}
             loops: list[Loop] = []
             indices: list[Whole] = []
@@ -106,6 +110,21 @@ class MemberKinds(Builder):
             arrays = {loop.index: places[loop.index] for loop in loops}
             frame = Frame({**self.sizes, **values}, int(chosen.sum()), names, arrays)
             yield Kind(tuple(loops), tuple(indices), group.trees[label], frame)
+
+    def keyed(self, group: Group, label: int) -> Kind:
+        """The members of a label that are no grid: the loops are those of their key."""
+        loops: list[Loop] = []
+        indices: list[Whole] = []
+        names, arrays = dict(self.names), dict[str, Any]()
+        for one, places in zip(group.keyed[label], places_of(group, label)):
+            if one.index:
+                index = self.fresh(one.index, Frame({}, 1, names, arrays))
+                loops.append(loop_of(index, one, names))
+                names[one.index], arrays[index] = named(index), places
+            indices.append(named(index) if one.index else whole_of(one.bounds[0], names))
+        values = {name: own[group.labels == label] for name, own in group.indices.items()}
+        frame = Frame({**self.sizes, **values}, int(np.sum(group.labels == label)), names, arrays)
+        return Kind(tuple(loops), tuple(indices), group.trees[label], frame)
 
     def kinds(
         self, loops: Sequence[Loop], frame: Frame, build: Callable[[Frame], Any]
@@ -154,3 +173,25 @@ class MemberKinds(Builder):
             if value > 2 and 0 <= abs(size - value) <= 2 < size:
                 return named(name) + number(value - size)
         return number(value)
+
+
+def loop_of(index: str, written: Axis | Sum, names: Mapping[str, Whole]) -> Loop:
+    """The loop that is called ``index``, as it is written; others around it are called by ``names``. It runs
+    upward: what is done does not depend on the order."""
+    start, stop, step = number(0), number(0), 1
+    bounds = [whole_of(one, names) for one in written.bounds]
+    if len(bounds) == 1:
+        stop = bounds[0]
+    else:
+        start, stop = bounds[:2]
+    if len(bounds) == 3:
+        if bounds[2].terms:
+            raise Unsuited
+        step = bounds[2].constant
+    if step < 0:
+        count = start - stop - number(1)
+        first = start - (count if step == -1 else operation("//", count, number(-step)) * -step)
+        start, stop, step = first, start + number(1), -step
+    inside = {**names, written.index: named(index)}
+    conditions = tuple(condition_of(one, inside) for one in written.conditions)
+    return Loop(index, start, stop, step, conditions)

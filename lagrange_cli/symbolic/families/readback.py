@@ -18,11 +18,13 @@ from lagrange_cli.expression.vocabulary import ACCELERATION_COMPONENTS, VELOCITY
 from lagrange_cli.families.arrays import NONE, Array, Chain, Source, Total
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.groups import places_of
 from lagrange_cli.families.values import FamilyValues, along
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.given import multiplier_name
+from lagrange_cli.symbolic.families.linear import pairs_of
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import holds
 from lagrange_cli.symbolic.notations import Text
@@ -52,16 +54,19 @@ class Reader(ChainBuilder):
         self.a = Array(Source.VELOCITIES, len(system.spec.coordinates))
         self.faster[self.v] = self.a
         self.further = {
-            acceleration_name(one.family.name): (self.a, one.first, one.family.shape)
+            acceleration_name(one.family.name): (self.a, places_of(one.family) + one.first, one.family.shape)
             for one in self.rows.values()
             if one.array is self.q
         }
         self.paths = {Array(Source.PARAMETERS, len(one.table) ** 2): one for one in paths}
         first = 0
         for family in bound:
-            self.further[multiplier_name(family.name)] = self.multipliers, first, family.shape
+            table = places_of(family) + first
+            self.further[multiplier_name(family.name)] = self.multipliers, table, family.shape
             first += len(family.members)
-        self.further |= {one.name: (array, 0, (len(one.table),) * 2) for array, one in self.paths.items()}
+        for array, path in self.paths.items():
+            count = len(path.table)
+            self.further[path.name] = array, np.arange(count * count), (count, count)
 
     def named(self, identifier: str, places: list[Whole], members: Members) -> Any:
         name, _, component = identifier.partition(".")
@@ -70,8 +75,8 @@ class Reader(ChainBuilder):
             return self.rate(super().named(f"{name}.{speed}", places, members), members.domain)
         if identifier not in self.further:
             return super().named(identifier, places, members)
-        array, first, shape = self.further[identifier]
-        return self.slots.symbol(members.domain, array, flat(places, shape, members.count) + first)
+        array, table, shape = self.further[identifier]
+        return self.slots.symbol(members.domain, array, table[flat(places, shape, members.count)])
 
     def summed(self, tree: Sum, members: Members) -> Any:
         if members.alike is None:
@@ -105,6 +110,7 @@ class ReadBack:
 
     def __init__(self, system: FamilySystem, equations: FamilyEquations) -> None:
         self.system, self.order, self.paths = system, equations.order, equations.paths
+        self.coordinates = equations.coordinates
         self.sizes, self.chance = system.spec.sizes, np.random.default_rng(1)
         self.first: dict[str, int] = {}
         first = 0
@@ -134,21 +140,37 @@ class ReadBack:
             made[:, places[which]] = self.value(line.expression, indices, len(which), state)
         return made[0], made[1]
 
+    def matrix(self, lines: Sequence[Line], state: State) -> Numbers:
+        """The mass matrix (n, n) that has these entries from the diagonal on."""
+        made, pairs = np.zeros((self.count, self.count)), pairs_of(self.coordinates)
+        for line in lines:
+            one, other = pairs[line.family.name]
+            places, indices = self.members(line)
+            rows, columns = np.divmod(places, len(other.members))
+            rows, columns = rows + self.first[one.name], columns + self.first[other.name]
+            values, _ = self.value(line.expression, indices, len(places), state)
+            made[rows, columns] = made[columns, rows] = values
+        return made
+
     def members(self, line: Line) -> tuple[Any, dict[str, Any]]:
         """The coordinates of a line, and the indices that these have."""
-        bounds = [np.arange(*(end.value(self.sizes) for end in (one.start, one.stop))) for one in line.loops]
-        grid = [one.ravel() for one in np.meshgrid(*bounds, indexing="ij")] if bounds else []
-        indices = {loop.index: one for loop, one in zip(line.loops, grid)}
-        known = {**self.sizes, **indices}
-        count = len(grid[0]) if grid else 1
-        for condition in (each for loop in line.loops for each in loop.conditions):
-            chosen = np.broadcast_to(holds(condition, known), count)
-            indices = {name: one[chosen] for name, one in indices.items()}
-            known, count = {**self.sizes, **indices}, int(chosen.sum())
-        places: Any = 0
-        for whole, size in zip(line.indices, line.family.shape):
-            places = places * size + whole.value(known)
-        return np.broadcast_to(places, count) + self.first[line.family.name], indices
+        indices, count = dict[str, Any](), 1
+        for loop in line.loops:
+            ends = (one.value({**self.sizes, **indices}) for one in (loop.start, loop.stop))
+            start, stop = (np.broadcast_to(one, count) for one in ends)
+            times = np.maximum(-((start - stop) // loop.step), 0)
+            owners = np.repeat(np.arange(count), times)
+            within = np.arange(len(owners)) - np.repeat(np.cumsum(times) - times, times)
+            indices = {name: one[owners] for name, one in indices.items()}
+            indices[loop.index], count = start[owners] + loop.step * within, len(owners)
+            for condition in loop.conditions:
+                chosen = np.broadcast_to(holds(condition, {**self.sizes, **indices}), count)
+                indices, count = {name: one[chosen] for name, one in indices.items()}, int(chosen.sum())
+        wholes = [one.value({**self.sizes, **indices}) for one in line.indices]
+        places = flat(wholes, line.family.shape, count)
+        if line.family.members:  # entries of a matrix have none
+            places = places_of(line.family)[places]
+        return places + self.first.get(line.family.name, 0), indices
 
     def value(
         self, expression: sympy.Expr, indices: dict[str, Any], count: int, state: State
@@ -203,10 +225,13 @@ class Sizes:
                 known[one] = abs(float(constant)) + sum(
                     abs(float(c)) * size for c, size in zip(coefficients, arguments)
                 )
-            elif one.kind is Kind.PRODUCT and all(exponent > 0 for exponent in one.data):
-                known[one] = np.prod(
-                    np.broadcast_arrays(*(size ** float(e) for e, size in zip(one.data, arguments))), axis=0
-                )
+            elif one.kind is Kind.PRODUCT:
+                bases = [
+                    size if exponent > 0 else np.abs(self.values.node(argument))
+                    for argument, exponent, size in zip(one.arguments, one.data, arguments)
+                ]
+                powers = [base ** float(exponent) for base, exponent in zip(bases, one.data)]
+                known[one] = np.prod(np.broadcast_arrays(*powers), axis=0)
             elif one.kind is Kind.SYMBOL and one in self.values.slots.of:
                 slot = self.values.slots.of[one]
                 total = slot.array if isinstance(slot.array, Total) else None

@@ -8,7 +8,7 @@ from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.families.equations import FamilyEquations
-from lagrange_cli.symbolic.families.hamilton import hamilton_form
+from lagrange_cli.symbolic.families.hamilton import INVERSE, OFFSET, hamilton_form
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.members import names_in
@@ -59,8 +59,6 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
             Statement(writer.names(name), str(size)) for name, size in equations.sizes.items() if name in used
         ),
     )
-    if form == "explicit":
-        return [sizes, accelerations(equations, writer)]
     if form in OTHER_FORMS:
         return [sizes, *OTHER_FORMS[form](equations, writer)]
     of_motion = [
@@ -79,7 +77,7 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
         *constraints(equations, writer),
         momenta_section(equations, writer),
         Section("Equations of motion", tuple(of_motion)),
-        accelerations(equations, writer),
+        accelerations(equations, writer, form),
         Section("Energy function", (writer.statement("h", equations.h),)),
         Section("Conserved", conserved or (NOTHING,), True),
         *changing_sections(equations.changing, writer),
@@ -87,28 +85,36 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
 
 
 def hamilton_sections(equations: FamilyEquations, momenta: Writer) -> list[Section]:
-    """H and the canonical equations."""
+    """H and the canonical equations, with the inverse of M where that is not known with indices."""
     form = hamilton_form(equations)
     writer = Writer(momenta.notation, form.order)
     canonical = [
         *(line_statement(one, one.name("", VELOCITY_SUFFIX), writer) for one in form.velocities),
         *(line_statement(one, one.name("p_", VELOCITY_SUFFIX), writer) for one in form.rates),
     ]
-    return [
+    with_velocities = "" if form.solved else ", with these velocities"
+    found = [
+        *([] if form.solved else [*trees(equations, momenta), *places(equations, momenta)]),
         Section("Hamiltonian", (writer.statement("H", form.H),)),
         *constraints(equations, momenta),
-        Section("Canonical equations", tuple(canonical)),
+        Section("Canonical equations" + with_velocities, tuple(canonical)),
         momenta_section(equations, momenta),
     ]
+    if not form.solved:
+        at_rest = tuple(line_statement(one, one.name(OFFSET), momenta) for one in form.offsets)
+        found += [Section("Momenta at rest", at_rest)] if at_rest else []
+        inverse = Statement("", "", momenta.prose(INVERSE))
+        found += [mass_section(equations, momenta), Section("Inverse", (inverse,), True)]
+    return found
 
 
 def matrix_sections(equations: FamilyEquations, writer: Writer) -> list[Section]:
-    """M a = f, or with constraints M a = f + A^T lambda and A a = b, where M is diagonal."""
-    if equations.masses is None or equations.rates is None:
-        raise Unsuited
-    masses = (line_statement(one, one.name("M_"), writer) for one in equations.masses)
-    rates = (line_statement(one, one.name("f_"), writer) for one in equations.rates)
-    found = [Section("Mass matrix, which is diagonal", tuple(masses)), Section("Force", tuple(rates))]
+    """M a = f, or with constraints M a = f + A^T lambda and A a = b."""
+    rates = (line_statement(one, one.name("f_"), writer) for one in equations.rates or ())
+    found = [
+        *trees(equations, writer), *places(equations, writer), mass_section(equations, writer),
+        Section("Force", tuple(rates)),
+    ]  # fmt: skip
     if not equations.constraints:
         return [Section("Equations of motion", (Statement("M a", "f"),)), *found]
     pull = f"{writer.notation.transposed(writer.names('A'))} {writer.names('lambda')}"
@@ -122,6 +128,25 @@ def matrix_sections(equations: FamilyEquations, writer: Writer) -> list[Section]
         *constraints(equations, writer),
         Section("Accelerations allowed by the constraints", zeros(equations, equations.allowed, writer)),
     ]
+
+
+def mass_section(equations: FamilyEquations, writer: Writer) -> Section:
+    """The diagonal of M, or its entries."""
+    if equations.diagonal is not None:
+        diagonal = (line_statement(one, one.name("M_"), writer) for one in equations.diagonal)
+        return Section("Mass matrix, which is diagonal", tuple(diagonal))
+    listed = [one for one in equations.masses or () if one.expression != 0]
+    others = equations.blocks is not None or len(listed) < len(equations.masses or ())
+    title = "Mass matrix, which is symmetric" + "; entries that are not listed are 0" * others
+    return Section(title, tuple(line_statement(one, one.name(), writer) for one in listed))
+
+
+def explicit_sections(equations: FamilyEquations, writer: Writer) -> list[Section]:
+    """The accelerations, or the equations whose solution they are."""
+    section = accelerations(equations, writer, "explicit")
+    return (
+        [section] if equations.accelerations is not None else [section, *matrix_sections(equations, writer)]
+    )
 
 
 def reaction_sections(equations: FamilyEquations, writer: Writer) -> list[Section]:
@@ -140,6 +165,7 @@ def reaction_sections(equations: FamilyEquations, writer: Writer) -> list[Sectio
 
 
 OTHER_FORMS: Mapping[str, Callable[[FamilyEquations, Writer], list[Section]]] = {
+    "explicit": explicit_sections,
     "hamilton": hamilton_sections,
     "matrix": matrix_sections,
     "reactions": reaction_sections,
@@ -152,13 +178,15 @@ def momenta_section(equations: FamilyEquations, writer: Writer) -> Section:
     return Section("Momenta", tuple(line_statement(one, one.name("p_"), writer) for one in equations.momenta))
 
 
-def accelerations(equations: FamilyEquations, writer: Writer) -> Section:
+def accelerations(equations: FamilyEquations, writer: Writer, form: str) -> Section:
     """The accelerations, or what they follow from."""
     if equations.accelerations is None:
+        title, said = "Accelerations", TOGETHER
         if equations.constraints:
             rates = "derivatives" if equations.nonholonomic else "second derivatives"
-            return Section("Accelerations and multipliers", (Statement("", "", BOUND.format(rates)),), True)
-        return Section("Accelerations", (Statement("", "", TOGETHER),), True)
+            title, said = "Accelerations and multipliers", BOUND.format(rates)
+        said += "; see --form matrix" * (form != "explicit")
+        return Section(title, (Statement("", "", writer.notation.words(said)),), True)
     listed = (
         line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
     )

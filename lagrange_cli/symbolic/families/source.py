@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from math import prod
 
+import numpy as np
 import sympy
 
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleration_name, velocity_name
+from lagrange_cli.families.groups import places_of
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.data import refuse_names
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form, momentum_name
+from lagrange_cli.symbolic.families.linear import pairs_of
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.whole import Whole
 from lagrange_cli.symbolic.notations import IndexedPython
 from lagrange_cli.symbolic.render import render
-from lagrange_cli.symbolic.source import SOLUTION
+from lagrange_cli.symbolic.source import IN_STEPS, SOLUTION
 
 SIGNATURE = "t, {}, parameters=PARAMETERS"
 RATES: Mapping[str, Callable[[str], str]] = {
@@ -29,6 +33,8 @@ RATES: Mapping[str, Callable[[str], str]] = {
 """The arguments of functions, and the names of their members in terms of coordinates."""
 MULTIPLIERS = "multipliers"
 """The argument with those of constraints."""
+PLACES = "PLACES"
+"""The places of the constraints, where members of their families are missing."""
 
 TOGETHER = '''
 def accelerations(t, q, v, parameters=PARAMETERS):
@@ -99,12 +105,17 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
         functions += linear_functions(equations, writer)
     if form == "matrix":
         purpose = "The diagonal of M in M a = f."
-        functions.append(writer.vector("masses", purpose, equations.masses or ()))
+        diagonal = equations.diagonal
+        functions.append(writer.matrix() if diagonal is None else writer.vector("masses", purpose, diagonal))
         functions.append(writer.vector("force", "f of M a = f.", equations.rates or ()))
-    if form == "hamilton":
-        canonical = hamilton_form(equations)
+    canonical = hamilton_form(equations) if form == "hamilton" else None
+    pulled, pull = ((MULTIPLIERS,), " + (A^T lambda)_k") if equations.constraints else ((), "")
+    if canonical is not None and not canonical.solved:
+        found = writer.vector("torques", f"dL/dq_k + Q_k{pull}.", canonical.rates, ("q", "v", *pulled))
+        functions += [writer.matrix(), found, in_steps(pulled)]
+        functions += [] if SOLUTION.strip() in functions else [SOLUTION.strip()]
+    elif canonical is not None:
         writer.order, of_p = canonical.order, ("q", "p")
-        pulled, pull = ((MULTIPLIERS,), " + (A^T lambda)_k") if equations.constraints else ((), "")
         functions += [
             writer.scalar("hamiltonian", "H(t, q, p).", canonical.H, of_p),
             writer.vector("velocities", "q_dot_k = dH/dp_k.", canonical.velocities, of_p),
@@ -121,11 +132,33 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     head += [f"COORDINATES = {tuple(names)!r}", f"PARAMETERS = {dict(parameters)!r}"]
     if equations.constraints:
         head.append(f"CONSTRAINTS = {tuple(k for one in equations.bound for k in one.members)!r}")
+        if not all(one.complete for one in equations.bound):
+            head.append(f"{PLACES} = {grid_places(equations.bound)!r}")
     if equations.paths:
         functions.insert(0, PATHS.strip())
         listed = (f"{one.name} = paths({tuple(one.table.tolist())!r})" for one in equations.paths)
         functions.append("\n".join(listed))
     return "\n".join(head) + "\n\n\n" + "\n\n\n".join(functions)
+
+
+def grid_places(families: Sequence[Family]) -> tuple[int, ...]:
+    """The places that members of families would have, if no member were missing."""
+    found: list[int] = []
+    first = 0
+    for one in families:
+        found += (np.flatnonzero(places_of(one) >= 0) + first).tolist()
+        first += prod(one.shape)
+    return tuple(found)
+
+
+def in_steps(pulled: Sequence[str]) -> str:
+    """H and the canonical equations by velocities that are computed, with multipliers if there are any."""
+    more = "".join(f"{one}, " for one in pulled)
+    rates = IN_STEPS.strip().replace("momentum_rates(t, q, p, ", f"momentum_rates(t, q, p, {more}")
+    return rates.replace(
+        "torques(t, q, velocities(t, q, p, parameters), parameters)",
+        f"torques(t, q, velocities(t, q, p, parameters), {more}parameters)",
+    )
 
 
 def linear_functions(equations: FamilyEquations, writer: _Writer) -> list[str]:
@@ -196,12 +229,15 @@ class _Writer:
                 place = f"{array}[{first}:{stop}]" if family.shape else f"{array}[{first}]"
                 found.append((RATES[array](family.name), place))
             first = stop
-        first = 0
+        first = grid = 0
         for family in self.equations.bound if MULTIPLIERS in rates else ():
-            stop = first + prod(family.shape)
+            stop = first + len(family.members)
             place = f"[{first}:{stop}]" if family.shape else f"[{first}]"
-            found.append((multiplier_name(family.name), MULTIPLIERS + place))
-            first = stop
+            listed = MULTIPLIERS + place
+            if not family.complete:
+                listed = f"{{k - {grid}: x for k, x in zip({PLACES}{place}, {listed})}}"
+            found.append((multiplier_name(family.name), listed))
+            first, grid = stop, grid + prod(family.shape)
         shown = [(self.notation.symbol(name), value) for name, value in found]
         return [f"    {name} = {value}" for name, value in shown if self.has(text, name)] + places
 
@@ -235,10 +271,44 @@ class _Writer:
             first += prod(family.shape)
         names = self.names("\n".join(body), rates)
         head = [f"def {name}({SIGNATURE.format(', '.join(rates))}):", f'    """{purpose}"""', *names]
-        return "\n".join([*head, f"    values = [0.0] * {first}", *body, "    return tuple(values)"])
+        whole = all(one.complete for one in among)
+        made = "tuple(values)" if whole else f"tuple(values[k] for k in {PLACES})"
+        return "\n".join([*head, f"    values = [0.0] * {first}", *body, f"    return {made}"])
+
+    def matrix(self) -> str:
+        """A function with the rows of M."""
+        firsts, first = {}, 0
+        for family in self.equations.coordinates:
+            firsts[family.name] = first, family
+            first += prod(family.shape)
+        body = list[str]()
+        pairs = pairs_of(self.equations.coordinates)
+        for line in self.equations.masses or ():
+            (row, one), (column, other) = (firsts[family.name] for family in pairs[line.family.name])
+            indices = line.indices[: len(one.shape)], line.indices[len(one.shape) :]
+            places = placed(row, one, indices[0]), placed(column, other, indices[1])
+            head, indent = self.loops(line)
+            body += [*head, f"{indent}i_, k_ = {places[0]}, {places[1]}"]
+            body.append(f"{indent}rows[i_][k_] = rows[k_][i_] = {self.text(line.expression)}")
+        names = self.names("\n".join(body))
+        head = [
+            f"def mass_matrix({SIGNATURE.format('q, v')}):",
+            '    """M in M a = f, row by row."""',
+            *names,
+        ]
+        head.append(f"    rows = [[0.0] * {first} for _ in range({first})]")
+        return "\n".join([*head, *body, "    return tuple(map(tuple, rows))"])
 
     def assigned(self, line: Line, first: int, family: Family) -> list[str]:
         """What sets the values of some members."""
+        head, indent = self.loops(line)
+        return [
+            *head,
+            f"{indent}values[{placed(first, family, line.indices)}] = {self.text(line.expression)}",
+        ]
+
+    def loops(self, line: Line) -> tuple[list[str], str]:
+        """The loops through members, and the indent of what is in them."""
         found, indent = [], "    "
         for loop in line.loops:
             found.append(f"{indent}for {self.head(loop)}:")
@@ -247,15 +317,19 @@ class _Writer:
                 from lagrange_cli.symbolic.indexed.conditions import written
 
                 found += [f"{indent}if not ({written(one)}):", f"{indent}    continue"]
-        place = str(first)
-        if line.indices:
-            inside = line.indices[0].text
-            for size, index in zip(family.shape[1:], line.indices[1:]):
-                inside = f"({inside})*{size} + {index.text}"
-            place = f"{first} + {inside}" if first else inside
-        return [*found, f"{indent}values[{place}] = {self.text(line.expression)}"]
+        return found, indent
 
     @staticmethod
     def head(loop: Loop) -> str:
         """``i in range(N)``."""
         return f"{loop.index} in range({loop.bounds})"
+
+
+def placed(first: int, family: Family, indices: Sequence[Whole]) -> str:
+    """Where a member of a family is, whose first member is at ``first``."""
+    if not indices:
+        return str(first)
+    inside = indices[0].text
+    for size, index in zip(family.shape[1:], indices[1:]):
+        inside = f"({inside})*{size} + {index.text}"
+    return f"{first} + {inside}" if first else inside

@@ -7,7 +7,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import sympy
 
-from lagrange_cli.symbolic.families.derivatives import spans_within
+from lagrange_cli.expression.symbolic_switches import Extremum, Largest, Least
+from lagrange_cli.symbolic.families.derivatives import bounding, spans_within
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop, decided, relation
 from lagrange_cli.symbolic.indexed.members import (
@@ -100,10 +101,14 @@ def gathered(expression: sympy.Expr, order: Order) -> sympy.Expr:
 def exchanged(summed: sympy.Expr, spans: Spans) -> sympy.Expr:
     """A sum in which a loop that changes nothing is left out, and counted: of f[j] for j in range(i + 1), for
     all i below N, it is the sum of (N - j)*f[j]."""
-    if not isinstance(summed, Summed) or any(one.conditions or one.step != 1 for one in summed.loops):
+    if not isinstance(summed, Summed) or any(one.step != 1 for one in summed.loops):
         return summed
     *around, last = summed.loops
     used = names_in(summed.body)
+    if len(last.conditions) == 1 and not around and last.index not in used:
+        return times_from_two(summed, last, spans)
+    if any(one.conditions for one in summed.loops):
+        return summed
     if last.index not in used:
         inner = spans_within(around, spans)
         if not decided(relation(last.start, "<=", last.stop), inner):
@@ -123,6 +128,25 @@ def exchanged(summed: sympy.Expr, spans: Spans) -> sympy.Expr:
     return exchanged(Summed(summed.body * times, Loops([*further, loop])), spans)
 
 
+def times_from_two(summed: Summed, loop: Loop, spans: Spans) -> sympy.Expr:
+    """A sum over k in range(i, N) if k >= j of what does not change: N - max(i, j) times that."""
+    found = bounding(loop.conditions[0], loop.index)
+    start, stop = loop.start, loop.stop
+    if found is None or not decided(relation(start, "<=", stop), spans):
+        return summed
+    operator, bound = found
+    if operator == "<" and decided(relation(start, "<=", bound), spans):
+        return summed.body * (Least(*ends(stop, bound)) - expression_of(start))
+    if operator == ">=" and decided(relation(bound, "<=", stop), spans):
+        return summed.body * (expression_of(stop) - Largest(*ends(start, bound)))
+    return summed
+
+
+def ends(*bounds: Whole) -> list[sympy.Expr]:
+    """Bounds as expressions."""
+    return [*map(expression_of, bounds)]
+
+
 def turned_around(outer: Loop, last: Loop, spans: Spans) -> tuple[Loop, sympy.Expr] | None:
     """Of two loops, the inner one alone, and how often its index has each value; None where that differs in
     form."""
@@ -130,16 +154,20 @@ def turned_around(outer: Loop, last: Loop, spans: Spans) -> tuple[Loop, sympy.Ex
     up, down = last.stop - around, last.start - around
     if outer.index not in up.names | last.start.names:  # last.start <= own < outer.index + up
         loop = Loop(last.index, last.start, outer.stop - number(1) + up)
-        first = own - up + number(1)
-        if not decided(relation(first, ">=", outer.start), {**spans, last.index: loop.span(spans)}):
+        first, inner = own - up + number(1), {**spans, last.index: loop.span(spans)}
+        if decided(relation(first, ">=", outer.start), inner):
+            return loop, expression_of(outer.stop - first)
+        if not decided(relation(outer.start, "<=", outer.stop), spans):
             return None
-        return loop, expression_of(outer.stop - first)
+        return loop, expression_of(outer.stop) - Largest(*ends(first, outer.start))
     if outer.index not in down.names | last.stop.names:  # outer.index + down <= own < last.stop
         loop = Loop(last.index, outer.start + down, last.stop)
-        beyond = own - down + number(1)
-        if not decided(relation(beyond, "<=", outer.stop), {**spans, last.index: loop.span(spans)}):
+        beyond, inner = own - down + number(1), {**spans, last.index: loop.span(spans)}
+        if decided(relation(beyond, "<=", outer.stop), inner):
+            return loop, expression_of(beyond - outer.start)
+        if not decided(relation(outer.start, "<=", outer.stop), spans):
             return None
-        return loop, expression_of(beyond - outer.start)
+        return loop, Least(*ends(beyond, outer.stop)) - expression_of(outer.start)
     return None
 
 
@@ -207,6 +235,8 @@ def finished(expression: sympy.Expr, letters: Sequence[str], paths: Collection[s
     if not expression.args:
         return expression
     made = [finished(one, letters, paths) for one in expression.args]
+    if isinstance(expression, Extremum):
+        made.sort(key=str)
     return expression if made == list(expression.args) else expression.func(*made)
 
 

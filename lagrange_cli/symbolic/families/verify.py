@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     Quantities = Iterator[tuple[str, str, float]]
     """Quantity, routes and relative difference."""
 
-STATES, NEAR = 4, 0.1
+STATES, NEAR, FAR = 4, 0.1, 1.0
+"""Drawn at random so far from the start; far from it only where that may be beyond switches."""
 DERIVED = "printed and derived for all members together"
 SMALL = 60
 """Coordinates up to which the file is differentiated directly, too: member by member."""
@@ -66,9 +67,9 @@ def verify(
     where, most = "near the start", comparison.most
     if most < len(comparison.names):
         where += f", {most} member{'s' * (most > 1)} of each line at a time"
-    return Verification(
-        worst[0], worst[1], STATES, worst[2], {where: STATES}, False, not equations.constraints
-    )
+    states = {where: STATES} | ({"further away": comparison.far} if comparison.far else {})
+    count = STATES + comparison.far
+    return Verification(worst[0], worst[1], count, worst[2], states, False, not equations.constraints)
 
 
 class Comparison:
@@ -85,6 +86,8 @@ class Comparison:
         self.system, self.equations, self.compiled, self.start = system, equations, compiled, start
         self.spec = spec
         self.read = ReadBack(system, equations)
+        self.far = 0
+        """States far from the start, so far."""
         self.names = [one.name for one in system.spec.coordinates]
         self.most = len(self.names)
         """Members of each line that are compared: fewer where the sums of all have too many terms, as those
@@ -94,28 +97,44 @@ class Comparison:
 
     def differences(self) -> Quantities:
         """Those of all quantities at all states."""
-        chance = np.random.default_rng(0)
-        spec = self.system.spec
-        parameters = np.array([self.start.parameters[one.name] for one in spec.parameters])
-        for _ in range(STATES):
-            q, v = (
-                np.array(one) + NEAR * (1 + np.abs(one)) * chance.uniform(-1, 1, len(one))
-                for one in (self.start.q, self.start.v)
-            )
-            a = chance.uniform(-1, 1, len(q))
-            at = spec.solve.start or 0.0, q, v, a, parameters
+        for at in self.states():
             yield from self.of_motion(at)
             yield from self.momenta(at)
             yield from self.energy(at)
             yield from self.places(at)
 
+    def states(self) -> Iterator[Any]:
+        """Time, coordinates, velocities, accelerations and parameters; far from the start only where motions
+        have a value."""
+        chance = np.random.default_rng(0)
+        spec = self.system.spec
+        parameters = np.array([self.start.parameters[one.name] for one in spec.parameters])
+        for spread in [NEAR] * STATES + [FAR] * STATES * (self.system.smooth is not None):
+            q, v = (
+                np.array(one) + spread * (1 + np.abs(one)) * chance.uniform(-1, 1, len(one))
+                for one in (self.start.q, self.start.v)
+            )
+            a = chance.uniform(-1, 1, len(q))
+            at = spec.solve.start or 0.0, q, v, a, parameters
+            if spread == FAR and not self.has_values(*at):
+                continue
+            self.far += spread == FAR
+            yield at
+
+    def has_values(self, t: float, q: Array, v: Array, a: Array, parameters: Array) -> bool:
+        """Whether all quantities are numbers."""
+        own = FamilyValues(self.system, t, q, v, parameters)
+        found = [own.of(self.system.momenta), own.node(self.system.potential), own.node(self.system.kinetic)]
+        if self.compiled is not None:
+            found.append(self.compiled(t, q, v, parameters))
+        return all(bool(np.all(np.isfinite(one))) for one in found)
+
     def of_motion(self, at: Any) -> Quantities:
         """Those of the equations of motion."""
-        t, q, v, a, parameters = at
-        if self.system.joints is None and not self.equations.constraints:
+        t, q, v, _, parameters = at
+        if self.system.joints is None and self.equations.accelerations is not None:
             own = FamilyValues(self.system, t, q, v, parameters)
             derived = own.of(self.system.forces) / own.of(self.system.masses)
-            assert self.equations.accelerations is not None
             printed = self.values(self.equations.accelerations, at)
             yield self.worst("{}_ddot", DERIVED, printed, derived)
             if self.compiled is not None:
@@ -127,18 +146,38 @@ class Comparison:
             yield self.worst("the equation of {}", COMPILED, self.values(left, solution), np.zeros(len(q)))
         if len(q) <= SMALL:
             factors = [line.of(one.factor) for line, one in self.equations.equations]
-            bound = self.read.multipliers.tolist()
-            direct = directly(
-                self.spec, self.start.parameters, t, q.tolist(), v.tolist(), a.tolist(), multipliers=bound
-            )
-            residual = np.array(direct.residual, dtype=float) / self.values(factors, at)[0]
+            divided = self.values(factors, at)[0]
+            direct = self.directly(at)
+            residual = np.array(direct.residual, dtype=float) / divided
+            if self.equations.accelerations is not None:  # they solve the equations of the file
+                solved = t, q, v, self.values(self.equations.accelerations, at)[0], parameters
+                rest = np.array(self.directly(solved).residual, dtype=float) / divided
+                yield self.worst("{}_ddot", DIRECT, (rest, self.values(left, solved)[1]), np.zeros(len(q)))
             yield self.worst("the equation of {}", DIRECT, self.values(left, at), residual)
+            if self.equations.masses is not None:
+                yield self.worst(
+                    "M a - f of {}", DIRECT, self.of_matrix(at), np.array(direct.residual, dtype=float)
+                )
             momenta = np.array(direct.momenta, dtype=float)
             yield self.worst("p_{}", DIRECT, self.values(self.equations.momenta, at), momenta)
             h, size = self.value(self.equations.h, {}, 1, at)
             yield "h", DIRECT, abs(float(h[0]) - float(direct.h)) / float(size[0] or 1)
             if self.equations.constraints:
                 yield from self.of_constraints(direct, at)
+
+    def directly(self, at: Any) -> Direct:
+        """What follows from the file, with any multipliers."""
+        t, q, v, a, _ = at
+        known, bound = self.start.parameters, self.read.multipliers.tolist()
+        return directly(self.spec, known, t, q.tolist(), v.tolist(), a.tolist(), multipliers=bound)
+
+    def of_matrix(self, at: Any) -> tuple[Array, Array]:
+        """M a - f - A^T lambda, and the sizes of what is added up."""
+        a, found = at[3], self.equations
+        matrix = self.read.matrix(found.masses or (), at)
+        force = [self.read.values(lines, at, len(a)) for lines in (found.rates or (), found.pulls) if lines]
+        values = matrix @ a - sum(one for one, _ in force)
+        return values, np.abs(matrix) @ np.abs(a) + sum(size for _, size in force)
 
     def of_constraints(self, direct: Direct, at: Any) -> Quantities:
         """Those of the constraints, and of their derivatives."""

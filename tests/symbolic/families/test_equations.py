@@ -65,6 +65,17 @@ PIECES = (
     "sum(where(i == 0, 2.5, where(j < 1 and i > 1, i, 1/3))*u[i, j]**4 for i in range(N) for j in range(M)"
     " {condition})",
 )
+KINKS = (
+    "sum(max(0, u[i, j] - 0.3)**2*(j + 1) for i in range(N) for j in range(M))",
+    "sum(where(u[i, j] > w[j] and i > 0, (u[i, j] - w[j])**3, where(i == 0, 0, 0)) for i in range(N)"
+    " for j in range(M))",
+    "sum(abs(u[(i + {a}) % N, j] - u[i, j])**3 for i in range(N) for j in range(M))",
+    "sum(where(not u[i, j]**2 + w[k]**2 >= 0.2, (0.2 - u[i, j]**2 - w[k]**2)**2*g[i, j], 0)"
+    " for i in range(N) for j in range(M) for k in range(j))",
+    "c*sum(min(z, w[j])**2*sign(z - w[j])*(z - w[j])**3 for j in range(M))",
+    "sum(where(t < 1, 2, 3)*u[i, j]**2 for i in range(N) for j in range(M))",
+)
+RUBBING = '"-c*sign(u_dot[0, j])*j"', '"-u_dot[0, j]*abs(u_dot[0, j])"', '"-max(u_dot[0, j], w_dot[j])*j"'
 CONDITIONS = (
     "", "if i != j", "if (i + j) % 2", "if i < N - 1 and j > 0", "if not (i == 1 or j == 0)",
     "if i <= j < i + 2",
@@ -76,7 +87,7 @@ pytestmark = pytest.mark.usefixtures("however_small")
 
 def printed(text: str, sizes: dict[str, str] | None = None) -> DerivedFamilies:
     """The equations of a system of families."""
-    derived = derive_families(read_spec(text, "system.yaml", sizes))
+    derived = derive_families(read_spec(text, "system.yaml", sizes), small=True)
     assert derived is not None, text
     return derived
 
@@ -115,6 +126,26 @@ def test_two_indices_rings_and_conditions(
 ) -> None:
     listed = [piece.format(a=a, b=b, condition=condition) for piece, a, b, condition in pieces]
     holds(printed(TWO.format(N=rows, M=columns, pieces="\n    - ".join(listed))))
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("case", range(30))
+def test_kinks_and_conditions_on_the_state(case: int, pytestconfig: pytest.Config) -> None:
+    chance = random.Random(f"{pytestconfig.option.seed} kinks {case}")
+    listed = [one.format(a=chance.randint(-2, 2)) for one in chance.sample(KINKS, chance.choice([1, 2, 3]))]
+    rows, columns = chance.choice([1, 2, 3, 5]), chance.choice([1, 2, 4])
+    text = TWO.format(N=rows, M=columns, pieces="\n    - ".join(listed))
+    holds(printed(text.replace('"-u_dot[0, j]*j"', chance.choice(RUBBING))))
+
+
+def test_contacts_of_pairs_as_in_a_textbook() -> None:
+    attraction, contact = "-sum(G*m[i]*m[j]/{}", "sum(G*max(0, 1 - {})**2"
+    text = BODIES.replace(*(one.format("norm(body[i] - body[j])") for one in (attraction, contact)))
+    found = " ".join(families_as_written(printed(text), "text", "explicit", {}).split())
+    distance = "sqrt((x[i] - x[j])**2 + (y[i] - y[j])**2)"
+    force = f"sum((x[i] - x[j])*max(0, 1 - {distance})/{distance} for j in range(N) if j != i)"
+    assert f"x_ddot[i] = 2*G*{force}/m[i]" in found
+    assert str(verify_families(printed(text), {})).count("further away") == 1
 
 
 def test_a_ring_with_conditions_and_two_indices() -> None:

@@ -1,0 +1,108 @@
+"""Which events may change what a system of families conserves: each is carried out at random states, wherever
+its argument is 0 (see ``mechanics.conservation``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.families.currents import current
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.model.events import between_events
+from lagrange_cli.records import replace
+from lagrange_cli.spec.content import names_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Values = NDArray[np.float64]
+
+
+class State(Protocol):
+    """A state of a system, and what it is made of."""
+
+    q: Values
+    v: Values
+    parameters: Values
+    values: FamilyValues
+
+    def moved(
+        self, q: Values, v: Values, parameters: Values | None = None
+    ) -> tuple[FamilyValues, Values]: ...
+
+
+ROUNDED = 1e-10
+"""Numbers that differ by a smaller part of them are equal."""
+NUMBERS = 2**21
+"""Numbers of an array of states."""
+MOST = 2e8
+"""Terms of the energy at all events up to which it is evaluated; beyond, any of these may change it."""
+
+
+def with_breaks(
+    system: FamilySystem, states: Sequence[State], found: Sequence[Conserved]
+) -> Iterator[Conserved]:
+    """What is conserved, with the events that may change it."""
+    if system.events is None or not system.events.changed:
+        yield from found
+        return
+    names, broken = [*system.spec.events], breaks(system, states, [one.quantity for one in found])
+    for one in found:
+        events = tuple(names[e] for e in broken[one.quantity])
+        because = f"{one.because}; {between_events(events)}" if events else one.because
+        yield replace(one, because=because, breaks=events)
+
+
+def breaks(
+    system: FamilySystem, states: Sequence[State], quantities: Sequence[str]
+) -> Mapping[str, Sequence[int]]:
+    """The events that may change each of the ``quantities``, by number."""
+    assert system.events is not None
+    n = system.q.count
+    momenta = {f"p_{name}": k for k, name in enumerate(names_of(system.spec.coordinates))}
+    rows = np.array([momenta[one] for one in quantities if one in momenta], dtype=np.int64)
+    others = [one for one in quantities if one not in momenta]
+    currents = [None if one == "h" else current(system, one) for one in others]
+    acting, places = np.array(system.events.changed, dtype=np.int64).T
+    only_speeds = bool(np.all((places >= n) & (places < 2 * n))) and system.vector is None
+    costly = not only_speeds and system.terms * len(acting) > MOST
+
+    def values(at: FamilyValues, v: Values) -> Values:
+        """All quantities (quantities, states), of h what actions may change."""
+        made = [at.of(system.momenta)[rows]]
+        for one in currents:
+            if one is not None:
+                made.append(at.of(one))
+            elif costly:
+                made.append(np.full(v.shape[1:], np.nan))
+            else:
+                h = np.sum(at.of(system.momenta) * v, axis=0) - at.node(system.kinetic)
+                made.append(h if only_speeds else h + at.node(system.potential))
+        return np.concatenate([np.reshape(one, (-1, *v.shape[1:])) for one in made])
+
+    changed = np.zeros((len(quantities), len(system.spec.events)), dtype=bool)
+    for state in states:
+        new, before = state.values.of(system.events.values), values(*state.moved(state.q, state.v))
+        for events, sets in together(acting, places, 2 * n, max(2 * n, 0 if only_speeds else system.terms)):
+            whole = np.concatenate([state.q, state.v, state.parameters])
+            columns = np.repeat(whole[:, None], len(events), axis=1)
+            columns[places[sets], np.searchsorted(events, acting[sets])] = new[sets]
+            after = values(*state.moved(columns[:n], columns[n : 2 * n], columns[2 * n :, 0]))
+            apart = np.abs(after - before[:, None])
+            changed[:, events] |= ~(apart <= ROUNDED * (np.abs(after) + np.abs(before[:, None])))
+    order = [one for one in quantities if one in momenta] + others
+    return {name: np.flatnonzero(own).tolist() for name, own in zip(order, changed)}
+
+
+def together(acting: Places, places: Places, parameters: int, size: int) -> Iterator[tuple[Places, Places]]:
+    """Events that are carried out side by side, and the numbers of what they set: those that set parameters
+    alone; ``size`` is what one takes."""
+    alone = np.unique(acting[places >= parameters])
+    others, most = np.setdiff1d(acting, alone), max(1, NUMBERS // size)
+    for events in (*alone[:, None], *(others[k : k + most] for k in range(0, len(others), most))):
+        yield events, np.flatnonzero(np.isin(acting, events))

@@ -1,0 +1,314 @@
+"""The first part of a motion that friction along vectors has held, from where it begins to slide.
+
+At u = 0 the direction u/|u| has no series, though it has a limit. The motion is taken a little way from there
+by collocation: rates at Gauss's nodes are those of the polynomial through them. Newton's method begins with
+the motion that is held, whose force has a direction, and what friction in this direction changes about it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.polynomial.legendre import legint, legvander
+
+from lagrange_cli.integrate.methods.gauss import gauss
+from lagrange_cli.integrate.methods.leading import Leading
+from lagrange_cli.native.guards import HELD
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.native.compilation.machine import Machine
+
+SOON = 2.0**-30
+"""A velocity that becomes 0 within this fraction of the time is set to 0."""
+STAGES, ROUNDS, TURNS = 8, 12, 3
+"""Gauss's nodes; iterations of Newton's method, at most; and of directions before it."""
+EXACT, ROUNDED = 2.0**-48, (2.0**-50, 2.0**-102)
+"""Changes in the last iteration and the last coefficient of polynomials: of accelerations, beside that of
+friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
+NUDGE = 2.0**-10
+"""By which part of |u| velocities are changed to find how forces depend on them."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Collocation at Gauss's ``nodes`` on [0, 1]: ``series`` gives the coefficients of Legendre's polynomials
+    from values there, ``once`` and ``twice`` their integrals up to the nodes."""
+
+    nodes: Array
+    series: Array
+    once: Array
+    twice: Array
+
+    def until(self, end: float) -> tuple[Array, Array]:
+        """The weights of the integral from 0 to some part, and of the integral of that."""
+        return up_to(np.array([end]), self.series, 1)[0], up_to(np.array([end]), self.series, 2)[0]
+
+
+def up_to(ends: Array, series: Array, times: int) -> Array:
+    """The weights of integrals from 0 to some parts, repeated some times."""
+    integrals = legint(np.eye(STAGES), times, lbnd=-1, scl=0.5)
+    weights: Array = legvander(2.0 * ends - 1.0, STAGES - 1 + times) @ integrals @ series
+    return weights
+
+
+@cache
+def rule() -> Rule:
+    """That of all ways."""
+    nodes, weights = (np.array(one) for one in zip(*gauss(STAGES)))
+    values = legvander(2.0 * nodes - 1.0, STAGES - 1) * weights[:, None]
+    series = (values * (2.0 * np.arange(STAGES) + 1.0)).T
+    return Rule(nodes, series, up_to(nodes, series, 1), up_to(nodes, series, 2))
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction along a vector where that is 0: the ``slopes`` of its parts by velocities (parts, velocities),
+    the ``velocities`` that friction gives it, for each part that then is 1 (velocities, parts); how large
+    accelerations by friction are, ``usual``, and the ``rate`` of the vector by it."""
+
+    slopes: Array
+    velocities: Array
+    usual: float
+    rate: float
+
+
+@dataclass(frozen=True)
+class Held:
+    """The motion while vectors are held: the series of its ``accelerations`` (velocities, coefficients), of
+    the ``forces`` that hold the vectors (parts, coefficients), and what ``friction`` does to them."""
+
+    accelerations: Array
+    forces: Mapping[int, Array]
+    friction: Mapping[int, Friction]
+
+    @property
+    def scale(self) -> float:
+        """A time in which accelerations and forces change by as much as they are, at most."""
+        times, usual = [math.inf], max((one.usual for one in self.friction.values()), default=0.0)
+        for series, least in ((self.accelerations, usual), *((one, 0.0) for one in self.forces.values())):
+            sizes = np.max(np.abs(series), axis=0)
+            whole = max(sizes[0], least)
+            times += [(whole / size) ** (1.0 / m) for m, size in enumerate(sizes) if m and size > 0.0]
+        return min(times)
+
+
+@dataclass(frozen=True)
+class Way:
+    """The motion from the memory ``origin`` on for a ``length`` of time, by its ``rates`` at Gauss's nodes
+    (nodes, rows but q)."""
+
+    origin: Array
+    length: float
+    rates: Array
+
+
+class Onset(Leading):
+    """Motions that begin to slide."""
+
+    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
+        super().__init__(machine, constants, memory, work)
+        self.onset: Way | None = None
+        """How sliding has begun last, until this is forgotten."""
+
+    @property
+    def _own(self) -> slice[int, int, None]:
+        """The velocities, without those of auxiliary coordinates."""
+        first = self._layout.v.start
+        return slice(first, first + self.machine.program.degrees)
+
+    @property
+    def _tiny(self) -> float:
+        """A velocity that is small beside those of the motion."""
+        return SOON * (float(np.max(np.abs(self.memory[self._own]))) or self.span)
+
+    def _parts(self, j: int) -> Array:
+        """The parts of a vector."""
+        guard = self._rows.guards[j]
+        self._series()
+        found: Array = self._coefficients_of(guard.beside, guard.beside + guard.parts)[:, 0].copy()
+        return found
+
+    def _slopes_of_parts(self, j: int) -> Array:
+        """Their derivatives by velocities (parts, velocities); they are linear in these."""
+        memory, here, found = self.memory.copy(), self._parts(j), []
+        for k in range(self._own.start, self._own.stop):
+            self.memory[k] += 1.0
+            found.append(self._parts(j) - here)
+            self.memory[:] = memory
+        slopes: Array = np.array(found).T
+        return slopes
+
+    def _rates_at(self, t: float, places: Array, speeds: Array) -> Array:
+        """The rates of all rows but q after a time, in which coordinates and velocities change by so much
+        more than in uniform motion. That state stays in the memory."""
+        layout = self._layout
+        self._move(t, np.zeros(layout.rates.stop - layout.rates.start))
+        self._add(slice(layout.q.start, layout.q.start + len(places)), places)
+        self._add(self._own, speeds)
+        self._series()
+        return self._rates_of_rows()
+
+    def _friction(self, j: int) -> Friction:
+        """What friction does to a vector that is held."""
+        memory, slopes, changes = self.memory.copy(), self._slopes_of_parts(j), []
+        still, inverse = np.zeros(self.machine.program.degrees), inverse_of(slopes)
+        for nudge in (self._tiny * inverse).T:
+            sides = []
+            for speeds in (nudge, -nudge):
+                self.modes[j] = 1.0
+                sides.append(self._rates_at(0.0, still, speeds)[: len(still)])
+                self.memory[:] = memory
+            changes.append((sides[0] - sides[1]) / 2.0)
+        given = np.array(changes).T
+        if not np.all(np.isfinite(given)):
+            return Friction(slopes, inverse, 0.0, 0.0)
+        rates = slopes @ given
+        sizes = (float(np.max(np.abs(one))) for one in (given, rates))
+        return Friction(slopes, given @ inverse_of(rates), *sizes)
+
+    def held(self, vectors: Iterable[int]) -> Held:
+        """The motion from here on if nothing slides."""
+        self._series()
+        accelerations = self._coefficients_of(self._own.start, self._own.stop).copy()
+        forces = {}
+        for j in vectors:
+            guard = self._rows.guards[j]
+            forces[j] = self._coefficients_of(guard.multiplier, guard.multiplier + guard.parts).copy()
+        return Held(accelerations, forces, {j: self._friction(j) for j in forces})
+
+    def _guess(self, t: float, held: Held, sliding: Iterable[int]) -> tuple[Array, dict[int, Array]]:
+        """About the accelerations after a time, and the directions in which vectors slide then."""
+        memory, orders = self.memory.copy(), np.arange(held.accelerations.shape[1])
+        powers = t**orders
+        usual = held.accelerations @ powers
+        places = held.accelerations @ (powers * t**2 / ((orders + 1) * (orders + 2)))
+        speeds = held.accelerations @ (powers * t / (orders + 1))
+        along = {j: unit(held.forces[j] @ powers) for j in sliding if j in held.forces}
+        found = usual
+        for _ in range(TURNS):
+            nudges = [held.friction[j].velocities @ one for j, one in along.items()]
+            found = self._rates_at(t, places, speeds + self._tiny * np.sum(nudges, axis=0))[: len(usual)]
+            self.memory[:] = memory
+            rates = {j: held.friction[j].slopes @ (found - usual) for j in along}
+            along = {j: unit(held.friction[j].rate * one + rates[j]) for j, one in along.items()}
+        for j, one in along.items():
+            found = found - held.friction[j].velocities @ (rates[j] - one * (one @ rates[j]))
+        return found, along
+
+    def _collocated(
+        self, length: float, until: float, held: Held, sliding: Mapping[int, float]
+    ) -> dict[int, float] | None:
+        """Move on ``until`` a time, at most a ``length``, in which guards that have been ``held`` have other
+        modes: they are ``sliding``. Returns further ones, where forces exceed their limits on this way; None
+        where polynomials of that length do not describe the motion."""
+        own = self.machine.program.degrees
+        usual = max((held.friction[j].usual for j in sliding if j in held.friction), default=0.0)
+        self.modes[[*sliding]] = [*sliding.values()]
+        origin, gauss_rule = self.memory.copy(), rule()
+        parts = self.machine.program.parts
+        rounded = ROUNDED[parts - 1] * float(np.max(np.abs(origin[self._own])))
+        once, twice, times = gauss_rule.once, gauss_rule.twice, gauss_rule.nodes * length
+
+        def rates(t: float, places: Array, speeds: Array) -> Array:
+            self.memory[:] = origin
+            return self._rates_at(t, places, speeds)
+
+        guesses = [self._guess(t, held, sliding) for t in times]
+        found = np.array([one for one, _ in guesses])
+        for _ in range(ROUNDS):
+            if not np.all(np.isfinite(found)):
+                return None
+            speeds, places = length * (once @ found), length**2 * (twice @ found)
+            accelerations, sizes = np.empty((STAGES, own)), list[float]()
+            for i, one in enumerate(zip(times, places, speeds)):
+                accelerations[i] = rates(*one)[:own]
+                sizes.append(min(self._speed_along(j, held) for j in sliding if j in held.friction))
+            matrix = np.eye(STAGES * own)
+            for i, t in enumerate(times):
+                for k in range(own):
+                    nudge = NUDGE * sizes[i] * np.eye(own)[k]
+                    sides = [rates(t, places[i], one)[:own] for one in (speeds[i] + nudge, speeds[i] - nudge)]
+                    slope = (sides[0] - sides[1]) / (2.0 * nudge[k])
+                    for m in range(own):
+                        matrix[i * own + m, k::own] -= length * once[i] * slope[m]
+            if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(accelerations))):
+                return None
+            change = np.linalg.solve(matrix, (accelerations - found).ravel()).reshape(found.shape)
+            found = found + change
+            exact = EXACT * (usual if parts == 1 else np.max(np.abs(found)))
+            if np.max(np.abs(change)) <= exact or np.max(np.abs(length * (once @ change))) <= rounded:
+                break
+        else:
+            return None
+        highest = np.abs(gauss_rule.series[-1] @ found)
+        if np.max(highest) > max(exact, 4.0 * rounded / length):
+            return None
+        speeds, places = length * (once @ found), length**2 * (twice @ found)
+        here, beyond = [], dict[int, float]()
+        for t, (_, along), *changes in zip(times, guesses, places, speeds):
+            here.append(rates(t, *changes))
+            beyond |= self._beyond()
+            forward = all(self._parts(j) @ one > 0.0 for j, one in along.items())
+            if not (forward and self._on_their_sides()):
+                return None
+        if beyond:
+            return beyond
+        self.onset = Way(origin, length, np.hstack([found, np.array(here)[:, own:]]))
+        self._follow(self.onset, until)
+        self.marks[:] = np.fmin(self.marks, 0.0)
+        return {} if self._on_their_sides() else None
+
+    def _follow(self, way: Way, t: float) -> None:
+        """Move to where a motion is after a time."""
+        layout, own = self._layout, self.machine.program.degrees
+        to_speeds, to_places = rule().until(t / way.length)
+        self.memory[:] = way.origin
+        self._move(t, np.zeros(way.rates.shape[1]))
+        places = way.length**2 * (to_places @ way.rates[:, :own])
+        self._add(slice(layout.q.start, layout.q.start + own), places)
+        self._add(layout.rates, way.length * (to_speeds @ way.rates))
+
+    def samples(self, way: Way, times: Array) -> Array:
+        """The states (rows of every part, n) at some times."""
+        memory, layout, found = self.memory.copy(), self._layout, []
+        for t in np.fmax(times - way.origin[layout.time], 0.0):
+            self._follow(way, t)
+            high, low = (self.memory[layout.part(part)].copy() for part in (0, 1))
+            found.append(high + low if self.machine.program.parts == 1 else np.append(high, low))
+        self.memory[:] = memory
+        states: Array = np.array(found).reshape(len(times), layout.rows * self.machine.program.parts).T
+        return states
+
+    def _speed_along(self, j: int, held: Held) -> float:
+        """How large velocities are that make up a vector."""
+        return float(np.linalg.norm(self._parts(j)) / np.max(np.abs(held.friction[j].slopes)))
+
+    def _beyond(self) -> dict[int, float]:
+        """The guards whose forces exceed their limits while they are held, with the modes of their sides."""
+        self._series()
+        rows = enumerate(self._rows.guards[: self.count])
+        held = [j for j, guard in rows if guard.multiplier and self.modes[j] == 0.0]
+        found = zip(held, self._multipliers(held).tolist())
+        return {j: 1.0 if size > 0.0 else -1.0 for j, size in found if not abs(size) <= HELD}
+
+    def _on_their_sides(self) -> bool:
+        """Whether arguments have the signs of their modes."""
+        arguments = self.coefficients_between(self._rows.first, self._rows.first + self._rows.count)[:, 0]
+        return bool(np.all(arguments * self.modes[: len(arguments)] >= 0.0))
+
+
+def inverse_of(matrix: Array) -> Array:
+    """The pseudoinverse of a matrix."""
+    found: Array = np.linalg.pinv(matrix).astype(np.float64)
+    return found
+
+
+def unit(vector: Array) -> Array:
+    """Its direction."""
+    found: Array = vector / (float(np.linalg.norm(vector)) or 1.0)
+    return found
