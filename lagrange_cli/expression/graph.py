@@ -197,4 +197,5 @@ class Graph(NormalForms):
         if not fixed:
             return self.constant(coefficient), rest
         moving = [(a, e) for a, e in parts if a.symbols & variables]
-        return coefficient * self.product(fixed), self.product(moving)
+        constant = self.product(fixed)
+        return constant if coefficient == 1.0 else coefficient * constant, self.product(moving)

@@ -81,6 +81,8 @@ class Node:
         return self.graph.sum([(self, -1.0)])
 
     def __mul__(self, other: Node | float) -> Node:
+        if other == 1.0:
+            return self
         return self.graph.product([(self, 1), (self.graph.lift(other), 1)])
 
     __rmul__ = __mul__

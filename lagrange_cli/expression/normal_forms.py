@@ -130,32 +130,39 @@ class NormalForms(SwitchForms):
         collected: dict[Node, int | float] = {}
         broken: set[Node] = set()
         pending = list(factors)
-        count = 0
-        while pending or self._settle(collected, pending) or self._whole_again(collected, broken, pending):
+        count, switches = 0, False
+        while (
+            pending
+            or (switches and self._settle(collected, pending))
+            or (broken and self._whole_again(collected, broken, pending))
+        ):
             count += 1
             node, exponent = pending.pop()
-            if node.kind is Kind.NUMBER:
+            kind, plain = node.kind, type(exponent) is int or whole(exponent)
+            if kind is Kind.NUMBER:
                 coefficient *= self.power_of(node.data, exponent)
                 continue
-            if node.kind is Kind.PRODUCT:
-                if whole(exponent):
+            if kind is Kind.PRODUCT:
+                if plain:
                     pending.extend((a, e * exponent) for a, e in zip(node.arguments, node.data))
                     continue
                 roots = self._even_roots(node, exponent)
                 if roots:
                     pending.extend(roots)
                     continue
-            elif node.kind is Kind.SUM:
-                squared = () if whole(exponent) else self._roots(node)
+            elif kind is Kind.SUM:
+                squared = () if plain else self._roots(node)
                 if squared:
                     pending.extend((one, times * exponent) for one, times in squared)
                     continue
                 scale, rest = self.split_coefficient(node)
-                if rest is not node and (scale > 0.0 or whole(exponent)):
+                if rest is not node and (plain or scale > 0.0):
                     coefficient *= self.power_of(scale, exponent)
                     pending.append((rest, exponent))
                     continue
-            if not whole(exponent):
+            elif kind is Kind.SWITCH:
+                switches = True
+            if not plain:
                 broken.add(node)
             collected[node] = collected.get(node, 0) + exponent
         self.work.charge(count)

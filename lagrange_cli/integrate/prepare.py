@@ -56,6 +56,7 @@ def prepare(residual: Residual, compilation: Compilation, level: int = FULL) -> 
     return Prepared(recording, machine, compilation, follower(machine, compilation))
 
 
+@uncollected()
 def prepare_system(
     spec: Spec,
     derive: Callable[[Spec], Residual],
@@ -82,25 +83,24 @@ def prepare_system(
         from lagrange_cli.integrate.family_program import write_families
         from lagrange_cli.integrate.program import write_run
 
-        with uncollected():
-            try:
-                with stage("derive"):
-                    system, less = without_costly(spec, compilation)
-                    if system is None:
-                        system, less = family_run(spec, compilation), compilation
-                    residual = derive(spec) if system is None else None
-                if residual is not None:
-                    with stage("program"):
-                        return write_run(residual, compilation)
-            except (TooLarge, TooLargeSystem):
-                system, less = without_expansion(spec, compilation)
-                if less is None or less == compilation:
-                    raise
-            assert system is not None and less is not None
-            with stage("program"):
-                program, recording = write_families(system, less)
-            left_out = tuple(sorted(compilation.outputs - less.outputs))
-            return program, replace(recording, left_out=left_out)
+        try:
+            with stage("derive"):
+                system, less = without_costly(spec, compilation)
+                if system is None:
+                    system, less = family_run(spec, compilation), compilation
+                residual = derive(spec) if system is None else None
+            if residual is not None:
+                with stage("program"):
+                    return write_run(residual, compilation)
+        except (TooLarge, TooLargeSystem):
+            system, less = without_expansion(spec, compilation)
+            if less is None or less == compilation:
+                raise
+        assert system is not None and less is not None
+        with stage("program"):
+            program, recording = write_families(system, less)
+        left_out = tuple(sorted(compilation.outputs - less.outputs))
+        return program, replace(recording, left_out=left_out)
 
     def store(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:
@@ -129,7 +129,8 @@ def prepare_system(
         prepare_rest()
 
     def improve() -> Machine:
-        improved, made = (program, recording) if stored is None else write()
+        with uncollected():
+            improved, made = (program, recording) if stored is None else write()
         code = compile_object(improved, FULL)
         store(improved, made, code, FULL)
         return load_machine(code, improved)

@@ -49,6 +49,8 @@ def monomials(graph: Graph, node: Node) -> list[tuple[Node, float]] | None:
         return collected
     if node.kind is not Kind.PRODUCT:
         return [(node, 1.0)]
+    if not any(one.kind is Kind.SUM for one in node.arguments):
+        return [(node, 1.0)]
     terms: list[tuple[Node, float]] = [(graph.one, 1.0)]
     for argument, exponent in zip(node.arguments, node.data):
         whole = isinstance(exponent, int) and 0 < exponent <= 4 and argument.kind is Kind.SUM

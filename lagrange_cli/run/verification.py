@@ -109,5 +109,5 @@ def verify_families(derived: DerivedFamilies, overrides: Mapping[str, str]) -> V
     from lagrange_cli.symbolic.families.verify import verify
 
     system, start = derived.system, resolve_values(derived.system.spec, overrides)
-    compiled = None if derived.constrained else compiled_accelerations(system)
+    compiled = None if derived.spec.constrained else compiled_accelerations(system)
     return verify(system, derived.equations, compiled, start, derived.spec)
