@@ -32,8 +32,8 @@ from lagrange_cli.families.inertia import felt, kinetic_terms, momenta
 from lagrange_cli.families.masses import masses_of, particles, separated
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.switches import with_modes
-from lagrange_cli.mechanics.guards.vectors import bases, completed
 from lagrange_cli.mechanics.switching.cuts import cuts_of
+from lagrange_cli.mechanics.switching.lengths import bases, completed
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import Spec, grouped
@@ -301,4 +301,5 @@ def has_direction(system: FamilySystem, node: Node) -> bool:
     """Whether an expression is divided by the length of a vector of velocities, which may become 0."""
     slots, graph = system.slots, system.slots.graph
     speeds = [symbol for symbol, _ in slots.inside(node) if slots.moving(symbol, {system.v})]
-    return any(completed(graph, base, speeds) is not None for base in bases([node], union(speeds)))
+    found = bases([node], union(speeds)).items()
+    return any(holds and completed(graph, base, speeds) is not None for base, holds in found)

@@ -53,6 +53,8 @@ def unsuited(spec: Spec) -> WrittenOut:
         where = getattr(spec, longest).values() if longest else [*forces, *energies]
         if longest == "events":
             where = [one.when for one in spec.events.values()]
+        elif longest == "forces":
+            where = forces
         return WrittenOut(what, way, kinked(where))
     if spec.events and any_family_system(replace(spec, events={})) is not None:
         what = "events that jump, that act on chains or where constraints hold, or impacts between members"

@@ -126,7 +126,7 @@ class Interface:
     def auxiliary(self) -> int:
         """How many auxiliary coordinates there are, behind the others."""
         one_each = sum(one >= 0 for one in (*self.guards, *(event[2] for event in self.events)))
-        return one_each + sum(parts - 1 for _, parts in self.vectors)
+        return one_each + sum(parts - 1 for j, parts in self.vectors if self.guards[j] >= 0)
 
     @cached_property
     def inner(self) -> StateLayout:

@@ -36,7 +36,7 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
         or residual.model.events
         or cuts(residual.model)
         or switches([*residual.residual, *integrands], residual.variables)
-        or vectors(residual)
+        or any(one.holds or residual.multipliers for one in vectors(residual))
     ):
         return False
     degrees, definite = len(residual.model.q), residual.definite

@@ -14,6 +14,7 @@ from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.methods.modes import Modes
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.written_out import unsuited
 from lagrange_cli.native.guards import EXPLICIT
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
@@ -244,3 +245,6 @@ def test_friction_along_vectors_is_followed_where_members_are_written_out(length
     spec = read_spec(text, "system.yaml")
     assert (any_family_system(spec) is not None) is whole
     assert whole or "along a vector" in reason(spec)[0]
+    if not whole:
+        found = unsuited(spec)
+        assert "along a vector" in found.what and found.place is not None

@@ -7,6 +7,7 @@ from math import hypot, sqrt
 import numpy as np
 import pytest
 
+import lagrange_cli as lagrange
 from lagrange_cli.integrate.ending import Ending
 from tests.support.motion import Motion, follow
 
@@ -310,3 +311,71 @@ def test_shares_of_friction_that_do_not_follow_end_the_motion() -> None:
     wall = "0.2*wall.multiplier*along_wall/norm(along_wall)"
     motion = follow(GROOVE + f'forces: {{block: "-{floor} - {wall}"}}', 1, 5)
     assert motion.outcome.ending is Ending.UNDETERMINED
+
+
+FALLING = """
+parameters: {m: 2, g: 9.81, c: 0.2}
+coordinates: {x: {initial: 0}, y: {initial: 0}}
+masses: {ball: m}
+positions: {ball: [x, y]}
+potential: m*g*y
+forces: {ball: "-c*norm((x_dot, y_dot))*(x_dot, y_dot)FORCE"}
+"""
+
+
+@pytest.mark.parametrize(("method", "bound"), [("taylor", 2e-14), ("Radau", 1e-9)])
+def test_a_ball_falls_from_rest_through_air(method: str, bound: float) -> None:
+    """|v| has no series where v is 0, but the motion has one: v = v1 tanh(g t/v1) (Taylor, sec. 2.4)."""
+    text, tolerance = FALLING.replace("FORCE", ""), TOLERANCES[method]
+    motion = follow(text, 1004, 3, start=1000, method=method, tolerance=tolerance)
+    assert motion.outcome.ending is Ending.COMPLETE
+    last = sqrt(2 * 9.81 / 0.2)
+    fallen = last**2 / 9.81 * np.log(np.cosh(9.81 * (motion.t - 1000) / last))
+    assert motion["q/y"] == pytest.approx(-fallen, rel=bound)
+
+
+def test_what_air_does_not_move_yet_begins_to_move_later() -> None:
+    motion = follow(FALLING.replace("FORCE", " + (max(0, t - 1), m*g)"), 3, 4)
+    assert motion["q/x"][:2].tolist() == [0, 0] and not motion["q/y"].any()
+    late = follow(FALLING.replace("FORCE", " + (t, m*g)"), 2, 3)
+    assert motion["q/x"][2:] == pytest.approx(late["q/x"][1:], rel=1e-11)
+
+
+def test_bodies_on_a_rod_begin_to_move_together_in_air() -> None:
+    """Each is braked from the first moment on, also while series of the other one's speed begin."""
+    motion = follow(
+        """
+parameters: {g: 9.81}
+coordinates: {x: {initial: 0}, y: {initial: 0}, u: {initial: 1}, v: {initial: 0}}
+masses: {light: 1, heavy: 2}
+positions: {light: [x, y], heavy: [u, v]}
+potential: g*y + 2*g*v
+constraints: {rod: norm(light - heavy) - 1}
+forces: {light: "-0.3*norm((x_dot, y_dot))*(x_dot, y_dot)", heavy: "-0.3*norm((u_dot, v_dot))*(u_dot, v_dot)"}
+""",
+        2,
+        5,
+        outputs=("q", "ledger"),
+    )
+    assert np.max(np.abs(motion["diagnostics/ledger/h"])) < 1e-11
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_a_pendulum_in_air_turns_where_its_velocity_vanishes(precision: str) -> None:
+    """On a rod, both components of the velocity are 0 at each end of a swing. With its angle as the
+    coordinate, |v| is the absolute value of one number."""
+    air = 'forces: {bob: "-0.1*norm((bob.vx, bob.vy))*(bob.vx, bob.vy)"}\nmasses: {bob: 1}\n'
+    by_angle = lagrange.solve(
+        "coordinates: {a: {initial: 0.6}}\npositions: {bob: [sin(a), -cos(a)]}\n"
+        f"potential: 9.81*bob.y\n{air}",
+        stop=4, samples=5,
+    )  # fmt: skip
+    by_rod = lagrange.solve(
+        "coordinates: {x: {initial: sin(0.6)}, y: {initial: -cos(0.6)}}\npositions: {bob: [x, y]}\n"
+        f"potential: 9.81*y\nconstraints: {{rod: (x**2 + y**2 - 1)/2}}\n{air}",
+        stop=4, samples=5, outputs="q,ledger", precision=precision,
+    )  # fmt: skip
+    assert by_rod.q["x"] == pytest.approx(np.sin(by_angle.q["a"]), abs=1e-13)
+    assert np.max(np.abs(by_rod.datasets["diagnostics/ledger/h"])) < (
+        1e-12 if precision == "double" else 1e-28
+    )

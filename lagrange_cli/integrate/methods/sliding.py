@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.methods.at_zero import ROUNDED_OFF
+from lagrange_cli.integrate.methods.drag import Drag
 from lagrange_cli.integrate.methods.modes import ROUNDING
-from lagrange_cli.integrate.methods.onset import SOON, Onset, inverse_of
+from lagrange_cli.integrate.methods.onset import SOON, inverse_of
 from lagrange_cli.native.guards import SMALLEST
 from lagrange_cli.native.state import BEGINNING
 
@@ -26,19 +27,17 @@ FEW = 4.0
 """A velocity of so many rounding errors may be 0."""
 
 
-class Sliding(Onset):
+class Sliding(Drag):
     """The modes of lengths of vectors."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
-        self.end = np.inf
-        """The time at which the motion ends, which no way goes beyond."""
         self.undetermined = False
         """Whether several forces have held the motion last, whose sum alone follows from the equations."""
 
     def vectors(self) -> list[int]:
-        """The guards of lengths."""
-        return [j for j, guard in enumerate(self._rows.guards) if guard.parts]
+        """The guards of lengths of vectors that friction may hold."""
+        return [j for j, guard in enumerate(self._rows.guards) if guard.parts and guard.multiplier]
 
     def stops(self) -> bool:
         """Hold the motion where a length is about to be 0, or slide on; whether there is one."""
@@ -48,7 +47,7 @@ class Sliding(Onset):
             u, rate = self._coefficients(self._rows.first + j)[:2]
             if self.modes[j] != 0.0 and (u <= self._rounding_of_speeds or rate < 0.0 < u <= -rate * soon):
                 return self.slide_or_hold(j)
-        return False
+        return self.turns()
 
     @property
     def _rounding_of_speeds(self) -> float:

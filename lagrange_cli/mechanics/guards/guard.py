@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.guards.vectors import Vector
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.cuts import Cut
+from lagrange_cli.mechanics.switching.lengths import Vector
 from lagrange_cli.records import dataclass
 
 

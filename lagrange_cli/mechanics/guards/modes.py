@@ -42,6 +42,10 @@ class Modes:
             if length in free:
                 continue
             mode, zero = self.graph.symbol(f"mode {len(self.guards)}"), self.graph.zero
+            if not vector.holds:
+                passed = three_ways(self.graph, mode, length, length, vector.square)
+                self.guards[length] = Guard(passed, length, mode, vector=vector)
+                continue
             argument, first = three_ways(self.graph, mode, length, length, zero), len(self.multipliers)
             kept = Guard(argument, length, mode, first, reverses=True, limit=self.graph.one, vector=vector)
             self.guards[length] = kept

@@ -1,11 +1,10 @@
-"""Friction along a vector u with several components that become 0 together: forces that contain u/|u|.
+"""Forces along a vector u with several components that become 0 together: friction, which contains u/|u|,
+and drag, which contains |u| u.
 
 While u is not 0, u/|u| has a series; the mode is 1. Where u = 0 the motion may be held there, with mode 0, as
 by a switch (see ``held``): u_i/|u| is an unknown n_i then, whose equation is du_i/dt = 0, as long as |n| <=
-1.
-
-The square of |u| is a polynomial in velocities: sum_i d_i u_i^2, by completing squares, u_i = v_i + terms in
-other velocities and in q, t. So no root is needed: |n|^2 = sum_i d_i n_i^2, where n_i stands for u_i/|u|."""
+1. Where forces contain no u/|u|, but other odd powers of |u|, nothing holds the motion; it passes u = 0,
+where these have no series either."""
 
 from __future__ import annotations
 
@@ -19,30 +18,20 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
-from lagrange_cli.records import dataclass
-
-
-@dataclass(frozen=True)
-class Vector:
-    """A vector: its ``square``, and the ``weights`` d_i and ``parts`` u_i = ``pivots`` v_i + ... of that."""
-
-    square: Node
-    weights: tuple[Node, ...]
-    parts: tuple[Node, ...]
-    pivots: tuple[Node, ...]
+from lagrange_cli.mechanics.switching.lengths import Vector, bases, completed
+from lagrange_cli.records import replace
 
 
 def vectors(residual: Residual) -> list[Vector]:
-    """The vectors that forces are divided by the lengths of, if forces have finite values where these are
-    0."""
+    """The vectors whose lengths forces contain, if forces have finite values where these are 0."""
     graph, model = residual.graph, residual.model
     speeds = reduce(or_, (v.symbols for v in model.v), 0)
     squares, found = bases(residual.residual, speeds), []
     inertial = set(bases(_inertias(residual), speeds)) if squares else set()
-    for square in squares:
+    for square, holds in squares.items():
         vector = None if square in inertial else completed(graph, square, model.v)
         if vector is not None and all(held(graph, row, vector) is not None for row in residual.residual):
-            found.append(vector)
+            found.append(replace(vector, holds=holds))
     return found
 
 
@@ -65,36 +54,6 @@ def constrained(residual: Residual, vector: Vector) -> list[tuple[int, list[Node
         if all(map(is_zero, rest)):
             found.append((j, factors))
     return found
-
-
-def bases(nodes: Sequence[Node], speeds: int) -> list[Node]:
-    """What stands under a root in denominators, if it depends on velocities."""
-    powers = (factors_of(node) for node in reachable(nodes, lambda node: bool(node.symbols & speeds)))
-    found = (base for factors in powers for base, e in factors if e == -0.5)
-    return [*dict.fromkeys(base for base in found if base.symbols & speeds)]
-
-
-def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector | None:
-    """Squares of two or more independent functions of velocities whose sum with weights it is."""
-    speeds = reduce(or_, (v.symbols for v in velocities), 0)
-    rest, weights, parts, pivots = square, list[Node](), list[Node](), list[Node]()
-    for v in velocities:
-        first = graph.diff(rest, v)
-        if is_zero(first):
-            continue
-        weight = graph.diff(first, v) / 2.0
-        if weight.symbols & speeds or is_zero(weight):
-            return None
-        if weight.kind is Kind.NUMBER and weight.data < 0.0:
-            return None
-        part = graph.sum([(term / weight, 0.5 * c) for term, c in terms_of(first)])
-        rest = rest - weight * part * part
-        weights.append(weight)
-        parts.append(part)
-        pivots.append(v)
-    if len(parts) < 2 or not is_zero(rest):
-        return None
-    return Vector(square, tuple(weights), tuple(parts), tuple(pivots))
 
 
 def held(graph: Graph, node: Node, vector: Vector) -> tuple[Node, tuple[Node, ...]] | None:

@@ -9,6 +9,7 @@ import numpy as np
 from lagrange_cli.expression.arrays import evaluate
 from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, union
 from lagrange_cli.mechanics.switching.jumps import switching
+from lagrange_cli.mechanics.switching.lengths import completed
 from lagrange_cli.mechanics.variables import graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
@@ -34,8 +35,8 @@ def root_in_forces(model: Model[Node], known: Mapping[str, float]) -> Root | Non
         if not base.symbols & moving:
             continue
         divided = exponent < 0.0
-        if not divided and switching([base]):
-            continue
+        if not divided and (switching([base]) or completed(graph, base, model.v) is not None):
+            continue  # the motion passes: see ``mechanics.guards``
         slopes = [*graph.gradient(base, numbered([*model.q, *model.v, model.time])).values()]
         passes = any(np.any(one) for one in evaluate(slopes, known))
         if divided:

@@ -1,0 +1,60 @@
+"""Lengths of vectors of velocities, |u|, in equations: where all components of u are 0, |u| has no series.
+
+The square of |u| is a polynomial in velocities: sum_i d_i u_i^2, by completing squares, u_i = v_i + terms in
+other velocities and in q, t. So no root is needed: |n|^2 = sum_i d_i n_i^2, where n_i stands for u_i/|u|."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, factors_of, reachable, terms_of
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A vector: its ``square``, and the ``weights`` d_i and ``parts`` u_i = ``pivots`` v_i + ... of that."""
+
+    square: Node
+    weights: tuple[Node, ...]
+    parts: tuple[Node, ...]
+    pivots: tuple[Node, ...]
+    holds: bool = True
+    """Whether forces contain u/|u|, and may hold the motion where u = 0."""
+
+
+def bases(nodes: Sequence[Node], speeds: int) -> dict[Node, bool]:
+    """What stands under a root, if it depends on velocities; whether it does so in a denominator."""
+    found = dict[Node, bool]()
+    for node in reachable(nodes, lambda node: bool(node.symbols & speeds)):
+        for base, e in factors_of(node):
+            if base.symbols & speeds and (e == -0.5 or (e > 0.0 and e % 1.0 == 0.5)):
+                found[base] = found.get(base, False) or e == -0.5
+    return found
+
+
+def completed(graph: Graph, square: Node, velocities: Sequence[Node]) -> Vector | None:
+    """Squares of two or more independent functions of velocities whose sum with weights it is."""
+    speeds = reduce(or_, (v.symbols for v in velocities), 0)
+    rest, weights, parts, pivots = square, list[Node](), list[Node](), list[Node]()
+    for v in velocities:
+        first = graph.diff(rest, v)
+        if is_zero(first):
+            continue
+        weight = graph.diff(first, v) / 2.0
+        if weight.symbols & speeds or is_zero(weight):
+            return None
+        if weight.kind is Kind.NUMBER and weight.data < 0.0:
+            return None
+        part = graph.sum([(term / weight, 0.5 * c) for term, c in terms_of(first)])
+        rest = rest - weight * part * part
+        weights.append(weight)
+        parts.append(part)
+        pivots.append(v)
+    if len(parts) < 2 or not is_zero(rest):
+        return None
+    return Vector(square, tuple(weights), tuple(parts), tuple(pivots))
