@@ -195,14 +195,18 @@ class InfiniteForce(LagrangeError):
         super().__init__(f"{when}{what if name else repr(key)} has {fault}")
 
 
-class TooLarge(LagrangeError):
-    """The equations of a system take more memory and time than a limit allows; ``hint`` is the way out."""
+class Underivable(LagrangeError):
+    """No equations of a system can be given; ``hint`` is the way out."""
 
     exit_code = 3
 
     def __init__(self, message: str, hint: str) -> None:
         self.message, self.hint = message, hint
         super().__init__(f"{message}; {hint}")
+
+
+class TooLarge(Underivable):
+    """The equations of a system take more memory and time than a limit allows."""
 
 
 class TooLong(TooLarge):
@@ -213,15 +217,8 @@ class TooManyNumbers(TooLarge):
     """What steps work on takes more memory than a limit allows, whatever the longest expression is."""
 
 
-class NotReal(LagrangeError):
-    """The equations of a system contain numbers that are not real, or beyond doubles; ``hint`` is the way
-    out."""
-
-    exit_code = 3
-
-    def __init__(self, message: str, hint: str) -> None:
-        self.message, self.hint = message, hint
-        super().__init__(f"{message}; {hint}")
+class NotReal(Underivable):
+    """The equations of a system contain numbers that are not real, or beyond doubles."""
 
 
 class BeyondDoubles(NotReal):

@@ -17,9 +17,9 @@ from benchmarks.motions.motion import Motion, shipped
 from benchmarks.motions.stiff import Stiff
 from benchmarks.peers import Array, Course, Crossings, Cutter, Engine
 from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.ensemble.follow import ensemble_method
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import EndedMembers, Section, Starts
-from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.api.arrays import Arrays
+import numpy as np
+
 from lagrange_cli.api.folder import Folder
 from lagrange_cli.api.group import Group, is_group
 from lagrange_cli.api.pictures import Pictured
@@ -19,16 +20,46 @@ from lagrange_cli.errors import FileError, MissingPackage, UsageError
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.run.request import HDF5, format_of
 from lagrange_cli.store.find_target import find_target
+from lagrange_cli.store.result import Result
 from lagrange_cli.store.target import Target
 
 if TYPE_CHECKING:
     from contextlib import ExitStack
 
-    import numpy as np
     import xarray
     from numpy.typing import NDArray
 
     from lagrange_cli.api.view import Page
+
+
+class Arrays(Mapping[str, Any]):
+    """The datasets of a file by path, each kept once it has been read; they cannot be written to. The
+    ``folder`` of the file is not removed before them.
+
+    Raises ``FileError`` where the file cannot be read, or is no output of lagrange.
+    """
+
+    def __init__(self, path: Path, folder: Folder | None = None) -> None:
+        self._path, self._folder, self._kept = path, folder, dict[str, Any]()
+        with Result(str(path)) as result:
+            self.attributes, self._names = result.attributes, dict.fromkeys(result.held)
+
+    def __getitem__(self, path: str) -> Any:
+        if path not in self._names:
+            raise KeyError(path)
+        if path not in self._kept:
+            with Result(str(self._path)) as result:
+                found = result.read(path)
+            found.flags.writeable = False
+            self._kept[path] = found
+        return self._kept[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
 
 PARSED = ("parameters", "sizes", "run", "p_drift", "events", "sweep")
 

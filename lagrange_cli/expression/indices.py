@@ -92,7 +92,9 @@ def known_indices(tree: Tree, indices: Indices) -> str:
 def _operand(tree: Tree, indices: Indices) -> int:
     if isinstance(tree, Number):
         if not tree.text.replace("_", "").isdecimal():
-            raise ExpressionError(tree.span, f"{tree.text} is not a whole number", _MADE_OF)
+            value = float(tree.text)
+            hint = f"write {value:.0f}" if value.is_integer() and value <= LARGEST else _MADE_OF
+            raise ExpressionError(tree.span, f"{tree.text} is not a whole number", hint)
         if len(tree.text) > 16:
             raise ExpressionError(tree.span, "whole number too large", f"the largest is {LARGEST}")
         return _bounded(tree, int(tree.text))

@@ -220,19 +220,17 @@ class Operands(Sums):
             self.error(token.span, f"'{name}' is not supported", NOT_SUPPORTED[name.lower()])
         elif name == "range":
             self.error(token.span, "'range' outside a loop", f"as in {SUM_EXAMPLE}")
-        elif name not in CALLABLE and len(arguments) == 1 and isinstance(arguments[0], Name):
-            argument = arguments[0].identifier
+        elif name not in CALLABLE:
+            one = arguments[0] if len(arguments) == 1 else None
+            argument = (
+                one.identifier if isinstance(one, Name) else one.text if isinstance(one, Number) else ""
+            )
             if argument == TIME and name.lower() not in FUNCTIONS:
                 self.error(
                     span, f"unknown function {shown(name)}", f"write {name}: coordinates have no '(t)'"
                 )
                 return Name(name, token.span)
-            self.error(token.span, f"unknown function {shown(name)}", _function_hint(name, argument))
-        elif name not in CALLABLE:
-            member = arguments[0].text if len(arguments) == 1 and isinstance(arguments[0], Number) else ""
-            hint = _function_hint(name, several=len(arguments) > 1)
-            if member.isdigit() and hint.endswith("product"):
-                hint = f"write {name}[{member}] for a member, or {name}*{member} for a product"
+            hint = _function_hint(name, argument, several=len(arguments) > 1)
             self.error(token.span, f"unknown function {shown(name)}", hint)
         elif self.lost == was_lost:
             due = CALLABLE[name]
@@ -268,6 +266,9 @@ def _function_hint(function: str, argument: str = "", *, several: bool = False) 
     meant = FUNCTIONS.get(function) or FUNCTIONS.get(function.lower())
     if meant:
         return f"write {meant}"
-    product = f"{function}*{argument}" if argument else f"{function}*(...)"
-    otherwise = known_hint(CALLABLE, len(CALLABLE)) if several else f"write {product} for a product"
+    otherwise = f"write {function}*{argument or '(...)'} for a product"
+    if argument.isidentifier() or argument.isdigit():
+        otherwise += f", or {function}[{argument}] for a member of a family"
+    if several:
+        otherwise = known_hint(CALLABLE, len(CALLABLE))
     return near_hint(function, CALLABLE) or otherwise

@@ -3,19 +3,22 @@ its argument is 0 (see ``mechanics.conservation``)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.currents import current
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.events import built, refuse_unchanging, sets_of
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.model.events import between_events
-from lagrange_cli.records import replace
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.content import names_of
+from lagrange_cli.spec.spec import Spec
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
 class State(Protocol):
     """A state of a system, and what it is made of."""
 
+    t: float
     q: Values
     v: Values
     parameters: Values
@@ -44,31 +48,64 @@ MOST = 2e8
 """Terms of the energy at all events up to which it is evaluated; beyond, any of these may change it."""
 
 
+@dataclass(frozen=True, eq=False)
+class Actions:
+    """What the events of these ``names`` set: ``changed`` has pairs of an event's number and of the place
+    that is set, among coordinates, velocities and parameters, and ``values`` the new values at a state."""
+
+    names: Sequence[str]
+    changed: Sequence[tuple[int, int]]
+    values: Callable[[State], Values]
+
+
+def actions_in(system: FamilySystem) -> Actions | None:
+    """Those of a system."""
+    if system.events is None:
+        return None
+    values = system.events.values
+    return Actions([*system.spec.events], system.events.changed, lambda state: state.values.of(values))
+
+
+def actions_of(spec: Spec) -> Actions | None:
+    """Those of a file, whether or not events can be followed in loops. Raises ``Unsuited``, also where what
+    becomes 0 at an event is the same in all states."""
+    if not spec.events:
+        return None
+    builder, events = ChainBuilder(spec), [*spec.events.values()]
+    refuse_unchanging(builder, built(builder, [one.when for one in events]))
+    sets = sets_of(spec)
+    values = built(builder, [value for *_, value in sets])
+
+    def at(state: State) -> Values:
+        return FamilyValues(builder, state.t, state.q, state.v, state.parameters).of(values)
+
+    return Actions([*spec.events], [(e, place) for e, place, _ in sets], at)
+
+
 def with_breaks(
-    system: FamilySystem, states: Sequence[State], found: Sequence[Conserved]
+    system: FamilySystem, states: Sequence[State], found: Sequence[Conserved], actions: Actions | None
 ) -> Iterator[Conserved]:
     """What is conserved, with the events that may change it."""
-    if system.events is None or not system.events.changed:
+    if actions is None or not actions.changed:
         yield from found
         return
-    names, broken = [*system.spec.events], breaks(system, states, [one.quantity for one in found])
+    broken = breaks(system, states, [one.quantity for one in found], actions)
     for one in found:
-        events = tuple(names[e] for e in broken[one.quantity])
+        events = tuple(actions.names[e] for e in broken[one.quantity])
         because = f"{one.because}; {between_events(events)}" if events else one.because
         yield replace(one, because=because, breaks=events)
 
 
 def breaks(
-    system: FamilySystem, states: Sequence[State], quantities: Sequence[str]
+    system: FamilySystem, states: Sequence[State], quantities: Sequence[str], actions: Actions
 ) -> Mapping[str, Sequence[int]]:
     """The events that may change each of the ``quantities``, by number."""
-    assert system.events is not None
     n = system.q.count
     momenta = {f"p_{name}": k for k, name in enumerate(names_of(system.spec.coordinates))}
     rows = np.array([momenta[one] for one in quantities if one in momenta], dtype=np.int64)
     others = [one for one in quantities if one not in momenta]
     currents = [None if one == "h" else current(system, one) for one in others]
-    acting, places = np.array(system.events.changed, dtype=np.int64).T
+    acting, places = np.array(actions.changed, dtype=np.int64).T
     only_speeds = bool(np.all((places >= n) & (places < 2 * n))) and system.vector is None
     costly = not only_speeds and system.terms * len(acting) > MOST
 
@@ -85,9 +122,9 @@ def breaks(
                 made.append(h if only_speeds else h + at.node(system.potential))
         return np.concatenate([np.reshape(one, (-1, *v.shape[1:])) for one in made])
 
-    changed = np.zeros((len(quantities), len(system.spec.events)), dtype=bool)
+    changed = np.zeros((len(quantities), len(actions.names)), dtype=bool)
     for state in states:
-        new, before = state.values.of(system.events.values), values(*state.moved(state.q, state.v))
+        new, before = actions.values(state), values(*state.moved(state.q, state.v))
         for events, sets in together(acting, places, 2 * n, max(2 * n, 0 if only_speeds else system.terms)):
             whole = np.concatenate([state.q, state.v, state.parameters])
             columns = np.repeat(whole[:, None], len(events), axis=1)

@@ -14,7 +14,7 @@ import numpy as np
 
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.families.arrays import Array, Total
-from lagrange_cli.families.breaks import with_breaks
+from lagrange_cli.families.breaks import Actions, actions_in, with_breaks
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.inertia import curved
 from lagrange_cli.families.rigid import ParticleVectors, Rigid, displacement, growing, together
@@ -155,8 +155,9 @@ class ConservedQuantities:
     conserved: tuple[Conserved, ...]
 
 
-def constants_of(system: FamilySystem) -> ConservedQuantities:
-    """What L does not contain, and what every motion keeps."""
+def constants_of(system: FamilySystem, actions: Actions | None = None) -> ConservedQuantities:
+    """What L does not contain, and what every motion keeps between events; ``actions`` are those of the
+    system's own, unless others are given."""
     system = system.smooth or system
     with np.errstate(all="ignore"):
         states = [RandomState(system, seed) for seed in range(STATES)]
@@ -177,7 +178,8 @@ def constants_of(system: FamilySystem) -> ConservedQuantities:
         if system.steady_potential and system.idle_bonds and idle_power:
             fixed = "positions" if system.spec.lagrangian is None and system.vector is None else ""
             found.append(kept_energy(applied=system.driven, constrained=constrained, fixed=fixed))
-        found = [*with_breaks(system, states, [*found, *further(system, states, kept)])]
+        found += further(system, states, kept)
+        found = [*with_breaks(system, states, found, actions or actions_in(system))]
     return ConservedQuantities(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
 
 

@@ -72,8 +72,7 @@ def events_of(builder: FamilyBuilder, spec: Spec, *, free: bool) -> Events | Non
     builder.totals[builder.totals.index(written)] = arguments
     inner = [one for one in builder.totals if one not in known]
     refuse_others(builder, inner)
-    numbers = places_of(spec)
-    sets = [(e, numbers[name], value) for e, one in enumerate(events) for name, value in one.changes.items()]
+    sets = sets_of(spec)
     if sets and not free:
         raise Unsuited
     values = built(builder, [value for *_, value in sets])
@@ -101,6 +100,12 @@ def places_of(spec: Spec) -> Mapping[str, int]:
     coordinates = [*names_of(spec.coordinates)]
     names = [*coordinates, *map(velocity_name, coordinates), *names_of(spec.parameters)]
     return {name: i for i, name in enumerate(names)}
+
+
+def sets_of(spec: Spec) -> Sequence[tuple[int, int, Expression]]:
+    """What events set: the number of the event, the place that is set, and its new value."""
+    numbers, events = places_of(spec), enumerate(spec.events.values())
+    return [(e, numbers[name], value) for e, one in events for name, value in one.changes.items()]
 
 
 def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:

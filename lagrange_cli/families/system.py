@@ -118,10 +118,10 @@ def _latest(spec: Spec, algebra: type[GraphAlgebra]) -> tuple[FamilySystem | Non
 
 
 def without_constraints(spec: Spec) -> FamilySystem | None:
-    """The system that a file describes without its constraints, if it is of this kind."""
-    if not spec.constrained:
+    """The system that a file describes without its constraints and events, if it is of this kind."""
+    if not spec.constrained and not spec.events:
         return any_family_system(spec)
-    return any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=()))
+    return any_family_system(replace(spec, constraints={}, nonholonomic={}, left_out=(), events={}))
 
 
 def made(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem:

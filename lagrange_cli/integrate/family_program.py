@@ -23,7 +23,7 @@ from lagrange_cli.integrate.program import portable_if_asked
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.families.double_double import DoubleDoubleVectors
 from lagrange_cli.native.families.jets import WITHOUT_SERIES
-from lagrange_cli.native.families.program import write_family_program
+from lagrange_cli.native.families.program import FamilyProgram
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, beside_doubles
 from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.motions import RATES
@@ -75,11 +75,11 @@ def write_families(
         reversal = Reversal(followed)
         followed, integrands = reversal.equations(), reversal.integrands(integrands)
     try:
-        program = write_family_program(
+        program = FamilyProgram(
             followed, observed, tolerance, order, sampled=system,
             scheme=scheme, kind=kind, factor=compilation.factor, proven=proven, integrands=integrands,
             concise=concise,
-        )  # fmt: skip
+        ).written()  # fmt: skip
     except TooManyNumbers as error:
         if compilation.precision == DOUBLE and compilation.factor is None:
             raise
@@ -111,7 +111,7 @@ def unbroken(system: FamilySystem, conserved: frozenset[str]) -> frozenset[str]:
 
 def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:
     """(t, q, v, parameters) -> accelerations, from the code that ``solve`` runs."""
-    machine = compile_program(write_family_program(system, {}, FULL_PRECISION, RATES), QUICK)
+    machine = compile_program(FamilyProgram(system, {}, FULL_PRECISION, RATES).written(), QUICK)
 
     def accelerations(t: float, q: Array, v: Array, parameters: Array) -> Array:
         rates = Equations.of(machine, parameters).rates(t, np.concatenate([q, v]))

@@ -1,14 +1,16 @@
-"""From a system to a run that is ready to go: compiled now, or taken from the cache."""
+"""From a system to a run that is ready to go: compiled now, or taken from the cache, where programs have a
+key and are bytes."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.integrate.background import concurrently
-from lagrange_cli.integrate.cache_entry import key_of, pack, unpack
 from lagrange_cli.integrate.methods.selection import follower
+from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.limits import uncollected
 from lagrange_cli.native.compilation.machine import (
@@ -19,16 +21,74 @@ from lagrange_cli.native.compilation.machine import (
     load_machine,
     worth_improving,
 )
+from lagrange_cli.native.interface import Interface
+from lagrange_cli.outputs.recording import Recording
 from lagrange_cli.records import replace
+from lagrange_cli.spec.structure import structure
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.native.compilation.cache import Cache
-    from lagrange_cli.native.interface import Interface
     from lagrange_cli.native.program import Program
-    from lagrange_cli.outputs.recording import Recording
     from lagrange_cli.spec.spec import Spec
+
+
+def key_of(spec: Spec, compilation: Compilation) -> str | None:
+    """All that a compiled program depends on; None where that cannot be found out.
+
+    It holds no number of a run: neither parameters nor the initial state are part of a program.
+    """
+    from lagrange_cli.native.compilation.fingerprint import fingerprint
+
+    try:
+        made_by = fingerprint()
+    except OSError:
+        return None
+    asked = compilation
+    needs, kind = METHODS[asked.method].needs, list[Any]()
+    if needs in (Needs.SERIES, Needs.STEPS):  # the other programs serve several methods, at any tolerance
+        kind = [
+            asked.method,
+            asked.tolerance.hex(),
+            asked.ensemble,
+            asked.few,
+            asked.precision,
+            asked.portable,
+            asked.order,
+        ]
+        kind += [asked.proven, asked.unproven, asked.section, asked.factor]
+    return json.dumps(
+        [
+            structure(spec),
+            needs.value,
+            kind,
+            asked.backward,
+            sorted(asked.outputs),
+            sorted(asked.optional),
+            made_by,
+        ]
+    )
+
+
+def pack(interface: Interface, recording: Recording, code: bytes, level: int) -> bytes:
+    """What a later run needs: a line of JSON, then the object code, compiled at ``level``."""
+    head = json.dumps({"interface": interface.as_data(), "recording": recording.as_data(), "level": level})
+    return head.encode() + b"\n" + code
+
+
+def unpack(payload: bytes | None) -> tuple[Interface, Recording, bytes, int] | None:
+    """The arguments of ``pack``; None where there is nothing, or nothing readable."""
+    if payload is None:
+        return None
+    head, _, code = payload.partition(b"\n")
+    try:
+        data: dict[str, Any] = json.loads(head)
+        interface, recording = Interface.from_data(data["interface"]), Recording.from_data(data["recording"])
+        return interface, recording, code, int(data["level"])
+    except (ValueError, KeyError, TypeError):
+        return None
+
 
 Stage = Callable[[str], AbstractContextManager[None]]
 """A context in which a stage of the work is done: ``import``, ``derive``, ``program`` (writing it),
@@ -56,6 +116,7 @@ def prepare(residual: Residual, compilation: Compilation, level: int = FULL) -> 
     return Prepared(recording, machine, compilation, follower(machine, compilation))
 
 
+@uncollected()
 def prepare_system(
     spec: Spec,
     derive: Callable[[Spec], Residual],
@@ -82,25 +143,24 @@ def prepare_system(
         from lagrange_cli.integrate.family_program import write_families
         from lagrange_cli.integrate.program import write_run
 
-        with uncollected():
-            try:
-                with stage("derive"):
-                    system, less = without_costly(spec, compilation)
-                    if system is None:
-                        system, less = family_run(spec, compilation), compilation
-                    residual = derive(spec) if system is None else None
-                if residual is not None:
-                    with stage("program"):
-                        return write_run(residual, compilation)
-            except (TooLarge, TooLargeSystem):
-                system, less = without_expansion(spec, compilation)
-                if less is None or less == compilation:
-                    raise
-            assert system is not None and less is not None
-            with stage("program"):
-                program, recording = write_families(system, less)
-            left_out = tuple(sorted(compilation.outputs - less.outputs))
-            return program, replace(recording, left_out=left_out)
+        try:
+            with stage("derive"):
+                system, less = without_costly(spec, compilation)
+                if system is None:
+                    system, less = family_run(spec, compilation), compilation
+                residual = derive(spec) if system is None else None
+            if residual is not None:
+                with stage("program"):
+                    return write_run(residual, compilation)
+        except (TooLarge, TooLargeSystem):
+            system, less = without_expansion(spec, compilation)
+            if less is None or less == compilation:
+                raise
+        assert system is not None and less is not None
+        with stage("program"):
+            program, recording = write_families(system, less)
+        left_out = tuple(sorted(compilation.outputs - less.outputs))
+        return program, replace(recording, left_out=left_out)
 
     def store(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:
@@ -129,7 +189,8 @@ def prepare_system(
         prepare_rest()
 
     def improve() -> Machine:
-        improved, made = (program, recording) if stored is None else write()
+        with uncollected():
+            improved, made = (program, recording) if stored is None else write()
         code = compile_object(improved, FULL)
         store(improved, made, code, FULL)
         return load_machine(code, improved)

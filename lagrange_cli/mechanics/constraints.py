@@ -20,25 +20,18 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.errors import NotLinear
-from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.rows import Matrix, Row
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import contract, graph_of, nonzero, numbered, rate, variables
-from lagrange_cli.model.model import Constraint, Model
+from lagrange_cli.mechanics.variables import OfModel, contract, nonzero, numbered, rate, variables
+from lagrange_cli.model.model import Constraint
 from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
-class Constraints:
+class Constraints(OfModel):
     """The constraints of a model: sum_k ``slopes[i][k]`` q_dot_k + ``drifts[i]`` = 0."""
-
-    model: Model[Node]
-
-    @property
-    def _graph(self) -> Graph:
-        return graph_of(self.model)
 
     @cached_property
     def _places(self) -> Mapping[Node, int]:
@@ -47,10 +40,6 @@ class Constraints:
     @cached_property
     def _rates(self) -> Mapping[Node, int]:
         return numbered(self.model.v)
-
-    @cached_property
-    def _moving(self) -> int:
-        return variables(self.model)
 
     @cached_property
     def multipliers(self) -> tuple[Node, ...]:
@@ -66,7 +55,7 @@ class Constraints:
         return tuple(map(self._slopes, self.model.constraints))
 
     def _slopes(self, one: Constraint[Node]) -> Mapping[int, Node]:
-        graph, model = self._graph, self.model
+        graph, model = self.graph, self.model
         if one.holonomic:
             return graph.gradient(one.expression, self._places)
         slopes = graph.gradient(one.expression, self._rates)
@@ -81,7 +70,7 @@ class Constraints:
     @cached_property
     def drifts(self) -> tuple[Node, ...]:
         """b_i: the rate of a constraint at rest."""
-        graph, model = self._graph, self.model
+        graph, model = self.graph, self.model
         at_rest = dict.fromkeys(model.v, graph.zero)
         return tuple(
             graph.diff(one.expression, model.time)
@@ -93,7 +82,7 @@ class Constraints:
     @cached_property
     def speeds(self) -> tuple[Node, ...]:
         """df_i/dt along the motion, or g_j: the conditions on velocities, which must be 0."""
-        graph, model = self._graph, self.model
+        graph, model = self.graph, self.model
         return tuple(
             graph.sum([(drift, 1.0), *((slope * model.v[k], 1.0) for k, slope in slopes.items())])
             for slopes, drift in zip(self.slopes, self.drifts)
@@ -102,7 +91,7 @@ class Constraints:
     @cached_property
     def forces(self) -> tuple[Node, ...]:
         """sum_i lambda_i a_ik, for each coordinate."""
-        graph, moving = self._graph, variables(self.model)
+        graph, moving = self.graph, variables(self.model)
         terms: list[list[tuple[Node, Node]]] = [[] for _ in self.model.q]
         for multiplier, slopes in zip(self.multipliers, self.slopes):
             for k, slope in slopes.items():
@@ -113,7 +102,7 @@ class Constraints:
     def power(self) -> Node:
         """-sum_i lambda_i b_i: the power of the forces of constraint."""
         pairs = zip(self.multipliers, self.drifts)
-        return self._graph.sum([(multiplier * drift, -1.0) for multiplier, drift in pairs])
+        return self.graph.sum([(multiplier * drift, -1.0) for multiplier, drift in pairs])
 
     @property
     def equations(self) -> tuple[Node, ...]:
@@ -121,7 +110,7 @@ class Constraints:
         return tuple(map(self._equation, self.model.constraints))
 
     def _equation(self, one: Constraint[Node]) -> Node:
-        graph, moving = self._graph, self._moving
+        graph, moving = self.graph, self._moving
         changing = rate(graph, one.expression, moving)
         return -(rate(graph, changing, moving) if one.holonomic else changing)
 
@@ -138,7 +127,7 @@ class Constraints:
 
         ``multipliers`` mu and ``moves`` dq are symbols, and ``momenta`` p_k functions of the state.
         """
-        graph, model = self._graph, self.model
+        graph, model = self.graph, self.model
         terms: list[list[tuple[Node, float]]] = [[] for _ in model.q]
         rates = [*zip(model.q, model.v), (model.time, graph.one)]
         places = {symbol.symbols: place for place, (symbol, _) in enumerate(rates)}
@@ -157,7 +146,7 @@ class Constraints:
     def bordered(self, matrix: Matrix, applied: Sequence[Node]) -> Matrix:
         """The matrix of the equations with multipliers, [[M, -A^T - dQ/dlambda], [-A, 0]], from the mass
         matrix M and the ``applied`` forces Q (empty where these contain no multipliers)."""
-        graph, size = self._graph, len(self.model.q)
+        graph, size = self.graph, len(self.model.q)
         if not self.slopes:
             return matrix
         upper: list[dict[int, Node]] = [

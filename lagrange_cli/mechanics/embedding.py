@@ -10,8 +10,7 @@ from lagrange_cli.expression.node import Kind, Node, terms_of
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.matrices import determinant, united
 from lagrange_cli.mechanics.relations import Relations
-from lagrange_cli.mechanics.variables import graph_of, numbered, variables
-from lagrange_cli.model.model import Model
+from lagrange_cli.mechanics.variables import OfModel, numbered
 from lagrange_cli.records import dataclass, field
 
 Component = tuple[str, int]
@@ -23,22 +22,13 @@ QUATERNION = 4
 
 
 @dataclass(frozen=True)
-class Embedding:
+class Embedding(OfModel):
     """The components of the particles' positions, and their derivatives by the coordinates."""
 
-    model: Model[Node]
     _known: dict[frozenset[tuple[Component, Node]], Mapping[int, Node] | None] = field(
         default_factory=dict, compare=False
     )
     """By the displacements: what ``change`` has found."""
-
-    @property
-    def _graph(self) -> Graph:
-        return graph_of(self.model)
-
-    @cached_property
-    def _moving(self) -> int:
-        return variables(self.model)
 
     @cached_property
     def positions(self) -> Mapping[Component, Node]:
@@ -49,7 +39,7 @@ class Embedding:
     def slopes(self) -> Mapping[Component, Mapping[int, Node]]:
         """dx/dq_k by k, as far as they are not 0."""
         coordinates = numbered(self.model.q)
-        return {one: self._graph.gradient(x, coordinates) for one, x in self.positions.items()}
+        return {one: self.graph.gradient(x, coordinates) for one, x in self.positions.items()}
 
     @cached_property
     def blocks(self) -> tuple[tuple[tuple[int, ...], tuple[Component, ...]], ...]:
@@ -75,7 +65,7 @@ class Embedding:
         """The same, found for the first time."""
         found: dict[int, Node] = {}
         for coordinates, components in self.blocks:
-            asked = [displacements.get(one, self._graph.zero) for one in components]
+            asked = [displacements.get(one, self.graph.zero) for one in components]
             if all(one.is_zero for one in asked):
                 continue
             if len(coordinates) == len(components) == 1:
@@ -100,16 +90,16 @@ class Embedding:
         """The coordinates that change, such as those of the first body of a chain as all of it is turned;
         None where the displacements are no combination of dx/dq_k at a random state, as they would have to be
         at every one."""
-        zero = self._graph.zero
+        zero = self.graph.zero
         columns = [[self.slopes[one].get(k, zero) for one in components] for k in coordinates]
-        found = Relations(self._graph).parts(columns, asked)
+        found = Relations(self.graph).parts(columns, asked)
         return None if found is None else [coordinates[i] for i in found]
 
     def _makes(
         self, changes: Mapping[int, Node], components: Sequence[Component], asked: Sequence[Node]
     ) -> bool:
         """Whether the changes are proven to give the displacements."""
-        graph = self._graph
+        graph = self.graph
         left = [
             graph.sum(
                 [
@@ -126,7 +116,7 @@ class Embedding:
     ) -> dict[int, Node] | None:
         """First those of components in which one coordinate is left, such as the place of the first body of a
         chain, or the height of a point of a body's axis; then the others by least squares."""
-        graph, moving, found = self._graph, self._moving, dict[int, Node]()
+        graph, moving, found = self.graph, self._moving, dict[int, Node]()
         pairs = [*zip(components, asked)]
         for _ in coordinates:
             alone: dict[int, list[tuple[Node, list[tuple[Node, float]]]]] = {}
@@ -156,7 +146,7 @@ class Embedding:
         self, coordinates: Sequence[int], components: Sequence[Component], asked: Sequence[Node]
     ) -> dict[int, Node] | None:
         """The solution of J^T J xi = J^T g by Cramer's rule."""
-        graph = self._graph
+        graph = self.graph
         rows = [[self.slopes[one].get(k, graph.zero) for k in coordinates] for one in components]
         if not coordinates:
             return {}
@@ -175,7 +165,7 @@ class Embedding:
         """xi_k constant, linear in t, or linear in the coordinates that positions are linear in: as in a
         chain, whose first end moves and whose links turn. Those of a body's orientation are linear in a
         quaternion."""
-        graph, model, moving = self._graph, self.model, self._moving
+        graph, model, moving = self.graph, self.model, self._moving
         linear = [
             k
             for k in coordinates

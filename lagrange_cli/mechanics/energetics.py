@@ -8,27 +8,19 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.constraints import Constraints
-from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
-from lagrange_cli.model.model import Model
+from lagrange_cli.mechanics.variables import OfModel, contract, numbered
 from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
-class Energetics:
+class Energetics(OfModel):
     """Functions of q, q_dot, t over the graph; all scalars but ``momenta`` (one for each coordinate).
 
     ``power`` is sum_k Q_k q_dot_k with every force outside L, ``torque[k]`` = dL/dq_k + Q_k, and
     ``explicit_rate`` = dL/dt at fixed q, q_dot. ``kinetic`` and ``potential`` are None for a given L.
     """
-
-    model: Model[Node]
-
-    @property
-    def _graph(self) -> Graph:
-        return graph_of(self.model)
 
     @property
     def kinetic(self) -> Node | None:
@@ -36,7 +28,7 @@ class Energetics:
         model = self.model
         if model.lagrangian is not None:
             return None
-        return self._graph.sum([(p.mass * u * u, 0.5) for p in model.particles for u in p.velocity])
+        return self.graph.sum([(p.mass * u * u, 0.5) for p in model.particles for u in p.velocity])
 
     @property
     def potential(self) -> Node | None:
@@ -53,10 +45,6 @@ class Energetics:
         return kinetic - potential
 
     @cached_property
-    def _moving(self) -> int:
-        return variables(self.model)
-
-    @cached_property
     def _motion(self) -> tuple[tuple[Node, Node, Node], ...]:
         """(x, dx/dt, m dx/dt) for each component of each particle."""
         return tuple((x, u, p.mass * u) for p in self.model.particles for x, u in zip(p.position, p.velocity))
@@ -66,14 +54,14 @@ class Energetics:
         """The components of ``_motion`` that a symbol occurs in, in position or velocity."""
         found: dict[Node, list[int]] = {}
         for place, (x, u, _) in enumerate(self._motion):
-            for symbol in dict.fromkeys((*self._graph.symbols_of(x), *self._graph.symbols_of(u))):
+            for symbol in dict.fromkeys((*self.graph.symbols_of(x), *self.graph.symbols_of(u))):
                 found.setdefault(symbol, []).append(place)
         return found
 
     @cached_property
     def momenta(self) -> tuple[Node, ...]:
         """p_k = dL/dq_dot_k."""
-        model, graph = self.model, self._graph
+        model, graph = self.model, self.graph
         if model.lagrangian is not None:
             return tuple(graph.diff(model.lagrangian, v) for v in model.v)
         found = []
@@ -86,7 +74,7 @@ class Energetics:
     @property
     def energy_function(self) -> Node:
         """h = sum q_dot_k p_k - L."""
-        model, graph = self.model, self._graph
+        model, graph = self.model, self.graph
         if model.lagrangian is not None:
             pairs = zip(model.v, self.momenta)
             return graph.sum([(v * p, 1.0) for v, p in pairs] + [(model.lagrangian, -1.0)])
@@ -113,7 +101,7 @@ class Energetics:
     @cached_property
     def applied(self) -> tuple[Node, ...]:
         """Their parts: F_i . dr_i/dq_k, generalized forces, and -dD/dq_dot_k."""
-        model, graph = self.model, self._graph
+        model, graph = self.model, self.graph
         found = [
             [(given, 1.0), (graph.diff(model.dissipation, v), -1.0)]
             for v, given in zip(model.v, model.generalized_forces)
@@ -127,7 +115,7 @@ class Energetics:
 
     def lagrangian_rate(self, symbol: Node) -> Node:
         """dL/dsymbol at fixed other arguments, for ``symbol`` a coordinate or t."""
-        model, graph = self.model, self._graph
+        model, graph = self.model, self.graph
         if model.lagrangian is not None:
             return graph.diff(model.lagrangian, symbol)
         here = [self._motion[place] for place in self._places.get(symbol, ())]
@@ -149,4 +137,4 @@ class Energetics:
         """sum_k Q_k q_dot_k: the power of the forces outside L, with what constraints say of those of
         constraint."""
         applied = [(force * v, 1.0) for force, v in zip(self.applied, self.model.v)]
-        return self._graph.sum([*applied, (Constraints(self.model).power, 1.0)])
+        return self.graph.sum([*applied, (Constraints(self.model).power, 1.0)])

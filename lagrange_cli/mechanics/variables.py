@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from itertools import compress, repeat
 from operator import is_not
 
@@ -11,12 +12,29 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
 
 
 def graph_of(model: Model[Node]) -> Graph:
     """The graph that a model's nodes live in."""
     assert isinstance(model.algebra, GraphAlgebra)
     return model.algebra.graph
+
+
+@dataclass(frozen=True)
+class OfModel:
+    """What is computed of a model, when it is asked for."""
+
+    model: Model[Node]
+
+    @property
+    def graph(self) -> Graph:
+        """The graph that its nodes live in."""
+        return graph_of(self.model)
+
+    @cached_property
+    def _moving(self) -> int:
+        return variables(self.model)
 
 
 def variables(model: Model[Node]) -> int:

@@ -6,8 +6,7 @@ import math
 import re
 from functools import lru_cache
 
-from lagrange_cli.model.unit import ONE, WHOLE, Unit, fits, known
-from lagrange_cli.model.unit_tables import ALIASES, JOINED, KNOWN
+from lagrange_cli.model.unit import ALIASES, JOINED, KNOWN, ONE, WHOLE, Unit, fits, known
 
 LONGEST = 100
 """Letters of a text that is read as a unit."""

@@ -10,8 +10,18 @@ import math
 from collections.abc import Mapping
 from functools import lru_cache
 
-from lagrange_cli.model.unit import WHOLE, Unit, known, split
-from lagrange_cli.model.unit_tables import BASE, COHERENT, OTHER, PREFIXES, UDUNITS, UNKNOWN_TO_UDUNITS
+from lagrange_cli.model.unit import (
+    BASE,
+    COHERENT,
+    OTHER,
+    PREFIXES,
+    UDUNITS,
+    UNKNOWN_TO_UDUNITS,
+    WHOLE,
+    Unit,
+    known,
+    split,
+)
 from lagrange_cli.model.unit_text import read_known, read_unit
 
 CLOSE = 1e-9

@@ -50,8 +50,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``), or through
     a ``section`` (see ``stepping.crossings``)."""
     from lagrange_cli.native.functions.elementary import definitions
-    from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
-    from lagrange_cli.native.recurrences.paired import write_paired_jet
+    from lagrange_cli.native.recurrences.paired import arrange_lanes, write_paired_jet
     from lagrange_cli.native.stepping.ensemble import Follower
     from lagrange_cli.native.stepping.pack import Pack
 

@@ -1,6 +1,6 @@
 """What a run can write: a row for each name of ``--outputs``.
 
-A new output is a row and a module of ``outputs.datasets`` with a function ``plan``, as in ``momenta``.
+A new output is a row and a module of ``outputs.datasets`` with a function ``plan``, as in ``positions``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OutputRow:
-    """An output: its ``name``, and the ``module`` that plans how it is computed.
+    """An output: its ``name``, and the ``module`` whose function ``plan``, or one whose name follows, adds
+    its datasets and what they are made of. (It raises ``NotDefined`` where the system does not have all of
+    it; what it has is added before that.)
 
     In the documentation, ``datasets`` are the paths of its datasets in the file, ``shape`` is that of each,
     and ``meaning`` what they hold, in Markdown. ``units`` gives the quantity of each by its path, that of a
@@ -68,7 +70,7 @@ OUTPUTS = {
     for row in (
         OutputRow(
             "q",
-            "coordinates",
+            "states.coordinates",
             "/q/NAME",
             "(n,)",
             "the coordinates",
@@ -78,7 +80,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "v",
-            "velocities",
+            "states.velocities",
             "/v/NAME",
             "(n,)",
             "their velocities",
@@ -88,7 +90,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "p",
-            "momenta",
+            "states.momenta",
             "/diagnostics/p/NAME",
             "(n,)",
             "p_k = dL/dq_dot_k",
@@ -98,7 +100,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "h",
-            "energy_function",
+            "energies.energy_function",
             "/diagnostics/h",
             "(n,)",
             "the energy function, sum q_dot_k p_k - L",
@@ -108,7 +110,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "T",
-            "kinetic_energy",
+            "energies.kinetic",
             "/diagnostics/T",
             "(n,)",
             "the kinetic energy",
@@ -118,7 +120,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "U",
-            "potential",
+            "energies.potential",
             "/diagnostics/U",
             "(n,)",
             "the potential",
@@ -128,7 +130,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "energy",
-            "total_energy",
+            "energies.total",
             "/diagnostics/energy",
             "(n,)",
             "T + U",
@@ -154,7 +156,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "action",
-            "action",
+            "energies.action",
             "/diagnostics/action",
             "(n,)",
             "S = int L dt",
@@ -185,7 +187,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "angular_velocities",
-            "angular_velocities",
+            "rotations.velocities",
             "/angular_velocities/BODY",
             "(n, 3)",
             "the angular velocity of each rigid body, in space",
@@ -195,7 +197,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "angular_momenta",
-            "angular_momenta",
+            "rotations.momenta",
             "/angular_momenta/BODY",
             "(n, 3)",
             "its angular momentum about its centre of mass, in space",
@@ -205,7 +207,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "rotational_energies",
-            "rotational_energies",
+            "rotations.energies",
             "/rotational_energies/BODY",
             "(n,)",
             "the kinetic energy of its rotation",
@@ -215,7 +217,7 @@ OUTPUTS = {
         ),
         OutputRow(
             "orientations",
-            "orientations",
+            "rotations.orientations",
             "/orientations/BODY",
             "(n, 3, 3)",
             "the matrix R, whose columns are the body's axes in space",

@@ -5,9 +5,8 @@ Only what an output needs is derived.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from importlib import import_module
-from typing import Protocol
 
 from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.node import Node
@@ -17,16 +16,6 @@ from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.outputs.planner import Planner
 from lagrange_cli.outputs.recording import EventGroup, Recording
 from lagrange_cli.records import dataclass
-
-
-class OutputModule(Protocol):
-    """The interface of a module of ``outputs.datasets``."""
-
-    def plan(self, planner: Planner) -> None:
-        """Add the output's datasets, and what they are made of.
-
-        Raises ``NotDefined`` where the system does not have all of it; what it has is added before that.
-        """
 
 
 @dataclass(frozen=True)
@@ -75,9 +64,11 @@ def planned(planner: Planner, outputs: Collection[str], optional: Collection[str
     for row in OUTPUTS.values():
         if row.name in outputs:
             # The module's name stands in the table, whatever a system file or an option says.
-            module: OutputModule = import_module(f"lagrange_cli.outputs.datasets.{row.module}")
+            module, _, function = row.module.partition(".")
+            found = import_module(f"lagrange_cli.outputs.datasets.{module}")
+            plan: Callable[[Planner], None] = getattr(found, function or "plan")
             try:
-                module.plan(planner)
+                plan(planner)
             except NotDefined:
                 if row.name not in optional:
                     raise

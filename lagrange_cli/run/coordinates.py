@@ -206,8 +206,7 @@ def covariance(old: Spec, new: Spec, equations: Equations, overrides: Mapping[st
 
     from lagrange_cli.spec.source import Source
     from lagrange_cli.spec.values import resolve_parameters
-    from lagrange_cli.symbolic.admissible import admissible
-    from lagrange_cli.symbolic.states import State, near
+    from lagrange_cli.symbolic.states import State, admissible, near
     from lagrange_cli.symbolic.verify import DIGITS
 
     source = random.Random(0)

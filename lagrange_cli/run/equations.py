@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 FORMATS = ("text", "unicode", "latex", "json", "python")
 STEPS_A_PAIR = 150
 """Steps of work that each entry of the mass matrix takes at least."""
-STEPS_A_MEETING = 1500
+STEPS_A_MEETING = 1200
 """Steps that each two coordinates take at least which move the same component of a particle."""
 EMPTY: Mapping[str, str] = {}
 FORMS = ("lagrange", "explicit", "hamilton", "matrix", "reactions", "vakonomic")

@@ -38,7 +38,7 @@ class DerivedFamilies:
     equations: FamilyEquations
     work: Work
     constrained: Spec | None = None
-    """The file, where it has constraints besides."""
+    """The file, where it has constraints or events besides."""
 
     @property
     def spec(self) -> Spec:
@@ -131,13 +131,16 @@ def derive_families(
 
     Raises ``SpecError`` where they are too large.
     """
-    if not spec.families.get("coordinates") or spec.events:
+    if not spec.families.get("coordinates") or (spec.constrained and acting(spec)):
         return None
     from lagrange_cli.families.system import family_system, without_constraints
 
     with stage("derive"), located(spec):
-        small = small or len(spec.coordinates) >= MANY
-        system = without_constraints(spec) if small or spec.constrained else family_system(spec)
+        small = small or max(len(spec.coordinates), len(spec.events)) >= MANY
+        if small or spec.constrained:
+            system = without_constraints(spec)
+        else:
+            system = family_system(replace(spec, events={}) if spec.events else spec)
         if system is None:
             return None
         if spec.constrained and system.joints is None and not small:
@@ -152,8 +155,13 @@ def derive_families(
         return (
             None
             if equations is None
-            else DerivedFamilies(system, equations, work, spec if spec.constrained else None)
+            else DerivedFamilies(system, equations, work, spec if spec.constrained or spec.events else None)
         )
+
+
+def acting(spec: Spec) -> bool:
+    """Whether events set something."""
+    return any(one.changes for one in spec.events.values())
 
 
 Printed: TypeAlias = "Derived | DerivedFamilies"
@@ -184,10 +192,12 @@ def why_members(spec: Spec, form: str, coordinates: str) -> str:
         return "in other coordinates every member is written out"
     if form not in INDEXED:
         return f"--form {form} writes out every member"
-    parts = [part for part in ("events", *UNKNOWN) if getattr(spec, part)]
+    parts = [part for part in UNKNOWN if getattr(spec, part)]
     if parts:
         return f"with {parts[-1]} every member is written out"
     found = without_constraints(spec)
+    if spec.constrained and acting(spec):
+        return "with constraints and events that set something every member is written out"
     if found is not None:
         return "its conditions are too irregular to be printed with indices, so every member is written out"
     kinds = "a constant diagonal mass matrix, or chains and trees of 12 coordinates or more"
@@ -212,9 +222,9 @@ def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dic
 def written(derived: Printed, format_: str, form: str, parameters: Mapping[str, float]) -> str:
     """The equations in a format other than JSON, likewise."""
     if isinstance(derived, DerivedFamilies):
-        if (format_, form) != ("python", "reactions"):
+        if format_ != "python" or (form != "reactions" and not derived.spec.events):
             return families_as_written(derived, format_, form, parameters)
-        with by_members(derived.spec, form, ""):  # a module has the forces of all members
+        with by_members(derived.spec, form, ""):  # a module has the forces and the events of all members
             derived = derive(derived.spec)
     with by_members(derived.spec, form, derived.coordinates):
         return as_written(derived, format_, form, parameters)

@@ -36,9 +36,8 @@ def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verificatio
     from lagrange_cli.run.coordinates import start_in
     from lagrange_cli.run.start import consistent_values
     from lagrange_cli.spec.values import resolve_values
-    from lagrange_cli.symbolic.admissible import admissible
     from lagrange_cli.symbolic.direct import Direct, directly
-    from lagrange_cli.symbolic.states import State, sides
+    from lagrange_cli.symbolic.states import State, admissible, sides
     from lagrange_cli.symbolic.verify import verify
 
     if derived.original is None:
@@ -109,5 +108,5 @@ def verify_families(derived: DerivedFamilies, overrides: Mapping[str, str]) -> V
     from lagrange_cli.symbolic.families.verify import verify
 
     system, start = derived.system, resolve_values(derived.system.spec, overrides)
-    compiled = None if derived.constrained else compiled_accelerations(system)
+    compiled = None if derived.spec.constrained else compiled_accelerations(system)
     return verify(system, derived.equations, compiled, start, derived.spec)

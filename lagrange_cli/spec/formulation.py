@@ -37,8 +37,10 @@ def check_formulation(draft: Draft, problems: Problems) -> None:
         return
     word = draft.words.get("embedding", "positions")
     masses, embedding = _by_name(draft.entries("masses")), _by_name(draft.entries("embedding"))
-    _partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}", problems)
-    _partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}", problems)
+    unread = ("masses" in places and not masses) or ("embedding" in places and not embedding)
+    if not (unread and problems.found):  # what could not be read is not missing
+        _partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}", problems)
+        _partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}", problems)
     if not masses and not embedding and not draft.bodies and not problems.found:
         place = places.get("masses", places.get("embedding", WHOLE_FILE))
         problems.add(place, "the system has no particles", "write 'masses: {bead: m}'")

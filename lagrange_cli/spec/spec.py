@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from lagrange_cli.expression.syntax import has_decimals
+from lagrange_cli.expression.syntax import Key, Tree, has_decimals
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import bases_of, firsts_of, written
 from lagrange_cli.spec.family import Family as Family
@@ -77,6 +77,7 @@ class Event:
 
     ``direction`` is +1 where it must rise, -1 where it must fall, 0 where either counts. The motion ends
     there if it ``stops``. ``changes`` are the new values of coordinates, velocities and parameters, by name.
+    In the file it has this ``key``, and ``sets`` are what is set there, with the new values.
     """
 
     when: Expression
@@ -84,6 +85,8 @@ class Event:
     stops: bool
     changes: Mapping[str, Expression]
     place: Place
+    key: Key | None = None
+    sets: tuple[tuple[Key, Tree], ...] = ()
 
 
 SOLIDS = {"sphere": "r", "cylinder": "[r, h]", "box": "[a, b, c]", "disc": "r", "rod": "l"}

@@ -49,7 +49,8 @@ def plain(value: object) -> Any:
     if isinstance(value, Family):
         return [value.shape, value.axes]
     if isinstance(value, Event):
-        return [plain(one) for one in (value.when, value.direction, value.stops, value.changes)]
+        changes = [[name, plain(one)] for name, one in value.changes.items()]
+        return [plain(value.when), value.direction, value.stops, changes]
     if isinstance(value, Inertia):
         return [value.solid, plain(value.entries)]
     if isinstance(value, Orientation):

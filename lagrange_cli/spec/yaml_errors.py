@@ -34,6 +34,7 @@ _HINTS: tuple[tuple[str, str], ...] = (
     ("expected key", "indent all keys of a section equally"),
     ("<block end>", "indent all keys of a section equally"),
     ("'-' indicator", "indent all items of a list equally, each after '- '"),
+    ("<document start>", "leave out the line '...', which ends the file"),
     ("end of stream", "close what was opened: a quote, a bracket or a brace"),
     ("escape character", "use single quotes, where a backslash means itself"),
     ("node content", "leave the bracket out or put the text in quotes"),

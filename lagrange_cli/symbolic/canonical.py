@@ -134,7 +134,7 @@ def without_denominators(terms: Terms) -> Terms:
     is 1."""
     for base, exponent in sorted(common_factor(terms)[0], key=str) if len(terms) > 1 else ():
         if base.is_Add and exponent < 0 and exponent.denominator == 1:
-            from lagrange_cli.symbolic.division import divided  # few systems have such sums
+            from lagrange_cli.symbolic.rings import divided  # few systems have such sums
 
             quotient, times = divided(divide(terms, frozenset({(base, exponent)})), to_terms(base))
             left = frozenset({(base, exponent + times)}) if exponent + times else ONE

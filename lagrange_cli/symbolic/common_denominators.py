@@ -8,8 +8,8 @@ from __future__ import annotations
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, multiply, to_terms
-from lagrange_cli.symbolic.division import divided
 from lagrange_cli.symbolic.monomials import Monomial, Number, Terms, add_into, combine
+from lagrange_cli.symbolic.rings import divided
 from lagrange_cli.symbolic.squares import COSINES, in_squares_of
 
 

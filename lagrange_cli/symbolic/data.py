@@ -9,11 +9,10 @@ import sympy
 
 from lagrange_cli.model.events import DIRECTIONS, action_of
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.hamilton import hamilton_form
+from lagrange_cli.symbolic.hamilton import REMARK, hamilton_form, vakonomic_form
 from lagrange_cli.symbolic.notations import Sympy, identifiers
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.statements import plain
-from lagrange_cli.symbolic.vakonomic import REMARK, vakonomic_form
 
 
 def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import sympy
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.hamilton import hamilton_form
+from lagrange_cli.symbolic.hamilton import REMARK, hamilton_form, vakonomic_form
 from lagrange_cli.symbolic.reactions import Reaction
 from lagrange_cli.symbolic.statements import (
     Section,
@@ -19,7 +19,6 @@ from lagrange_cli.symbolic.statements import (
     equation_statements,
     named_section,
 )
-from lagrange_cli.symbolic.vakonomic import REMARK, vakonomic_form
 
 
 def hamilton_sections(equations: Equations, momenta: Writer) -> list[Section]:

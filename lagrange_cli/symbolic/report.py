@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.model.events import HOW
@@ -93,16 +94,20 @@ def conserved_statement(each: Conserved, writer: Writer) -> Statement:
     return Statement(writer.names(each.quantity), right, writer.prose(each.because))
 
 
-def event_statement(each: Event, writer: Writer) -> Statement:
-    """``when = 0``, and the direction and what happens there in words."""
+def event_statement(
+    each: Event, writer: Writer, members: str = "", of: Mapping[str, str] = MappingProxyType({})
+) -> Statement:
+    """``when = 0``, and the direction and what happens there in words; the ``members`` that it stands for,
+    and those ``of`` what is set, by name."""
     what = "the motion ends" if each.stops else "recorded"
     if each.changes:
         becomes = writer.notation.becomes
         what = ", ".join(
-            writer.notation.inline(f"{writer.names(name)}{becomes}{writer.text(value)}")
+            writer.notation.inline(f"{writer.names(name)}{becomes}{writer.text(value)}") + of.get(name, "")
             for name, value in each.changes.items()
         )
-    remark = f"{writer.notation.words(each.name)}, {HOW[each.direction]}: {what}"
+    remark = ", ".join(filter(None, (writer.notation.words(each.name), HOW[each.direction], members)))
+    remark = f"{remark}: {what}"
     return Statement(writer.text(each.when), "0", remark)
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import sympy
 
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.monomials import Terms, ratio
+from lagrange_cli.symbolic.monomials import Terms, degree, ratio
+from lagrange_cli.symbolic.work import charge
 
 
 @dataclass(frozen=True)
@@ -47,3 +48,26 @@ def ring_of(*sums: Terms) -> Ring | None:
 
     bases = sorted({base for base, _ in factors}, key=str)
     return Ring(tuple(bases), PolyRing([f"x{i}" for i in range(len(bases))], QQ))
+
+
+LARGEST, HIGHEST = 60, 16
+"""Terms and degree of the largest numerators that are looked at."""
+STEPS_TO_DIVIDE = 100
+"""The largest work for a division, for each term and degree."""
+
+
+def divided(terms: Terms, divisor: Terms) -> tuple[Terms, int]:
+    """The sum divided by another one as often as that divides it, and how often."""
+    size, highest = len(terms) + len(divisor), max(degree(terms), degree(divisor))
+    ring = ring_of(terms, divisor)
+    if ring is None or not terms or size > LARGEST or highest > HIGHEST:
+        return terms, 0
+    charge(STEPS_TO_DIVIDE * size * (1 + highest))
+    left, by = ring.polynomial(terms), ring.polynomial(divisor)
+    times = 0
+    while times < highest:
+        quotient, remainder = divmod(left, by)
+        if remainder:
+            break
+        left, times = quotient, times + 1
+    return (ring.terms(left), times) if times else (terms, 0)

@@ -12,11 +12,10 @@ from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, velocity_na
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.constraints import BENT
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.hamilton import hamilton_form, linear_in_velocities
+from lagrange_cli.symbolic.hamilton import hamilton_form, linear_in_velocities, vakonomic_form
 from lagrange_cli.symbolic.notations import Python, identifiers
 from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.render import render
-from lagrange_cli.symbolic.vakonomic import vakonomic_form
 
 ARGUMENTS = frozenset({"q", "v", "p", "parameters", "multipliers", "velocities", "accelerations"})
 """Names of the functions' arguments, and of functions that they call: symbols of these names are renamed."""

@@ -159,7 +159,7 @@ def test_on_a_line_a_number_is_a_place():
 
 
 WRONG = [
-    ("rods: [[0, bib]]", "bib", "unknown name 'bib' in rods", "known: t, N"),
+    ("rods: [[0, bib]]", "bib", "unknown particle 'bib' in rods", "known: cart, bead"),
     ("rods: [[0, bead]]", "bead", "missing index on the family 'bead'", "bead[i]"),
     ("rods: [[0, 'bead[7]']]", "bead[7]", "no member 'bead[7]'", "bead[0] to bead[3]"),
     ("rods: [[0, x]]", "x", "expected a point, found a number", "write 0 for the origin, or (x, y)"),
@@ -187,7 +187,7 @@ WRONG = [
     ("colours: {cart: 'red;}</style>'}", "red;}</style>", "unknown colour", "a colour of CSS"),
     ("colours:\n    cart: #f00", " ", "'cart' has no colour", "in quotes"),
     ("colours: {card: red}", "card", "unknown name 'card' in colours", "'cart'"),
-    ("camera: {follow: card}", "card", "unknown name 'card'", "'cart'"),
+    ("camera: {follow: card}", "card", "unknown particle 'card'", "'cart'"),
     ("camera: {azimuth: 30 deg}", "30 deg", "is in degrees", "write 30"),
     ("colours: {cart: #f00}", "", "YAML syntax error", "put '#f00' in quotes"),
     ("rods: [[cart, bead[i]] for i in range(N)]", "f", "YAML syntax error", "in quotes, or write its list"),

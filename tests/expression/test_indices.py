@@ -76,7 +76,7 @@ def test_ranges_are_those_of_python(bounds: str) -> None:
 
 REFUSED = [
     ("0.5", "0.5 is not a whole number", "use whole numbers"),
-    ("1e3", "1e3 is not a whole number", ""),
+    ("1e3", "1e3 is not a whole number", "write 1000"),
     ("i/2", "'/' is not allowed between whole numbers", "write //"),
     ("2**i", "'**' is not allowed between whole numbers", ""),
     ("x", "'x' is neither an index nor a size here", "known: M, N, i"),

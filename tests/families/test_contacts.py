@@ -64,12 +64,11 @@ CASES = {
     ),
     "balls that are lifted": ("0", "12*max(0, sin(2*t + i))", f'{{"floor[i in range(N)]": {FLOOR}}}'),
     "an elastic wall besides": (
+        "-3",
         "0",
-        "0",
-        f'{{"floor[i in range(N)]": {FLOOR},'
-        f' "wall[i in range(N)]": {event("x[i] - 0.1", BACK.replace("-e[i]", "-"), "rising")}}}'.replace(
-            "-*", "-"
-        ),
+        f'{{"floor[i in range(N)]": {FLOOR}, "wall[i in range(N)]": '
+        + event("-x[i] - 0.1", '"x_dot[i]": "-x_dot[i]"', "rising")
+        + "}",
     ),
     "clay": ("0", "0", '{"floor[i in range(N)]": ' + event("y[i]", '"y_dot[i]": 0') + "}"),
 }
@@ -291,3 +290,19 @@ events:
     assert found["events/hit/i"][:8].tolist() == [*range(8)]
     assert np.isclose(np.max(found["v/x"][:, -1]), 0.9**8, rtol=1e-14)
     assert np.allclose(np.sum(found["v/x"], axis=1), 1.0, rtol=1e-14)
+
+
+def test_compiled_code_does_elastic_actions_beside_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    keep_families(monkeypatch, whole=True)
+    across, up, events = CASES["an elastic wall besides"]
+    text, acted = BALLS.format(count=3, across=across, up=up, events=events), list[int]()
+    act = Happenings._act
+
+    def counting(self: Happenings, event: int, sample: int) -> Finished | None:
+        acted.append(event)
+        return act(self, event, sample)
+
+    monkeypatch.setattr(Happenings, "_act", counting)
+    found = followed(ready(text), text, 3.1)
+    assert np.all(np.bincount(found["events/wall/i"].astype(int)) >= 2)
+    assert set(acted) <= {0, 1, 2}  # those of the floor, where balls may rest

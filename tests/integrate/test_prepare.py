@@ -12,13 +12,12 @@ import pytest
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
 from lagrange_cli.integrate.background import concurrently
-from lagrange_cli.integrate.cache_entry import key_of, pack, unpack
 from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.ensemble.follow import ensemble_method
 from lagrange_cli.integrate.ensemble.method import Starts
-from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.methods import recompilation
 from lagrange_cli.integrate.methods.table import METHODS
-from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepare import key_of, pack, prepare_system, unpack
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times

@@ -21,9 +21,8 @@ from lagrange_cli.model.start.beginnings import STARTS
 from lagrange_cli.model.start.blocks import Block, blocks
 from lagrange_cli.model.start.closures import closures
 from lagrange_cli.model.start.consistent import consistent
-from lagrange_cli.model.start.curvature import Curvature
 from lagrange_cli.model.start.equations import Equations, Masses
-from lagrange_cli.model.start.nearest import ROUND, Surface
+from lagrange_cli.model.start.nearest import ROUND, Curvature, Surface
 from lagrange_cli.model.start.search import Given
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import left_open, resolve_values

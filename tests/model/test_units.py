@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.model.unit import ONE, WHOLE, Unit
-from lagrange_cli.model.unit_tables import ALIASES, BASE, COHERENT, JOINED, KNOWN, OTHER
+from lagrange_cli.model.unit import ALIASES, BASE, COHERENT, JOINED, KNOWN, ONE, OTHER, WHOLE, Unit
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, meaning, same, simplified, times_within, udunits
 

@@ -255,3 +255,31 @@ def test_a_ball_that_slides_rolls_in_the_end(method: str) -> None:
     assert motion["v/x"][-1] == pytest.approx((5 * 7 + 2 * 0.3 * 3) / 7, abs=1e-9)
     assert motion["v/y"][-1] == pytest.approx(-2 * 0.3 * 5 / 7, abs=1e-9)
     assert motion["v/x"][-1] == pytest.approx(0.3 * motion["v/b"][-1], abs=1e-14)
+
+
+PLATE = """
+parameters: {g: 9.81, mu: 0.14}
+coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
+masses: {puck: 1}
+positions: {puck: [x, y, z]}
+potential: g*z
+constraints: {plate: z}
+definitions: {u: "(x_dot - 0.3*cos(6*t), y_dot + 0.15*sin(5*t), z_dot)"}
+forces: {puck: -mu*plate.multiplier*u/norm(u)}
+"""
+
+
+@pytest.mark.parametrize("mu", [0.14, 0.1 + 64 * 0.09 / 149, 0.02 + 94 * 0.17 / 99])
+def test_a_puck_sticks_to_a_shaking_plate_now_and_then(mu: float) -> None:
+    motions = [
+        follow(PLATE, 3, 61, method=method, tolerance=TOLERANCES[method], sets={"mu": mu})
+        for method in ("taylor", "Radau")
+    ]
+    for motion in motions:
+        assert motion.outcome.ending is Ending.COMPLETE
+        x, y = motion["v/x"] - 0.3 * np.cos(6 * motion.t), motion["v/y"] + 0.15 * np.sin(5 * motion.t)
+        slips = np.hypot(x, y)
+        assert np.any(slips > 1e-3)
+        assert np.any(slips < 1e-8)
+    for name in ("q/x", "q/y", "v/x", "v/y"):
+        assert motions[0][name] == pytest.approx(motions[1][name], abs=1e-6)

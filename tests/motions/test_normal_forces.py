@@ -230,3 +230,31 @@ generalized_forces: {x: -mu*abs(wire.multiplier)*sign(x_dot)}
     motion = follow(text, 2.0, 11, outputs=("q", "v"))
     assert motion["v/x"][0] == 0.5
     assert not np.any([motion["v/x"][1:], motion["v/y"][1:]])
+
+
+def test_a_bead_stays_on_a_rough_hoop_that_turns_past_the_axes():
+    """The friction's components vanish in turn: the force that holds the bead is none of them."""
+    by_angle = """
+coordinates: {a: {initial: 0.5}}
+masses: {bead: 1}
+positions: {bead: [sin(a)*cos(6*t), sin(a)*sin(6*t), -cos(a)]}
+potential: 9.81*bead.z
+definitions: {n: "sqrt((a_dot**2 + 36*sin(a)**2 + 9.81*cos(a))**2 + (12*cos(a)*a_dot)**2)"}
+generalized_forces: {a: -0.1*n*sign(a_dot)}
+"""
+    in_space = """
+coordinates: {x: {initial: sin(0.5)}, y: {initial: 0, velocity: 6*sin(0.5)}, z: {initial: -cos(0.5)}}
+masses: {bead: 1}
+positions: {bead: [x, y, z]}
+potential: 9.81*z
+constraints: {sphere: (x**2 + y**2 + z**2 - 1)/2, plane: x*sin(6*t) - y*cos(6*t)}
+definitions:
+  r: x*cos(6*t) + y*sin(6*t)
+  n: 0.1*sqrt(sphere.multiplier**2 + plane.multiplier**2)
+  s: sign(z_dot*r - z*(x_dot*cos(6*t) + y_dot*sin(6*t)))
+forces: {bead: [n*s*z*cos(6*t), n*s*z*sin(6*t), -n*s*r]}
+"""
+    angle, space = (follow(text, 4, 41, outputs=("q",)) for text in (by_angle, in_space))
+    assert space["q/z"] == pytest.approx(-np.cos(angle["q/a"]), abs=1e-12)
+    assert np.ptp(space["q/z"][20:]) < 1e-14  # it holds from t = 1.8 on, past cos(6 t) = 0
+    assert space.outcome.steps < 100

@@ -201,3 +201,19 @@ def test_a_difference_over_its_own_length_is_its_sign(place, source):
     motion, other = (follow(text.replace("UNIT", unit), 1.5, 4) for unit in units)
     assert motion.outcome.ending is Ending.COMPLETE
     np.testing.assert_array_equal(motion["q/x"], other["q/x"])
+
+
+def test_static_friction_on_a_moving_belt_is_that_of_a_floor_in_motion():
+    """A coefficient that is larger at rest, relative to a belt: the same in the frame of the belt."""
+    text = """
+parameters: {v: VELOCITY, mu_s: 0.4, mu_k: 0.25, g: 9.81}
+coordinates: {x: {velocity: START, initial: 0}}
+masses: {block: 1}
+positions: {block: x}
+potential: 5*(x + (0.5 - v)*t)**2
+generalized_forces: {x: "-where(abs(x_dot - v) < 1e-3, mu_s, mu_k)*g*sign(x_dot - v)"}
+"""
+    on_belt = follow(text.replace("VELOCITY", "0.5").replace("START", "0"), 4, 41)
+    in_frame = follow(text.replace("VELOCITY", "0").replace("START", "-0.5"), 4, 41)
+    assert np.sum(on_belt["v/x"] == 0.5) > 10  # it sticks
+    assert on_belt["q/x"] == pytest.approx(in_frame["q/x"] + 0.5 * in_frame.t, abs=1e-12)

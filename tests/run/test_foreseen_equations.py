@@ -6,7 +6,6 @@ import pytest
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.run.equations import STEPS_A_MEETING, derive, meetings
-from lagrange_cli.run.family_equations import derive_printed
 from lagrange_cli.spec.read import read_spec
 from tests.support.motion import SYSTEMS
 
@@ -30,12 +29,7 @@ def test_what_is_foreseen_is_less_than_what_is_done(text: str) -> None:
     assert STEPS_A_MEETING * meetings(spec) < derive(spec).work.spent
 
 
-@pytest.mark.parametrize("form", ["hamilton", "matrix"])
-def test_a_form_that_is_too_large_is_refused_at_once(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("model.build.build_model", "symbolic.families.derive.family_equations"):
-        monkeypatch.setattr(f"lagrange_cli.{name}", None)
-    with pytest.raises(
-        SpecError, match=r"(?s)takes more than 20000000 steps of work.*choose fewer"
-    ) as caught:
-        derive_printed(read_spec(CHAIN, "chain.yaml", {"N": "100"}), form)
-    assert f"--form {form} writes out every member" in str(caught.value)
+def test_equations_of_members_that_are_too_large_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lagrange_cli.model.build.build_model", None)
+    with pytest.raises(SpecError, match=r"takes more than 20000000 steps of work"):
+        derive(read_spec(CHAIN, "chain.yaml", {"N": "100"}))

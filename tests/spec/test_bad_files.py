@@ -31,6 +31,7 @@ BAD = [
     ("name: pendulum", "description: lat: x", [(1, ":", "YAML syntax error", "': ' in quotes")]),
     (EMBEDDING, EMBEDDING[:-1], [(12, ":", "YAML syntax error", "the '[' of line 11 is still open")]),
     (EMBEDDING, "{x: l, y: 0}", [(11, "{", "must be an expression, not a mapping", "a list: [x, y, z]")]),
+    ("  bob: m", "  [m]", [(9, "[", "masses must be a mapping with a name for each mass", "write 'masses:")]),
     # names
     (POTENTIAL, "m*g*y_bob", [(12, "y_bob", "unknown name 'y_bob'", "write bob.y")]),
     (POTENTIAL, "g*bobvx", [(12, "bobvx", "unknown name 'bobvx'", "write bob.vx")]),

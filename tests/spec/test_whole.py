@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.syntax import Tree
 from lagrange_cli.families.system import family_system
-from lagrange_cli.integrate.cache_entry import key_of
 from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.prepare import key_of
 from lagrange_cli.spec import evaluation, names
 from lagrange_cli.spec.content import names_of
 from lagrange_cli.spec.family import Grid, Listed, MemberNames

@@ -13,10 +13,9 @@ from lagrange_cli.records import replace
 from lagrange_cli.run import verification
 from lagrange_cli.run.equations import as_data, as_written, derive
 from lagrange_cli.run.verification import verify_system
-from lagrange_cli.symbolic.admissible import admissible
 from lagrange_cli.symbolic.direct import directly
-from lagrange_cli.symbolic.states import State
-from lagrange_cli.symbolic.vakonomic import vakonomic_form
+from lagrange_cli.symbolic.hamilton import vakonomic_form
+from lagrange_cli.symbolic.states import State, admissible
 from lagrange_cli.symbolic.verify import DIRECT, verify
 from tests.support.motion import residual_of, spec_of, values_of
 from tests.support.systems import derived

@@ -12,6 +12,7 @@ from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ensemble.datasets import MEMORY, EnsembleDatasets
 from lagrange_cli.integrate.ensemble.method import EnsembleMethod, Section, Starts
 from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
+from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lagrange_cli.integrate.ensemble.datasets import Emit
+    from lagrange_cli.integrate.ensemble.method import EnsembleMethod
+    from lagrange_cli.integrate.method import Method
     from lagrange_cli.native.interface import Interface
     from lagrange_cli.spec.ensemble import EnsembleValues, Number
     from lagrange_cli.spec.spec import Family
@@ -108,3 +111,15 @@ def start_of(values: EnsembleValues, families: Sequence[Family], part: slice) ->
             found[f"initial/{kind}/{family.name}"] = table(columns, part).reshape(-1, *family.shape)
             row += len(family.members)
     return found
+
+
+def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> EnsembleMethod:
+    """The method of ``prepared`` for many motions; ``alone`` makes that of single ones where it is needed."""
+    if prepared.machine.follow is not None:
+        from lagrange_cli.integrate.ensemble.lanes import LanesMethod
+
+        return LanesMethod(prepared.machine, alone, prepared.compilation.backward)
+    from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
+
+    names = tuple(name for group in prepared.recording.events for name in group.members)
+    return OneByOne(prepared.follower, METHODS[prepared.compilation.method].parallel, names)

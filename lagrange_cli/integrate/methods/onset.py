@@ -27,7 +27,7 @@ SOON = 2.0**-30
 """A velocity that becomes 0 within this fraction of the time is set to 0."""
 STAGES, ROUNDS, TURNS = 8, 12, 3
 """Gauss's nodes; iterations of Newton's method, at most; and of directions before it."""
-EXACT, ROUNDED = 2.0**-48, (2.0**-50, 2.0**-102)
+EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
 """Changes in the last iteration and the last coefficient of polynomials: of accelerations, beside that of
 friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
 NUDGE = 2.0**-10
@@ -245,10 +245,10 @@ class Onset(Leading):
                 break
         else:
             return None
-        highest = np.abs(gauss_rule.series[-1] @ found)
-        if np.max(highest) > max(exact, 4.0 * rounded / length):
-            return None
         speeds, places = length * (once @ found), length**2 * (twice @ found)
+        highest = [float(np.max(np.abs(gauss_rule.series[-1] @ one))) for one in (found, speeds)]
+        if highest[0] > exact and highest[1] > rounded:
+            return None
         here, beyond = [], dict[int, float]()
         for t, (_, along), *changes in zip(times, guesses, places, speeds):
             here.append(rates(t, *changes))

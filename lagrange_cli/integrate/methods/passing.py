@@ -12,17 +12,14 @@ their arguments may be 0 on it. (No such polynomial agrees with another one acro
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.methods.workspace import Workspace
 from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.records import dataclass
-
-if TYPE_CHECKING:
-    from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.integrate.methods.workspace import Workspace
 
 DEGREE, LOWER = 14, 12
 AWAY = 1 / 75
@@ -191,3 +188,43 @@ def _believed(space: Workspace, way: Passage) -> bool:
     size = float(np.max(np.abs(due))) + scale
     satisfied = float(np.max(moved)) <= SATISFIED * scale
     return satisfied and float(np.max(np.abs(rates - due))) <= ACCELERATED * size
+
+
+MARK = 256
+"""After so many steps the memory is kept: neither a clock nor samples decide from where a singular
+configuration is passed."""
+
+
+class EarlierTimes:
+    """The last ``memories`` of a workspace that are kept, since a ``singular`` configuration was passed; and
+    the times when that was."""
+
+    def __init__(self, space: Workspace) -> None:
+        self.space, self.memories, self.singular = space, tuple[Array, ...](), tuple[float, ...]()
+
+    def keep(self, steps: int) -> None:
+        """Keep the memory, if that is due after so many steps."""
+        place = self.space.layout.time
+        due = steps % MARK == 0 and self.memories[-1:] and self.memories[-1][place] != self.space.t
+        if due or not self.memories:
+            self.memories = thinned((*self.memories, self.space.memory.copy()), place)
+
+    def steps_to_mark(self, steps: int) -> int:
+        """How many steps there are, after ``steps``, until a memory may be due."""
+        return MARK - steps % MARK
+
+    def passed(
+        self, wanted: Array, stop: float, pause: Callable[[float], int], *, limited: bool
+    ) -> tuple[Array | None, bool]:
+        """Pass a singular configuration: the samples (rows, n) on the way, or None where that is impossible
+        or is not to be done (``pause``, see ``passing.passed``); and whether the stop time has influenced the
+        motion, as it has before if it is ``limited``."""
+        singular, place = self.space.t, self.space.layout.time
+        origins = [one for one in self.memories if one[place] < singular]
+        if not origins:
+            return None, limited
+        way, limited = passed(self.space, origins, stop, pause, limited=limited)
+        if way is None:
+            return None, limited
+        self.singular, self.memories = (*self.singular, singular), ()
+        return way.at(wanted[wanted <= way.stop]), limited

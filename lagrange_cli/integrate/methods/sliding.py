@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.methods.at_zero import ROUNDED_OFF
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.onset import SOON, Onset, inverse_of
 from lagrange_cli.native.guards import SMALLEST
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 LONGEST, SHORTER, LEAST = (2.0**-4, 2.0**-12), 2.0**-2, (2.0**-40, 2.0**-80)
 """The longest way, as part of the time in which forces change: accelerations are known to doubles there; how
 much shorter the next one is; and the shortest, as part of the time."""
+
+FEW = 4.0
+"""A velocity of so many rounding errors may be 0."""
 
 
 class Sliding(Onset):
@@ -37,9 +41,10 @@ class Sliding(Onset):
         """Hold the motion where a length is about to be 0, or slide on; whether there is one."""
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
+        rounding = FEW * ROUNDED_OFF[self.machine.program.parts - 1] * np.max(np.abs(self.memory[self._own]))
         for j in self.vectors():
             u, rate = self._coefficients(self._rows.first + j)[:2]
-            if self.modes[j] != 0.0 and rate < 0.0 < u <= -rate * soon:
+            if self.modes[j] != 0.0 and (u <= rounding or rate < 0.0 < u <= -rate * soon):
                 return self.slide_or_hold(j)
         return False
 

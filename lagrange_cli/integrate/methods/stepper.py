@@ -24,9 +24,9 @@ from lagrange_cli.native.state import CARRIED_COUNT, Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.methods.earlier_times import EarlierTimes
     from lagrange_cli.integrate.methods.happenings import Finished, Happenings
     from lagrange_cli.integrate.methods.helping import Helpers
+    from lagrange_cli.integrate.methods.passing import EarlierTimes
     from lagrange_cli.integrate.methods.settling import Settling
 
 POLL_SECONDS = 0.05
@@ -110,7 +110,7 @@ class Stepper:
         self._start, self._marked = times.start, 0
         self._earlier: EarlierTimes | None = None
         if program.constraints and program.parts == 1:
-            from lagrange_cli.integrate.methods.earlier_times import EarlierTimes
+            from lagrange_cli.integrate.methods.passing import EarlierTimes
 
             self._earlier = EarlierTimes(space)
 

@@ -12,21 +12,15 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of, state_symbols
-from lagrange_cli.model.model import Model
+from lagrange_cli.mechanics.variables import OfModel, state_symbols
 from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
-class AllowedStates:
+class AllowedStates(OfModel):
     """The states of a model that its ``constraints`` allow."""
 
-    model: Model[Node]
     constraints: Constraints
-
-    @property
-    def _graph(self) -> Graph:
-        return graph_of(self.model)
 
     @cached_property
     def _moving(self) -> int:
@@ -35,7 +29,7 @@ class AllowedStates:
     @cached_property
     def eliminated(self) -> Mapping[Node, Node]:
         """Velocities by others, as the constraints have it, and coordinates that these are linear in."""
-        graph, model = self._graph, self.model
+        graph, model = self.graph, self.model
         known: dict[Node, Node] = {}
         solved = 0
         for one, slopes, speed in zip(model.constraints, self.constraints.slopes, self.constraints.speeds):
@@ -65,7 +59,7 @@ class AllowedStates:
         """Coordinates on spheres, where constraints keep them at a constant distance from 0, as those of a
         quaternion: by stereographic projection, all but the first one stand for any numbers. It has no root,
         whose branches would have to be told apart."""
-        graph, model = self._graph, self.model
+        graph, model = self.graph, self.model
         known: dict[Node, Node] = {}
         for one, slopes in zip(model.constraints, self.constraints.slopes):
             if not one.holonomic or len(slopes) < 2 or any(model.q[k] in known for k in slopes):
@@ -84,7 +78,7 @@ class AllowedStates:
 
     def where_constraints_hold(self, lists: Sequence[Sequence[Node]]) -> list[tuple[Node, ...]]:
         """Expressions, with what the constraints make of velocities and of coordinates."""
-        graph, every = self._graph, [node for nodes in lists for node in nodes]
+        graph, every = self.graph, [node for nodes in lists for node in nodes]
         if self.eliminated:
             every = [*substituted(graph, every, self.eliminated)]
         if self.normalized:

@@ -17,14 +17,12 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.zero import branching, deciding, is_zero, zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.relations import Relations
-from lagrange_cli.mechanics.variables import graph_of, numbered, state_symbols
-from lagrange_cli.model.model import Model
+from lagrange_cli.mechanics.variables import OfModel, numbered, state_symbols
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
@@ -48,14 +46,8 @@ Parts = Sequence[tuple[Node, Change]]
 
 
 @dataclass(frozen=True)
-class Noether:
+class Noether(OfModel):
     """The currents of a model and their rates of change."""
-
-    model: Model[Node]
-
-    @property
-    def _graph(self) -> Graph:
-        return graph_of(self.model)
 
     @cached_property
     def energetics(self) -> Energetics:
@@ -76,7 +68,7 @@ class Noether:
     @cached_property
     def _energy_rate(self) -> Node:
         pairs = zip(self.energetics.applied, self.model.v)
-        power = self._graph.sum([(force * v, 1.0) for force, v in pairs])
+        power = self.graph.sum([(force * v, 1.0) for force, v in pairs])
         return power - self.energetics.lagrangian_rate(self.model.time)
 
     @cached_property
@@ -134,7 +126,7 @@ class Noether:
 
     def rate(self, node: Node) -> Node:
         """df/dt of a function of q and t."""
-        graph, model = self._graph, self.model
+        graph, model = self.graph, self.model
         terms = [(slope * model.v[k], 1.0) for k, slope in graph.gradient(node, self._places).items()]
         return graph.sum([*terms, (graph.diff(node, model.time), 1.0)])
 
@@ -142,7 +134,7 @@ class Noether:
         """sum_k xi_k p_k - tau h - F."""
         terms = [(xi * self.energetics.momenta[k], 1.0) for k, xi in change.directions.items()]
         terms += [(change.time * self.energy, -1.0)] if change.time is not None else []
-        return self._graph.sum(terms + ([(change.gain, -1.0)] if change.gain is not None else []))
+        return self.graph.sum(terms + ([(change.gain, -1.0)] if change.gain is not None else []))
 
     def conditions(self, changes: Sequence[Change]) -> Sequence[Sequence[Node]]:
         """The expressions that must vanish, for each change: linear in it, and as many for every one.
@@ -158,12 +150,12 @@ class Noether:
         for slopes, drift in zip(self.constraints.slopes, self.constraints.drifts):
             terms = [(a * change.directions[k], 1.0) for k, a in slopes.items() if k in change.directions]
             terms += [(change.time * drift, 1.0)] if change.time is not None else []
-            found.append(self._graph.sum(terms))
+            found.append(self.graph.sum(terms))
         return found
 
     def _balance(self, change: Change) -> list[Node]:
         """The rate of the current, and what must not change because it decides branches."""
-        graph, model, energetics = self._graph, self.model, self.energetics
+        graph, model, energetics = self.graph, self.model, self.energetics
         terms: list[tuple[Node, float]] = []
         rates = {k: self.rate(xi) for k, xi in change.directions.items()}
         for k, xi in change.directions.items():
@@ -186,7 +178,7 @@ class Noether:
     def _growth(self, factor: Node, change: Change) -> list[Node]:
         """What ``_balance`` is more than f times as large for f xi_k in place of xi_k, with a function f:
         f_dot sum_k xi_k p_k, and f_dot sum_k xi_k du/dv_k."""
-        graph, rate = self._graph, self.rate(factor)
+        graph, rate = self.graph, self.rate(factor)
         momenta = [(xi * self.energetics.momenta[k], 1.0) for k, xi in change.directions.items()]
         found = [rate * graph.sum(momenta)]
         for u in self._deciding:
@@ -196,7 +188,7 @@ class Noether:
 
     def keeps(self, change: Change) -> bool:
         """Whether it is proven that the current is conserved."""
-        if self.kept([[(self._graph.one, change)]]) == [True]:
+        if self.kept([[(self.graph.one, change)]]) == [True]:
             return True
         if self.model.constraints or not self._roots:
             return False
@@ -210,7 +202,7 @@ class Noether:
 
     def _stays_positive(self, u: Node, rate: Node) -> bool:
         """Whether u changes in proportion to u, so that no change lets it pass 0."""
-        graph, model = self._graph, self.model
+        graph, model = self.graph, self.model
         symbols = (model.time, *model.q, *model.v)
         columns = [[u * factor] for factor in (graph.one, *symbols)]
         found = Relations(graph, symbols).relations([*columns, [rate]])
@@ -227,7 +219,7 @@ class Noether:
         first."""
         along = self._vanish([self._sum([(f, self._along(one)) for f, one in parts]) for parts in sums])
         left = [parts for parts, allowed in zip(sums, along) if allowed]
-        one, balances = self._graph.one, []
+        one, balances = self.graph.one, []
         for parts in left:
             terms = [(f, self._balance(change)) for f, change in parts]
             grown = [(one, self._growth(f, change)) for f, change in parts if f.symbols & self._moving]
@@ -238,7 +230,7 @@ class Noether:
     def _sum(self, parts: Sequence[tuple[Node, Sequence[Node]]]) -> list[Node]:
         """The sums of several lists of expressions, each times a factor."""
         scaled = [[(factor * node, 1.0) for node in nodes] for factor, nodes in parts]
-        return [self._graph.sum(terms) for terms in zip(*scaled)]
+        return [self.graph.sum(terms) for terms in zip(*scaled)]
 
     def _vanish(self, lists: Sequence[Sequence[Node]]) -> list[bool]:
         """Whether it is proven of all expressions in each list that they are 0."""
@@ -248,7 +240,7 @@ class Noether:
 
     def together(self, parts: Sequence[tuple[Node, Change]]) -> Change:
         """A sum of changes with coefficients."""
-        graph = self._graph
+        graph = self.graph
         directions: dict[int, list[tuple[Node, float]]] = {}
         times: list[tuple[Node, float]] = []
         gains: list[tuple[Node, float]] = []

@@ -13,8 +13,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.residues import LARGE, NoValue, Residues
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of, variables
-from lagrange_cli.model.model import Model
+from lagrange_cli.mechanics.variables import OfModel, variables
 from lagrange_cli.records import dataclass
 
 TRIES = 40
@@ -34,16 +33,10 @@ class State:
 
 
 @dataclass(frozen=True)
-class States:
+class States(OfModel):
     """The states of a ``model``, on which its constraints hold."""
 
-    model: Model[Node]
     noether: Noether
-
-    @property
-    def graph(self) -> Graph:
-        """The graph of the model."""
-        return graph_of(self.model)
 
     @cached_property
     def matrix(self) -> Sequence[Sequence[Node]]:

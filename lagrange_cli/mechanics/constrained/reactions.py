@@ -17,15 +17,13 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.algebra import Algebra
-from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.embedding import MOST_AT_ONCE, Component, Embedding, solution
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of, rate, variables
+from lagrange_cli.mechanics.variables import OfModel, rate, variables
 from lagrange_cli.model.build import action_of
-from lagrange_cli.model.model import Model
 from lagrange_cli.model.orientation import Turning
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.records import dataclass
@@ -76,19 +74,13 @@ class InSpace(Scope[Node]):
 
 
 @dataclass(frozen=True)
-class Reactions:
+class Reactions(OfModel):
     """The forces of constraint of a model with particles."""
-
-    model: Model[Node]
-
-    @property
-    def _graph(self) -> Graph:
-        return graph_of(self.model)
 
     @cached_property
     def on_particles(self) -> Mapping[str, tuple[Node, ...]]:
         """R by particle, of those on which the applied force is known, with time derivatives in it."""
-        graph, moving, forces = self._graph, variables(self.model), self._forces[0]
+        graph, moving, forces = self.graph, variables(self.model), self._forces[0]
         return {
             one.name: tuple(
                 (one.mass * rate(graph, u, moving) if u.symbols & moving else graph.zero)
@@ -107,7 +99,7 @@ class Reactions:
     @cached_property
     def _forces(self) -> tuple[Mapping[Component, Node], Mapping[str, str]]:
         """The applied force on each component of each particle, and where it is not known."""
-        model, graph = self.model, self._graph
+        model, graph = self.model, self.graph
         assert model.spec is not None
         scope, moving = InSpace(model.spec, model.algebra), variables(model)
         potential = scope.total([scope.scalar(term) for term in model.spec.potential.values()])
@@ -148,7 +140,7 @@ class Reactions:
         """The forces ``along`` coordinates as forces on components, added to those that are ``known``."""
         if not along:
             return known, {}
-        graph, unknown = self._graph, dict[str, str]()
+        graph, unknown = self.graph, dict[str, str]()
         embedding = Embedding(self.model)
         for moved, components in embedding.blocks:
             here = [k for k in moved if k in along]

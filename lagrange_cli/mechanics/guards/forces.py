@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, terms_of, union
+from lagrange_cli.expression.node import Kind, Node, factors_of, terms_of, union
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.guards.modes import Modes, three_ways
 from lagrange_cli.mechanics.substitution import rewritten, substituted
@@ -85,9 +85,11 @@ def _shares(modes: Modes, held: Mapping[Place, Node]) -> tuple[Node, dict[Place,
         return None
     slopes = {i: graph.diff(each, one) for i, each in held.items()}
     alone = all(is_zero(each - slopes[i] * one) for i, each in held.items())
-    limit = one if alone else first
-    factors = slopes if alone else _quotients(graph, slopes, graph.diff(first, one))
     bound = union(multipliers)
+    # what else it is multiplied with, such as the cosine of an angle, may be 0 while others are not
+    common = factors_of(graph.split_coefficient(first)[1])
+    limit = one if alone else graph.product((a, e) for a, e in common if a.symbols & bound)
+    factors = slopes if alone else _quotients(graph, slopes, graph.diff(limit, one))
     shared = all(
         not factors[i].symbols & bound and is_zero(each - factors[i] * limit) for i, each in held.items()
     )

@@ -157,7 +157,7 @@ class Modes:
         argument, above, below = node.arguments
         if not any(argument.symbols & v.symbols for v in self.residual.model.v):
             return False
-        return where_zero(self.graph, above + below, argument).is_zero
+        return vanishes_with(self.graph, above + below, argument)
 
     def _jumps(self, node: Node) -> bool:
         """Whether a switch may have two values where its argument is 0."""

@@ -37,9 +37,9 @@ def vectors(residual: Residual) -> list[Vector]:
     0."""
     graph, model = residual.graph, residual.model
     speeds = reduce(or_, (v.symbols for v in model.v), 0)
-    inertial = set(bases(_inertias(residual), speeds))
-    found = []
-    for square in bases(residual.residual, speeds):
+    squares, found = bases(residual.residual, speeds), []
+    inertial = set(bases(_inertias(residual), speeds)) if squares else set()
+    for square in squares:
         vector = None if square in inertial else completed(graph, square, model.v)
         if vector is not None and all(held(graph, row, vector) is not None for row in residual.residual):
             found.append(vector)

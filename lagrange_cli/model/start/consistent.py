@@ -6,17 +6,21 @@ constraints are not satisfied then, given values are moved to the nearest state 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.model.start.closing import Closing
+from lagrange_cli.model.start.closures import MOST_CLOSURES, determined
+from lagrange_cli.model.start.equations import Equations, Masses, Matter, Rates, Row
 from lagrange_cli.model.start.generic import faint, in_general, refuse_constants
-from lagrange_cli.model.start.linear import independent
-from lagrange_cli.model.start.nearest import ROUND
-from lagrange_cli.model.start.places import places
+from lagrange_cli.model.start.linear import independent, scales, steepness
+from lagrange_cli.model.start.moved import moved, tried
+from lagrange_cli.model.start.nearest import ROUND, Surface, Values
 from lagrange_cli.model.start.search import Evaluated, Generic, Given, Search
-from lagrange_cli.model.start.speeds import speeds
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Spec
 
 
@@ -105,3 +109,100 @@ def changes(
         for k, (name, old, new, size) in enumerate(zip(names, before, after, scale))
         if abs(new if k in free else new - old) > 2 * ROUND * size
     ]
+
+
+def speeds(
+    search: Search, q: Sequence[Any], scale: Sequence[float], masses: Matter, kept: Sequence[int]
+) -> list[Any]:
+    """Consistent velocities."""
+    given, v = search.given, list(search.given.v)
+    rates = search.rates(q, v)
+
+    def at(x: Sequence[Any]) -> Values:
+        values = [
+            drift + sum((a * x[k] for k, a in row.items()), 0 * drift)
+            for row, drift in zip(rates.rows, rates.drifts)
+        ]
+        return values, rates.rows
+
+    def surface(kept: Sequence[int], unknown: Sequence[int], size: Sequence[float]) -> Surface:
+        """They are linear functions: however long, the first step leads there."""
+        return Surface(at, kept, unknown, masses, size, search.unit, far=math.inf)
+
+    everything = [*range(len(v))]
+    whole = tried(surface(kept, everything, scale).reach, v) or v
+    size = scales(masses, [max(abs(float(a)), abs(float(b))) for a, b in zip(v, whole)])
+    unknown = sorted(given.open_v)
+    if unknown and off_by(at(v), size, rates) > 0.0:
+        some = determined([rates.rows[i] for i in kept], unknown, scale)
+        own = masses.diagonal(len(v))  # none moves because others do
+        if not all(own[k] > 0 for k in unknown):
+            own = [1.0 / size**2 for size in scale]
+        alone = Masses({k: {k: own[k]} for k in unknown})
+        free = replace(surface([kept[i] for i in some], unknown, size), masses=alone)
+        found = tried(free.nearest, v)
+        v = v if found is None else found
+    return moved(
+        search, surface(kept, everything, size), v, lambda x: off_by(at(x), size, rates), speeds=True
+    )
+
+
+def off_by(values: Values, size: Sequence[float], rates: Rates) -> float:
+    """The largest rate of a constraint, relative to its terms."""
+    found = 0.0
+    for value, steep, drift in zip(values[0], steepness(values[1], size), rates.drifts):
+        whole = max(steep, abs(float(drift)))
+        if value:
+            found = max(found, abs(float(value)) / whole if whole else math.inf)
+    return found
+
+
+def places(search: Search) -> list[Any]:
+    """Consistent coordinates."""
+    given, q = search.given, list(search.given.q)
+    if not search.count:
+        return q
+    unknown = sorted(given.open_q)
+    if unknown and search.known is None:
+        q = closure(search, q, unknown)
+    scale, masses = search.metric(q)
+    rows = search.position_values(q)[1]
+    at = search.position_values
+    if unknown:
+        kept = determined(rows, unknown, scale)
+        found = tried(Surface(at, kept, unknown, masses, scale, search.unit).nearest, q)
+        q = q if found is None else found
+    kept = independent(rows, scale, search.typical(scale))
+    everything = Surface(at, kept, [*range(len(q))], masses, scale, search.unit)
+    return moved(search, everything, q, lambda x: search.worst(*at(x), scale))
+
+
+def closure(search: Search, q: list[Any], unknown: Sequence[int]) -> list[Any]:
+    """The coordinates, with the only values that the open ones can have."""
+    plain = [float(x) for x in q]
+    doubles = search.equations
+    if search.exact is not None:
+        doubles = Equations(search.spec, {name: float(x) for name, x in search.parameters.items()})
+    time = float(search.given.t)
+
+    def at(x: Sequence[float], chosen: Sequence[int]) -> tuple[Mapping[int, Any], Mapping[int, Row]]:
+        try:
+            return doubles.part(time, x, chosen)
+        except SpecError as error:
+            raise ArithmeticError(error.problems[0].message) from error
+
+    sizes = [float(x) for x in search.parameters.values()]
+    scale = max(map(abs, plain), default=0.0) or 1.0
+    found = Closing(at, range(search.count), unknown, plain, scale, sizes).closures()
+    if found.left:
+        raise search.refusal.open_coordinate(found.left[0])
+    chosen = found.states[0] if found.states else found.best
+    if chosen is None:
+        raise search.refusal.no_closure(sorted({*range(len(q))}.difference(unknown)), unknown)
+    if len(found.states) > 1:
+        more = len(found.states) >= MOST_CLOSURES
+        listed = [{k: state[k] for k in unknown} for state in found.states]
+        raise search.refusal.several(listed, more=more)
+    for k in unknown:
+        q[k] = 0 * q[k] + chosen[k]
+    return q

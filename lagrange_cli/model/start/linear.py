@@ -142,16 +142,8 @@ def shares_of(own: Sequence[Row], others: Sequence[Row]) -> Array:
 
 def products(rows: Sequence[Row], others: Sequence[Row]) -> Array:
     """The matrix of the rows' scalar products with others, of which there are as many."""
-    matrix = np.zeros((len(rows), len(others)))
-    columns: dict[int, list[tuple[int, float]]] = {}
-    for j, row in enumerate(others):
-        for k, a in row.items():
-            columns.setdefault(k, []).append((j, float(a)))
-    for i, row in enumerate(rows):
-        for k, a in row.items():
-            for j, b in columns.get(k, ()):
-                matrix[i, j] += float(a) * b
-    return matrix
+    plain, given = ([{k: float(a) for k, a in row.items()} for row in some] for some in (rows, others))
+    return sparse.array_of(sparse.products(plain, given), len(others))
 
 
 def damped(

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from lagrange_cli.families.arrays import Array, Term
-from lagrange_cli.native.families.gathering import place_at
+from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.saddle_tables import SaddleTables
 from lagrange_cli.native.families.sticking import Sticking
 from lagrange_cli.native.families.tables import Tables
-from lagrange_cli.native.families.vectors import Numbers, Vectors
+from lagrange_cli.native.families.vectors import DoubleVectors, Numbers, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.motions import RATES, highest
@@ -34,30 +35,40 @@ Element = tuple[Total, int]
 """A number: the total that contains it, and its place there."""
 Observed = Mapping[str, Element]
 """Quantities by name: where each of them is."""
+NOTHING: Observed = MappingProxyType({})
 
 
 class Arrangement:
-    """What lasts during a motion, and where arrays of it are in ``%constants``."""
+    """What lasts during a motion, and where arrays of it are in ``%constants``, for a program.
+
+    The program is that of ``system`` with q's series to ``order``, in numbers of a ``kind``, and
+    integrals of ``integrands``; one of ``RATES`` gives the accelerations alone, with the steps of a
+    ``scheme`` on these, in doubles. What is ``observed`` is that of ``sampled``, if it is another one:
+    the system as it is at samples, with the switches themselves, as modes are not known there, and not in
+    reversed time. With a ``factor`` it is that of a companion, whose numbers are of a kind beside those
+    of the run (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no
+    constraints, and numbers are doubles. A ``concise`` program has no second copy of the code for many
+    coefficients: it is compiled in less time, and slower.
+    """
 
     def __init__(
         self,
         system: FamilySystem,
-        sampled: FamilySystem,
         observed: Observed,
         tolerance: float,
         order: int,
-        scheme: str,
-        kind: type[Vectors],
-        factor: int | None,
-        proven: bool,
-        integrands: Observed,
-        concise: bool,
+        *,
+        sampled: FamilySystem | None = None,
+        scheme: str = "",
+        kind: type[Vectors] = DoubleVectors,
+        factor: int | None = None,
+        proven: bool = False,
+        integrands: Observed = NOTHING,
+        concise: bool = False,
     ) -> None:
         self.kind, self.factor, self.concise = kind, factor, concise
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
-        self.sampled = sampled
-        """The system as it is at samples: with the switches themselves, as modes are not known there, and not
-        in reversed time."""
+        sampled = self.sampled = sampled or system
         self.observed, self.tolerance, self.scheme = observed, tolerance, scheme
         self.proven = proven
         guarded = system.modes is not None or system.events is not None

@@ -14,7 +14,7 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.vector import Bit, Integer
+from lagrange_cli.native.llvm.vector import Bit, Index
 
 
 class ArticulatedJet(CorrectedJet):
@@ -81,7 +81,7 @@ class ArticulatedJet(CorrectedJet):
         super().begin()
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         balance, first = self.balance, isinstance(k, int) and k == 0
         given = self.given(first=first)
@@ -95,12 +95,7 @@ class ArticulatedJet(CorrectedJet):
                 if kind.determinant is not None
             ]
             if self.sweeps is not None:
-                self.good.append(
-                    self.sweeps.eliminate(
-                        balance.masses, balance.inertia, balance.node_slopes, balance.own, balance.corners,
-                        balance.weights, balance.gains, balance.inverse, balance.passed,
-                    )
-                )  # fmt: skip
+                self.good.append(self.sweeps.eliminate(balance))
         self.follow_forces(evaluation, first=first)
         evaluation.write(self.moving(balance.after))
         self.evaluate(k, correcting=True)
@@ -114,7 +109,7 @@ class ArticulatedJet(CorrectedJet):
         """The accelerations of nodes."""
         swept(evaluation, self.balance, self.sweeps, self.lasting.fixed)
 
-    def advance(self, evaluation: Evaluation, k: int | Integer, rates: Array) -> None:
+    def advance(self, evaluation: Evaluation, k: Index, rates: Array) -> None:
         """The newest coefficients of coordinates, and of nodes that forces depend on."""
         super().advance(evaluation, k, rates)
         f, vectors = self.f, self.vectors
@@ -143,8 +138,7 @@ def swept(evaluation: Evaluation, balance: Balance, sweeps: Sweeps | None, fixed
 
     evaluation.write(moving(balance.before))
     if sweeps is not None:
-        bare = not any(one.terms for one in balance.pull)
-        sweeps.to_roots(balance.pull, balance.push, balance.passed, bare=bare)
+        sweeps.to_roots(balance)
     evaluation.write(moving(balance.between))
     if sweeps is not None:
-        sweeps.to_tips(balance.accelerations, balance.drift, balance.passed)
+        sweeps.to_tips(balance)

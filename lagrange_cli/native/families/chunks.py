@@ -16,10 +16,9 @@ from lagrange_cli.families.arrays import Array
 from lagrange_cli.native.board import LINE
 from lagrange_cli.native.families.additions import behind, keys
 from lagrange_cli.native.families.evaluation import Writer
-from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.sharing import STRIP, Part, Parts
-from lagrange_cli.native.families.tables import Tables
+from lagrange_cli.native.families.tables import Tables, place_at
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer

@@ -11,14 +11,14 @@ from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.articulated import ArticulatedJet, swept
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closure import Closure
-from lagrange_cli.native.families.constrained import Saddle, copied, saddle_of
+from lagrange_cli.native.families.constrained import saddle_of, solve
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
-from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.families.tables import place_at
+from lagrange_cli.native.llvm.vector import Bit, Index
 
 
 class ClosedJet(ArticulatedJet):
@@ -45,7 +45,7 @@ class ClosedJet(ArticulatedJet):
         return totals
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         super().accelerate(evaluation, k, phase, span)
         self.keep(self.closure.multipliers, k)
@@ -63,7 +63,7 @@ class ClosedJet(ArticulatedJet):
             self.vectors.store(zero, evaluation.where(closure.multipliers), i)
         self._act(evaluation, closure.acting, balance)
         evaluation.write([closure.right])
-        solve(self.saddle, closure, evaluation.where(closure.right), evaluation.where(closure.multipliers))
+        solve(self.saddle, evaluation.where(closure.right), evaluation.where(closure.multipliers))
         evaluation.write(self.moving(closure.acting))
         super().follow_forces(evaluation, first=first)
 
@@ -115,11 +115,3 @@ def respond(
     swept(evaluation, balance, sweeps, fixed)
     if coordinates:
         evaluation.write([one for one in balance.moved if one not in fixed])
-
-
-def solve(saddle: Saddle, closure: Closure, right: Pointer, to: Pointer) -> None:
-    """The multipliers with A M^-1 A^T lambda = what is at ``right``."""
-    vectors, many = saddle.vectors, closure.count
-    vectors.store(vectors.constant(0.0), right, many)
-    saddle.solve(right, range(many), many)
-    copied(saddle, range(many), to)

@@ -14,9 +14,9 @@ import numpy as np
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Chain, Domain, Source, Term, Total
 from lagrange_cli.families.bonds import Bound, Hold
-from lagrange_cli.native.families.closed import ClosedJet, respond, solve
+from lagrange_cli.native.families.closed import ClosedJet, respond
 from lagrange_cli.native.families.closure import Closure
-from lagrange_cli.native.families.constrained import saddle_of
+from lagrange_cli.native.families.constrained import saddle_of, solve
 from lagrange_cli.native.families.evaluation import Evaluation
 from lagrange_cli.native.families.node_arrays import array
 from lagrange_cli.native.families.projection import add_to_state
@@ -223,7 +223,7 @@ class ClosedProjection:
             off, right = self.evaluation.where(self.residuals.off[k]), where(closure.right)
             with f.loop(0, closure.count, tested=False) as i:
                 vectors.store(-vectors.load(off, i), right, i)
-            solve(saddle, closure, right, where(closure.multipliers))
+            solve(saddle, right, where(closure.multipliers))
             respond(evaluation, closure.alone, closure.reply, sweeps, self.fixed, coordinates=True)
             add_to_state(vectors, where(closure.reply.rates), row, self.layout)
         at.counted(f)

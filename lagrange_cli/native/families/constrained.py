@@ -11,14 +11,14 @@ from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.dense import Dense, DenseTables, SolvingTables
 from lagrange_cli.native.families.diagonal import regular_masses
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
-from lagrange_cli.native.families.gathering import places_at
 from lagrange_cli.native.families.loops import needed
-from lagrange_cli.native.families.restraint import AlongMotion, AtAState, Restraint
+from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.saddle import Tabled
 from lagrange_cli.native.families.spans import Span
+from lagrange_cli.native.families.tables import places_at
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Pointer
 from lagrange_cli.native.state import vectors_of
 
 Saddle: TypeAlias = "Tabled | Dense"
@@ -52,7 +52,7 @@ class ConstrainedJet(CorrectedJet):
         return totals
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         motion, first = self.motion, isinstance(k, int) and k == 0
         given = [motion.rest, *(one for some in motion.slopes for one in some if first)]
@@ -65,7 +65,7 @@ class ConstrainedJet(CorrectedJet):
             self.sound = regular.get()
         evaluation.write([motion.free])
         evaluation.write([motion.right])
-        solve(self.saddle, motion, self.at(motion.right, 0), self.at(motion.multipliers, 0))
+        solve(self.saddle, self.at(motion.right, 0), self.at(motion.multipliers, 0), zeroed=True)
         evaluation.add([motion.rates])
         self.evaluate(k, correcting=True)
         self.advance(evaluation, k, motion.rates)
@@ -75,17 +75,15 @@ class ConstrainedJet(CorrectedJet):
         return regular_masses(self) & self.sound
 
 
-def solve(saddle: Saddle, restraint: Restraint, right: Pointer, to: Pointer) -> None:
-    """The multipliers with A M^-1 A^T lambda = what is at ``right``, a 0 behind it."""
-    many = restraint.count
-    saddle.solve(right, range(many), many)
-    copied(saddle, range(many), to)
-
-
-def copied(saddle: Saddle, rows: Sequence[int], to: Pointer) -> None:
-    """The unknowns of these rows, side by side."""
-    f, vectors, table = saddle.f, saddle.vectors, saddle.table(rows)
-    with f.loop(0, vectors_of(len(rows)), tested=False) as b:
+def solve(saddle: Saddle, right: Pointer, to: Pointer, *, zeroed: bool = False) -> None:
+    """The multipliers with A M^-1 A^T lambda = what is at ``right``; a 0 is put behind it, unless it is
+    ``zeroed``."""
+    f, vectors, count = saddle.f, saddle.vectors, saddle.tabled.count
+    if not zeroed:
+        vectors.store(vectors.constant(0.0), right, count)
+    saddle.solve(right)
+    table = saddle.solution
+    with f.loop(0, vectors_of(count), tested=False) as b:
         row = vectors.gather(saddle.base, places_at(f, b * LANES + table))
         vectors.store_row(row, to, b * LANES)
 
@@ -97,5 +95,4 @@ def solved_at_a_state(
     f, vectors, where = evaluation.f, evaluation.vectors, evaluation.where
     saddle = saddle_of(vectors, tabled, scratch, 0)
     saddle.factor(where(restraint.square), restraint.placed(tabled), f.variable(Bit(f, "true", 1)))
-    vectors.store(vectors.constant(0.0), where(restraint.right), restraint.count)
-    solve(saddle, restraint, where(restraint.right), where(to))
+    solve(saddle, where(restraint.right), where(to))

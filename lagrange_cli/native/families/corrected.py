@@ -19,7 +19,7 @@ from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.stage import MemberStage, SeriesWriter
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.vector import Integer
+from lagrange_cli.native.llvm.vector import Index, Integer
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
 from lagrange_cli.series.program import Op, SeriesProgram, needs
@@ -28,7 +28,7 @@ BEFORE_ACCELERATIONS = -2, -1
 """Stages that have the state alone: coordinates are two orders ahead."""
 
 
-def early(k: int | Integer) -> bool:
+def early(k: Index) -> bool:
     """Whether stage k is one of these."""
     return isinstance(k, int) and k < 0
 
@@ -157,7 +157,7 @@ class CorrectedStage(MemberStage):
 
     series: CorrectedSeries
 
-    def put(self, index: int, value: Operands, m: int | Integer) -> None:
+    def put(self, index: int, value: Operands, m: Index) -> None:
         if early(self.k) or index not in self.series.blank:
             super().put(index, value, m)
 
@@ -225,7 +225,7 @@ class CorrectedJet(SeriesJet):
     def carried(self) -> Sequence[Array]:
         return () if self.kept is None else (self.kept,)
 
-    def keep(self, multipliers: Array, k: int | Integer) -> None:
+    def keep(self, multipliers: Array, k: Index) -> None:
         """Keep coefficients k of the multipliers, if that is asked for."""
         if self.kept is not None:
             self.copy(self.at(multipliers, 0), self.at(self.kept, k), multipliers.count)
@@ -240,7 +240,7 @@ class CorrectedJet(SeriesJet):
         """Those that are no constants of the motion."""
         return [one for one in totals if one not in self.lasting.fixed]
 
-    def evaluate(self, k: int | Integer, phase: int | None = None, *, correcting: bool = False) -> None:
+    def evaluate(self, k: Index, phase: int | None = None, *, correcting: bool = False) -> None:
         """The series of all members in stage k."""
         evaluation = Evaluation(
             self.vectors, self.slots, lambda array: self.at(array, k + 2 if early(k) and array in self.ahead
@@ -251,7 +251,7 @@ class CorrectedJet(SeriesJet):
             writer.correcting = correcting
             writer.write()
 
-    def advance(self, evaluation: Evaluation, k: int | Integer, rates: Array) -> None:
+    def advance(self, evaluation: Evaluation, k: Index, rates: Array) -> None:
         """The newest coefficients of coordinates, from those of their accelerations."""
         f, vectors = self.f, self.vectors
         one, two = vectors.divisor(k, 1), vectors.divisor(k, 2)

@@ -6,17 +6,18 @@ taken from the rows behind it, and then divided by the pivot: it is that column 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.native.families.gathering import place_at, places_at
+import numpy as np
+
 from lagrange_cli.native.families.saddle_tables import SaddleTables
-from lagrange_cli.native.families.tables import Tables
+from lagrange_cli.native.families.tables import Tables, place_at, places_at
 from lagrange_cli.native.families.vectors import Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.state import whole_vectors
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class Dense:
         self.f, self.vectors, self.base, self.first = vectors.f, vectors, base, first
         self.tabled, self.tables = tabled, tabled.tables
 
-    def place(self, name: str, at: Integer | int = 0) -> Pointer:
+    def place(self, name: str, at: Index = 0) -> Pointer:
         """A place in one of the arrays."""
         place = self.vectors.place
         return place(place(self.base, self.first + self.tabled.places[name]), at)
@@ -75,7 +76,7 @@ class Dense:
         with self.f.loop(block_of(first), self.tabled.width, LANES, tested=False) as j:
             self.store(self.vectors.kind.fms(some, self.load(row, j), self.load(target, j)), target, j)
 
-    def scale(self, place: Pointer, first: Integer | int, by: Pointer | Operands) -> None:
+    def scale(self, place: Pointer, first: Index, by: Pointer | Operands) -> None:
         """Multiply numbers from ``first`` on by one, or by as many."""
         with self.f.loop(first, self.tabled.width, LANES, tested=False) as j:
             factor = self.load(by, j) if isinstance(by, Pointer) else by
@@ -108,13 +109,13 @@ class Dense:
                 self.take(factor, row, self.row(i), i)
             self.scale(row, begin, inverse)
 
-    def solve(self, base: Pointer, right: Sequence[int], zero: int) -> None:
-        """The unknowns with K x = what is at the places ``right`` from ``base`` on, with a 0 at ``zero``."""
+    def solve(self, right: Pointer) -> None:
+        """The unknowns with K x = what is at ``right``, with a 0 behind it."""
         f, vectors, kind = self.f, self.vectors, self.vectors.kind
         count, width, unknowns = self.tabled.count, self.tabled.width, self.place("unknowns")
-        table = self.tables.of_places([*right, *[zero] * (width - count)])
+        table = self.tables.of_places([*range(count), *[count] * (width - count)])
         with f.loop(0, width, LANES, tested=False) as at:
-            vectors.store_row(vectors.gather(base, places_at(f, at + table)), unknowns, at)
+            vectors.store_row(vectors.gather(right, places_at(f, at + table)), unknowns, at)
         with f.loop(0, count, tested=False) as k:
             self.take(self.everywhere(vectors.load(unknowns, k)), self.row(k), unknowns, k)
         self.scale(unknowns, 0, self.place("inverse"))
@@ -126,10 +127,11 @@ class Dense:
                 total.set(vectors.number(less))
             vectors.store(vectors.total(total.get(), vectors.load(unknowns, k)), unknowns, k)
 
-    def table(self, rows: Sequence[int]) -> int:
-        """Where the unknowns of these rows are, in a table of places from ``base`` on."""
+    @property
+    def solution(self) -> int:
+        """A table of the places of the unknowns from ``base`` on."""
         start = self.first + self.tabled.places["unknowns"]
-        return self.tables.of_places([start + row for row in rows])
+        return self.tables.of_array(start + np.arange(self.tabled.count))
 
 
 def block_of(k: Integer) -> Integer:

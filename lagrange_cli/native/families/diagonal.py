@@ -11,7 +11,7 @@ from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.spans import Span, in_vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 
 
 class DiagonalJet(SeriesJet):
@@ -31,7 +31,7 @@ class DiagonalJet(SeriesJet):
         return totals
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         f, vectors, divisor = self.f, self.vectors, self.vectors.divisor(k, 1)
         self.emitter.repeated = self.degrees // LANES + 1

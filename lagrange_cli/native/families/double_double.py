@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import ClassVar
 
-from lagrange_cli.native.families.gathering import gathered
+from lagrange_cli.native.families.tables import gathered
 from lagrange_cli.native.families.vector_dots import Coefficients, Pair
 from lagrange_cli.native.interface import CONSTANTS, LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.beside import BesideDoubleDouble, beside
 from lagrange_cli.native.numbers.double_double import DDReal, DoubleDouble, pair
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
@@ -30,7 +30,7 @@ class DoubleDoublePointer(Pointer):
 
     __slots__ = ("beyond",)
 
-    def __init__(self, place: Pointer, beyond: Integer | int) -> None:
+    def __init__(self, place: Pointer, beyond: Index) -> None:
         super().__init__(place.body, place.name, 1)
         self.beyond = beyond
 
@@ -97,7 +97,7 @@ class DoubleDoubleVectors:
 
     # memory
 
-    def place(self, base: Pointer | str, index: Integer | int) -> DoubleDoublePointer:
+    def place(self, base: Pointer | str, index: Index) -> DoubleDoublePointer:
         beyond = base.beyond if isinstance(base, DoubleDoublePointer) else self.behind[str(base)]
         return DoubleDoublePointer(self.f.place(base, index, "double"), beyond)
 
@@ -112,17 +112,17 @@ class DoubleDoubleVectors:
         assert isinstance(base, DoubleDoublePointer)
         return self.f.place(base, base.beyond, "double") if part else base
 
-    def load(self, base: Pointer | str, index: Integer | int = 0) -> DDReal:
+    def load(self, base: Pointer | str, index: Index = 0) -> DDReal:
         return self.load_row(base, index, 1)
 
-    def store(self, value: DDReal, base: Pointer | str, index: Integer | int = 0) -> None:
+    def store(self, value: DDReal, base: Pointer | str, index: Index = 0) -> None:
         self.store_row(value, base, index)
 
-    def load_row(self, base: Pointer | str, index: Integer | int, lanes: int) -> DDReal:
+    def load_row(self, base: Pointer | str, index: Index, lanes: int) -> DDReal:
         place = self.place(base, index)
         return DDReal(*(self.f.load_row(place, at, lanes) for at in (0, place.beyond)))
 
-    def store_row(self, value: DDReal, base: Pointer | str, index: Integer | int) -> None:
+    def store_row(self, value: DDReal, base: Pointer | str, index: Index) -> None:
         place = self.place(base, index)
         for part, at in zip(value.parts, (0, place.beyond)):
             self.f.store_row(part, place, at)
@@ -171,7 +171,7 @@ class DoubleDoubleVectors:
         high, low = self.f.splat(one.high, lanes), one.low
         return DDReal(high, low and self.f.splat(low, lanes))
 
-    def lane(self, vector: DDReal, index: Integer | int) -> DDReal:
+    def lane(self, vector: DDReal, index: Index) -> DDReal:
         return DDReal(*(self.f.lane(part, index) for part in vector.parts))
 
     def shuffle(self, a: DDReal, lanes: Sequence[int], b: DDReal) -> DDReal:
@@ -196,32 +196,32 @@ class DoubleDoubleVectors:
     def quotient(self, a: DDReal, b: DDReal, inverse: DDReal) -> DDReal:
         return a / b
 
-    def divisor(self, k: int | Integer, ahead: int) -> Real:
+    def divisor(self, k: Index, ahead: int) -> Real:
         return self._real(k, ahead) * self.inverse
 
     def divided(self, value: DDReal, divisor: Real) -> DDReal:
         return value.divided(self.f.splat(divisor, value.high.lanes))
 
-    def over(self, value: DDReal | None, k: int | Integer, ahead: int) -> DDReal | None:
+    def over(self, value: DDReal | None, k: Index, ahead: int) -> DDReal | None:
         return None if value is None else self.divided(value, self._real(k, ahead))
 
-    def integrated(self, value: DDReal | None, k: int | Integer, ahead: int) -> DDReal | None:
+    def integrated(self, value: DDReal | None, k: Index, ahead: int) -> DDReal | None:
         return None if value is None else self.divided(value, self.divisor(k, ahead))
 
-    def rate(self, k: int | Integer, ahead: int) -> DDReal:
+    def rate(self, k: Index, ahead: int) -> DDReal:
         return DDReal(self.f.splat(self.divisor(k, ahead), LANES))
 
-    def _real(self, k: int | Integer, ahead: int) -> Real:
+    def _real(self, k: Index, ahead: int) -> Real:
         return self.f.constant(float(k + ahead)) if isinstance(k, int) else (k + ahead).to_real()
 
     # convolutions
 
     def dots(
-        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+        self, pairs: Sequence[Pair], n: Index, *, same: bool, weighted: bool
     ) -> Sequence[Sequence[DDReal]]:
         return [self._dots(*pair, n, weighted) for pair in pairs]
 
-    def _dots(self, a: Coefficients, b: Coefficients, n: int | Integer, weighted: bool) -> list[DDReal]:
+    def _dots(self, a: Coefficients, b: Coefficients, n: Index, weighted: bool) -> list[DDReal]:
         f, last = self.f, self.f.count(n) if isinstance(n, int) else n
         sums = [Accumulated(self) for _ in range(1 + weighted)]
         with f.loop(1, last) as m:

@@ -17,14 +17,13 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import NONE, Array, Chain, Slots, Term, Total, Tree
 from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.everywhere import Everywhere
-from lagrange_cli.native.families.gathering import place_at, places_at
 from lagrange_cli.native.families.loops import Loop, loops
 from lagrange_cli.native.families.spans import Span, behind, in_vectors, smaller
-from lagrange_cli.native.families.tables import Tables
+from lagrange_cli.native.families.tables import Tables, lanes, place_at, places_at
 from lagrange_cli.native.families.vectors import Divisor, Numbers, Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.records import dataclass, field, replace
@@ -161,7 +160,7 @@ class Writer:
             self.piece = piece
             self.write_rows(self.listed_at(row_of, first), self.listed_at(row_of, last - 1) + 1)
 
-    def write_rows(self, first: Integer | int, last: Integer | int) -> None:
+    def write_rows(self, first: Index, last: Index) -> None:
         """The rows from ``first`` to before ``last``."""
         rows, self.first = self.rows, self.f.count(0)
         if len(rows.starts) == 1:
@@ -231,8 +230,7 @@ class Writer:
     ) -> None:
         """Eight members, from the ``j``-th one of the row on."""
         f, evaluation = self.f, self.evaluation
-        lanes = ", ".join(f"i64 {lane}" for lane in range(LANES))
-        inside: Bit = f.splat(j, LANES) + Integer(f, f"<{lanes}>", LANES) < f.splat(length, LANES)
+        inside: Bit = f.splat(j, LANES) + lanes(f) < f.splat(length, LANES)
         known = {**evaluation.known, **fixed, **self.changing(bases, j)}
         added.add(self.of_eight(known, bases, j, inside), inside, j, self.looked_up)
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lagrange_cli.native.families.tables import lanes
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.whole import WrittenFamily
 
@@ -65,8 +66,3 @@ def related(spec: Spec) -> list[tuple[int, int]]:
             found.append((first, count))
         first += count
     return found
-
-
-def lanes(f: Function) -> Integer:
-    """0, 1, .. 7."""
-    return Integer(f, f"<{', '.join(f'i64 {lane}' for lane in range(LANES))}>", LANES)

@@ -19,7 +19,7 @@ from lagrange_cli.native.families.vector_dots import AHEAD
 from lagrange_cli.native.families.windows import Windows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.records import dataclass
 
 MOST_NUMBERS = whole("numbers")
@@ -122,13 +122,13 @@ class SeriesJet(SeriesPlaces, ABC):
                     operations += rounds * self.counted(counter + phase, phase, piece)
         return operations
 
-    def counted(self, k: int | Integer, phase: int | None, windows: Windows | None) -> int:
+    def counted(self, k: Index, phase: int | None, windows: Windows | None) -> int:
         """The operations of stage k, which is written."""
         before = self.emitter.operations
         self.stage(k, phase, windows)
         return self.emitter.operations - before
 
-    def stage(self, k: int | Integer, phase: int | None, windows: Windows | None) -> None:
+    def stage(self, k: Index, phase: int | None, windows: Windows | None) -> None:
         """All of order k, or what a round has of it; ``phase``: how many stages there were since sums were
         begun, if they were."""
         evaluation = self.evaluation(k)
@@ -156,17 +156,12 @@ class SeriesJet(SeriesPlaces, ABC):
         """Whether a loop is written apart, in a function of its own."""
         return False
 
-    def write_apart(self, series: LoopSeries, place: int, k: int | Integer, phase: int | None) -> None:
+    def write_apart(self, series: LoopSeries, place: int, k: Index, phase: int | None) -> None:
         """What such a loop has of order k."""
         raise NotImplementedError
 
     def stage_between(
-        self,
-        evaluation: Evaluation,
-        k: int | Integer,
-        phase: int | None,
-        windows: Windows,
-        totals: Sequence[Array],
+        self, evaluation: Evaluation, k: Index, phase: int | None, windows: Windows, totals: Sequence[Array]
     ) -> None:
         """What a round has of order k."""
         with windows.parts() as part:
@@ -211,7 +206,7 @@ class SeriesJet(SeriesPlaces, ABC):
         if not self.local:
             self.follow(0, self.at(self.system.v, 0), self.at(self.system.q, 1), self.degrees)
 
-    def follow(self, k: int | Integer, source: Pointer, target: Pointer, count: int) -> None:
+    def follow(self, k: Index, source: Pointer, target: Pointer, count: int) -> None:
         """Coefficients k + 1 of so many numbers, from coefficients k of their rates."""
         f, vectors = self.f, self.vectors
         if vectors.parts == 1:
@@ -242,7 +237,7 @@ class SeriesJet(SeriesPlaces, ABC):
 
     @abstractmethod
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         """Coefficients k of the accelerations, all or some, from those of the forces."""
 

@@ -54,16 +54,15 @@ class JointKind:
 
     def add(self, found: list[Total], made: Callable[[JointKind, int], Node]) -> None:
         """Totals for each coordinate."""
-        for b in self.bends:
-            found.append(
-                self.balance.total(self.domain.count, [Term(self.domain, made(self, b), self.every)])
-            )
+        found += [self.total(made(self, b)) for b in self.bends]
+
+    def total(self, node: Node) -> Total:
+        """A number of each of the kind's members."""
+        return self.balance.total(self.domain.count, [Term(self.domain, node, self.every)])
 
     def strained(self) -> None:
         """R of weights."""
-        for s, _ in enumerate(self.joints.weights):
-            terms = [Term(self.domain, self._strain(s), self.every)]
-            self.strain.append(self.balance.total(self.domain.count, terms))
+        self.strain += [self.total(self._strain(s)) for s, _ in enumerate(self.joints.weights)]
 
     # symbols
 
@@ -154,34 +153,28 @@ class JointKind:
 
     def _eliminate(self) -> None:
         """1 / (J^T m J), and m J / (J^T m J), of joints that carry weights alone."""
-        size, count = len(self.bends), self.domain.count
-        entries = {}
+        size, entries = len(self.bends), dict[tuple[int, int], Node]()
         for b in self.bends:
             for d in self.bends[b:]:
-                made = self.balance.total(count, [Term(self.domain, self.bent(b, d), self.every)])
-                self.first.append(made)
-                entries[b, d] = entries[d, b] = self.own(made)
+                entries[b, d] = entries[d, b] = self._kept(self.bent(b, d))
         matrix = [[entries[b, d] for b in self.bends] for d in self.bends]
-        whole = Term(self.domain, determinant(self.graph, matrix), self.every)
-        self.determinant = self.balance.total(count, [whole])
+        self.determinant = self.total(determinant(self.graph, matrix))
         self.first.append(self.determinant)
         for b in self.bends:
             for d in self.bends[b:]:
                 rows = [[entries[i, j] for j in range(size) if j != b] for i in range(size) if i != d]
                 sign = -1.0 if (b + d) % 2 else 1.0
                 node = sign * determinant(self.graph, [*zip(*rows)]) / self.own(self.determinant)
-                made = self.balance.total(count, [Term(self.domain, node, self.every)])
-                self.first.append(made)
-                self._inverse[b, d] = self.own(made)
+                self._inverse[b, d] = self._kept(node)
         for c in self.balance.axes:
             for b in self.bends:
                 node = self.summed([self.meeting(c, d) * self.inverse(d, b) for d in self.bends])
-                if node.is_zero:
-                    self._gains[c, b] = self.graph.zero
-                    continue
-                made = self.balance.total(count, [Term(self.domain, node, self.every)])
-                self.first.append(made)
-                self._gains[c, b] = self.own(made)
+                self._gains[c, b] = node if node.is_zero else self._kept(node)
+
+    def _kept(self, node: Node) -> Node:
+        """A number of each member, computed first."""
+        self.first.append(self.total(node))
+        return self.own(self.first[-1])
 
     def held(self, c: int, e: int) -> list[Term]:
         """The mass of weights that hang from nodes."""

@@ -12,11 +12,40 @@ from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.resting import AtRest
 from lagrange_cli.native.families.restraint import AtAState
-from lagrange_cli.native.families.runs import runs_of
 from lagrange_cli.native.families.vectors import beside_doubles
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.beside import RoundedLanes
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Run:
+    """``count`` observed quantities, every ``step``-th one from number ``row`` on: those from ``start`` on
+    in a total."""
+
+    row: int
+    step: int
+    total: Total
+    start: int
+    count: int
+
+
+def runs_of(observed: Iterable[tuple[Total, int]]) -> list[Run]:
+    """The runs of quantities, given where each of them is."""
+    found: list[tuple[Total, list[int]]] = []
+    latest: dict[Total, list[int]] = {}
+    for row, (total, index) in enumerate(observed):
+        if total in latest:
+            first, step, start, count = latest[total]
+            step = step if count > 1 else row - first
+            if start + count == index and first + count * step == row:
+                latest[total][1:] = step, start, count + 1
+                continue
+        latest[total] = [row, 1, index, 1]
+        found.append((total, latest[total]))
+    return [Run(row, step, total, start, count) for total, (row, step, start, count) in found]
+
 
 OBSERVE = "observe"
 """The function that computes outputs."""

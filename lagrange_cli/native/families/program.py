@@ -8,11 +8,8 @@ indices and parameters. Behind the constants, ``%constants`` has arrays of these
 from __future__ import annotations
 
 from functools import partial
-from types import MappingProxyType
 from typing import TypeAlias
 
-from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.native.families.arrangement import Observed
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
@@ -26,7 +23,7 @@ from lagrange_cli.native.families.series_places import BRIEF, velocity_planes
 from lagrange_cli.native.families.shared_steps import SharedSteps
 from lagrange_cli.native.families.sharing import board_size
 from lagrange_cli.native.families.steps import FamilySteps, VelocitySteps, weights_size
-from lagrange_cli.native.families.vectors import DoubleVectors, Vectors, rests
+from lagrange_cli.native.families.vectors import DoubleVectors, rests
 from lagrange_cli.native.functions.double_double import functions, of_vectors
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.guards import EXPLICIT, LOOSE, PLACED, SIMPLE, Role
@@ -48,40 +45,14 @@ from lagrange_cli.series.program import SeriesProgram
 
 COMPANION = 3
 """Doubles for each constant of a companion, which computes them once in doubles and once in two parts."""
-NOTHING: Observed = MappingProxyType({})
 Steps: TypeAlias = "tuple[int, list[str], tuple[int, int, int]]"
 """The doubles that steps work on, their texts, and where series are (``Interface.series_at``)."""
 
 
-def write_family_program(
-    system: FamilySystem,
-    observed: Observed,
-    tolerance: float,
-    order: int,
-    *,
-    sampled: FamilySystem | None = None,
-    scheme: str = "",
-    kind: type[Vectors] = DoubleVectors,
-    factor: int | None = None,
-    proven: bool = False,
-    integrands: Observed = NOTHING,
-    concise: bool = False,
-) -> Program:
-    """The program of ``system`` with q's series to ``order``, in numbers of a ``kind``, and integrals of
-    ``integrands``; one of ``RATES`` gives the accelerations alone, with the steps of a ``scheme`` on these,
-    in doubles. What is ``observed`` is that of ``sampled``, if it is another one (``Arrangement``). With a
-    ``factor`` it is that of a companion, whose numbers are of a kind beside those of the run
-    (``numbers.beside``). If steps by series are to be ``proven``, M is diagonal, there are no constraints,
-    and numbers are doubles. A ``concise`` program has no second copy of the code for many coefficients: it is
-    compiled in less time, and slower."""
-    given = observed, tolerance, order, scheme, kind, factor, proven, integrands, concise
-    return _Writer(system, sampled or system, *given).program()
-
-
-class _Writer(Returning, Observation, MotionJets):
+class FamilyProgram(Returning, Observation, MotionJets):
     """The functions of a program."""
 
-    def program(self) -> Program:
+    def written(self) -> Program:
         """The program."""
         order = self.order
         if self.scheme:

@@ -14,10 +14,10 @@ from lagrange_cli.native.families.constrained import Saddle, saddle_of, solve
 from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, added
 from lagrange_cli.native.families.everywhere import Everywhere
-from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.restraint import Restraint
+from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
@@ -35,7 +35,7 @@ class Moves(Restraint):
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
-        graph, every = self.graph, np.arange(self.size)
+        graph = self.graph
         self.off, self.off_speeds = Array(Source.TOTAL, self.count), Array(Source.TOTAL, self.count)
         """What should be 0: f, and df/dt or g."""
         numbers = range(len(self.bounds))
@@ -56,8 +56,7 @@ class Moves(Restraint):
             later[b] = graph.sum(terms)
         self.kicks = self.total(self.size, kicks)
         """M dv without forces of constraint (``Constraints.transport``)."""
-        push = self.of_all(self.kicks) * self.of_all(lasting.inverses)
-        self.free = self.total(self.size, [Term(self.everyone, push, every)])
+        self.free = self.pushed(self.kicks)
         self.right_speeds = self.of_bounds(
             {b: -later[b] - self.along(b, self.free) for b in numbers}, less=self.off_speeds
         )
@@ -241,8 +240,7 @@ class Projection:
                     evaluation.write([moves.kicks])
                     evaluation.write([moves.free])
                 evaluation.write([right])
-                evaluation.vectors.store(evaluation.vectors.constant(0.0), where(right), moves.count)
-                solve(saddle, moves, where(right), multipliers)
+                solve(saddle, where(right), multipliers)
                 evaluation.write([total])
             for total, row in ((moves.moved, at.q), (moves.speeds, at.v)):
                 add_to_state(evaluation.vectors, where(total), row, self.layout)

@@ -18,8 +18,8 @@ from lagrange_cli.families.arrays import Array, Chain, Slot, Total
 from lagrange_cli.mechanics.defect import terms
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.evaluation import climb, room
-from lagrange_cli.native.families.gathering import place_at
 from lagrange_cli.native.families.loops import Loop, loops, needed
+from lagrange_cli.native.families.tables import place_at
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function

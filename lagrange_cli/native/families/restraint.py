@@ -104,6 +104,11 @@ class Restraint(Bonded):
         """An array of all coordinates."""
         return self.slots.symbol(self.everyone, array, np.arange(self.size))
 
+    def pushed(self, forces: Total) -> Total:
+        """M^-1 times forces."""
+        push = self.of_all(forces) * self.of_all(self.lasting.inverses)
+        return self.total(self.size, [Term(self.everyone, push, np.arange(self.size))])
+
     def of_bounds(self, make: Mapping[int, Node], less: Array | None = None) -> Total:
         """A total with a number for each constraint, ``less`` one of each besides."""
         terms = []
@@ -180,9 +185,7 @@ class AtAState(Restraint):
 
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
-        forces = lasting.arranged(system.forces, kept=False)
-        push = self.of_all(forces) * self.of_all(lasting.inverses)
-        self.free = self.total(self.size, [Term(self.everyone, push, np.arange(self.size))])
+        self.free = self.pushed(lasting.arranged(system.forces, kept=False))
         self.right = self.of_bounds(
             {b: -self.rate(one.speed) - self.along(b, self.free) for b, one in enumerate(self.bounds)}
         )
@@ -198,8 +201,7 @@ class AlongMotion(Restraint):
     def __init__(self, system: FamilySystem, lasting: Lasting) -> None:
         super().__init__(system, lasting)
         self.forces = lasting.arranged(system.forces, kept=False)
-        pushed = self.of_all(self.forces) * self.of_all(lasting.inverses)
-        self.free = self.total(self.size, [Term(self.everyone, pushed, np.arange(self.size))])
+        self.free = self.pushed(self.forces)
         """Accelerations without constraints."""
         self.right = self.of_bounds(
             {b: -self.along(b, self.free) for b, _ in enumerate(self.bounds)}, less=self.rest

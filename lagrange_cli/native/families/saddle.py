@@ -6,16 +6,16 @@ nonzero entries is in tables; so the code is the same for any number of constrai
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.native.families.gathering import place_at, places_at
 from lagrange_cli.native.families.saddle_tables import EliminationRounds, RowSums, SaddleTables
+from lagrange_cli.native.families.tables import place_at, places_at
 from lagrange_cli.native.families.vectors import Operands, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer
 from lagrange_cli.native.state import vectors_of
 
 if TYPE_CHECKING:
@@ -38,15 +38,15 @@ class Tabled:
 
     # arrays
 
-    def place(self, name: str, at: Integer | int = 0) -> Pointer:
+    def place(self, name: str, at: Index = 0) -> Pointer:
         """A place in one of the arrays."""
         return self.vectors.place(self.vectors.place(self.base, self.first + self.tabled.places[name]), at)
 
-    def load(self, name: str, at: Integer | int) -> Operands:
+    def load(self, name: str, at: Index) -> Operands:
         """Eight of its numbers."""
         return self.vectors.operand(self.vectors.load_row(self.place(name, at), 0, LANES))
 
-    def store(self, value: Operands, name: str, at: Integer | int) -> None:
+    def store(self, value: Operands, name: str, at: Index) -> None:
         """The same, stored."""
         made = self.vectors.number(value)
         self.vectors.store_row(made, self.place(name, at), 0)
@@ -172,28 +172,26 @@ class Tabled:
             self.store(value, "upper", at)
             self.store(self.emitter.mul(value, inverse), "lower", at)
 
-    def solve(self, base: Pointer, right: Sequence[int], zero: int) -> None:
-        """The unknowns with K x = what is at the places ``right`` from ``base`` on, with a 0 at ``zero``."""
+    def solve(self, right: Pointer) -> None:
+        """The unknowns with K x = what is at ``right``, with a 0 behind it."""
         emitter = self.emitter
-        table = self.tables.of_places([zero if i is None else right[i] for i in self.tabled.solved])
+        table = self.tables.of_places([self.tabled.count if i is None else i for i in self.tabled.solved])
         with self.f.loop(0, len(self.tabled.solved) // LANES, tested=False) as b:
-            row = self.gather_from(base, places_at(self.f, b * LANES + table))
+            row = self.gather_from(right, places_at(self.f, b * LANES + table))
             self.store(row, "unknowns", b * LANES)
 
+        unknowns = "unknowns"
+
         def put(value: Operands, at: Integer) -> None:
-            self.store(value, "unknowns", at)
+            self.store(value, unknowns, at)
+
+        def plain(at: Integer) -> Operands:
+            return self.load(unknowns, at)
 
         def scaled(at: Integer) -> Operands:
-            return emitter.mul(self.load("unknowns", at), self.load("inverse", at))
+            return emitter.mul(plain(at), self.load("inverse", at))
 
-        unknowns = "unknowns"
-        self.subtract(
-            self.tabled.forward,
-            lambda at: self.load(unknowns, at),
-            lambda t: self.load("rows", t * LANES),
-            unknowns,
-            put,
-        )
+        self.subtract(self.tabled.forward, plain, lambda t: self.load("rows", t * LANES), unknowns, put)
         if self.tabled.tail:
             self._multiply("tail_columns")
             self._multiply("tail_rows")
@@ -207,7 +205,8 @@ class Tabled:
             totals[a % 2] = self.emitter.fma(factor, self.load(name, a * LANES), totals[a % 2])
         self.store(self.emitter.add(*totals), "unknowns", self.tabled.tail_at)
 
-    def table(self, rows: Iterable[int]) -> int:
-        """Where the unknowns of these rows are, in a table of places from ``base`` on."""
+    @property
+    def solution(self) -> int:
+        """A table of the places of the unknowns from ``base`` on."""
         start = self.first + self.tabled.places["unknowns"]
-        return self.tables.of_places([start + self.tabled.position[row] for row in rows])
+        return self.tables.of_array(start + self.tabled.in_solution)

@@ -81,8 +81,8 @@ class SaddleTables:
             pair_ends.append(len(self.pairs))
         self.pivot = positions(self.listed)
         """Where 1/D is for each unknown."""
-        self.many = len(self.pivot)
-        self._places = np.array([self.pivot[i] for i in range(self.many)], dtype=np.int64)
+        self.count = len(self.pivot)
+        self._places = np.array([self.pivot[i] for i in range(self.count)], dtype=np.int64)
         self.tail, before = tail_of(elimination)
         """The last unknowns, as many as one block has: they are solved for together."""
         self.tail_at = ends[before]
@@ -94,8 +94,8 @@ class SaddleTables:
         self._numbers = np.array([place for place, _ in kept], dtype=np.int64)
         rows = np.array([pair for _, pair in kept], dtype=np.int64).reshape(-1, 2)
         self._later, self._earlier = rows[:, 0], rows[:, 1]
-        places = np.array([self.position[i] for i in range(self.many)], dtype=np.int64)
-        known, reverse = places[self._earlier], places[self._later]
+        self.in_solution = np.array([self.position[i] for i in range(self.count)], dtype=np.int64)
+        known, reverse = self.in_solution[self._earlier], self.in_solution[self._later]
         early = np.flatnonzero(known < self.tail_at)
         size, zero = len(self.solved) // LANES, len(self.listed)
         terms = Terms(reverse, self._numbers, known)
@@ -137,9 +137,9 @@ class SaddleTables:
         one, other = couples(starts, counts)
         below = self._places[self._later[one]] > self._places[self._later[other]]
         one, other = one[below], other[below]
-        keys = self._later * self.many + self._earlier
+        keys = self._later * self.count + self._earlier
         order = np.argsort(keys)
-        wanted = self._later[one] * self.many + self._later[other]
+        wanted = self._later[one] * self.count + self._later[other]
         targets = self._numbers[order[np.searchsorted(keys[order], wanted)]] if len(one) else one
         lower = Terms(targets, self._numbers[one], self._numbers[other])
         sums, limits = [], [some // LANES for some in (ends, pair_ends)]

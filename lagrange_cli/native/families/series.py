@@ -16,7 +16,7 @@ from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.vector_dots import AHEAD, Coefficients, begin_dots
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer
+from lagrange_cli.native.llvm.vector import Index, Integer
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions
 from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
@@ -100,7 +100,7 @@ class LoopSeries:
         """Vectors of an order."""
         return len(self.stored)
 
-    def vector(self, index: int, m: int | Integer) -> int | Integer:
+    def vector(self, index: int, m: Index) -> Index:
         """Which vector of a block coefficient ``m`` of a series is, or what goes with it: what an order needs
         of several series is side by side."""
         if isinstance(m, int) and (index, m) in self.besides:
@@ -184,9 +184,7 @@ class LoopSeries:
         return block * self.size
 
 
-def begin_sums(
-    f: Function, series: LoopSeries, k: Integer, at: int, first: Integer | int, last: Integer | int
-) -> None:
+def begin_sums(f: Function, series: LoopSeries, k: Integer, at: int, first: Index, last: Index) -> None:
     """Begin the dot products of some blocks in the stages from ``k`` on, ``AHEAD`` of them, with what is
     known before."""
     if not series.begun:

@@ -16,7 +16,7 @@ from lagrange_cli.native.families.tiling import Tiling, tiling_of
 from lagrange_cli.native.families.vectors import Divisor, DoubleVectors, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.llvm.vector import Index, Pointer
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.state import StateLayout, whole_vectors
@@ -94,7 +94,7 @@ class SeriesPlaces:
         self.work += doubles
         return self.work - doubles
 
-    def at(self, array: Array, k: int | Integer) -> Pointer:
+    def at(self, array: Array, k: Index) -> Pointer:
         """Where coefficient k of an array is, or what it follows from (``scales``)."""
         if array not in self.planes:
             return self.places[array]
@@ -103,7 +103,7 @@ class SeriesPlaces:
         first, step = self.planes[array]
         return self.vectors.place("%work", k * step + first)
 
-    def scales(self, k: int | Integer) -> dict[Array, Divisor]:
+    def scales(self, k: Index) -> dict[Array, Divisor]:
         """What numbers of these arrays are divided by: q[k] = v[k - 1] / k."""
         first = isinstance(k, int) and k <= 1
         return {self.system.q: self.vectors.divisor(k, 0)} if self.local and not first else {}
@@ -121,7 +121,7 @@ class SeriesPlaces:
         self.take(room(self.width * (self.order + 1) + self.degrees))
         return {self.system.q: (0, self.width), self.system.v: (self.degrees, self.width)}
 
-    def evaluation(self, k: int | Integer) -> Evaluation:
+    def evaluation(self, k: Index) -> Evaluation:
         """What computes totals of order k."""
         return Evaluation(
             self.vectors, self.slots, lambda array: self.at(array, k), self.tables,

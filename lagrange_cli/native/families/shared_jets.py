@@ -10,14 +10,13 @@ from lagrange_cli.native.board import Board
 from lagrange_cli.native.families.chunks import Chunks, add_chunks, chunks_of
 from lagrange_cli.native.families.diagonal import DiagonalJet
 from lagrange_cli.native.families.loops import Loop
-from lagrange_cli.native.families.rounds import Turn
 from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.sharing import STRIP, Part, Parts, given
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import SHARED, Tiling
-from lagrange_cli.native.families.windows import Windows
+from lagrange_cli.native.families.windows import Turn, Windows
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer
+from lagrange_cli.native.llvm.vector import Index, Integer
 
 
 class SharedJet(DiagonalJet):
@@ -58,7 +57,7 @@ class SharedJet(DiagonalJet):
     def apart(self, series: LoopSeries) -> bool:
         return series.loop in self.chunks
 
-    def write_apart(self, series: LoopSeries, place: int, k: int | Integer, phase: int | None) -> None:
+    def write_apart(self, series: LoopSeries, place: int, k: Index, phase: int | None) -> None:
         outer = self.f
 
         def within(f: Function) -> SeriesWriter:

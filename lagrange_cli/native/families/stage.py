@@ -13,10 +13,9 @@ from lagrange_cli.native.families.vector_dots import Coefficients, Pair
 from lagrange_cli.native.families.vectors import Operands
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.llvm.vector import Integer, Pointer
-from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.llvm.vector import Index, Integer, Pointer
+from lagrange_cli.native.recurrences.evaluation import Loaded, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import FREE, Op, reciprocal
@@ -31,7 +30,7 @@ class SeriesWriter(Writer):
         evaluation: Evaluation,
         series: LoopSeries,
         at: int,
-        k: int | Integer,
+        k: Index,
         phase: int | None,
         *,
         begins: bool = False,
@@ -90,7 +89,7 @@ class MemberStage(Stage[Any]):
         self,
         evaluation: Evaluation,
         series: LoopSeries,
-        k: int | Integer,
+        k: Index,
         block: Pointer,
         known: Mapping[Node, Operands],
         phase: int | None,
@@ -117,11 +116,11 @@ class MemberStage(Stage[Any]):
         """Where coefficient 0 of a series is."""
         return self.vectors.place(self.block, LANES * self.series.stored[index])
 
-    def place(self, index: int, m: int | Integer) -> Pointer:
+    def place(self, index: int, m: Index) -> Pointer:
         """Where coefficient ``m`` of a series is, or what goes with it."""
         return self.vectors.place(self.block, self.series.vector(index, m) * LANES)
 
-    def vector(self, index: int, m: int | Integer) -> Operands:
+    def vector(self, index: int, m: Index) -> Operands:
         """Coefficient ``m`` of a series, or what stands before coefficient 0."""
         key = index, m if isinstance(m, int) else m.name
         if key not in self._loaded:
@@ -129,7 +128,7 @@ class MemberStage(Stage[Any]):
             self._loaded[key] = self.vectors.operand(row)
         return self._loaded[key]
 
-    def put(self, index: int, value: Operands, m: int | Integer) -> None:
+    def put(self, index: int, value: Operands, m: Index) -> None:
         """The same, stored."""
         self.vectors.store_row(self.vectors.number(value), self.place(index, m), 0)
 
@@ -149,7 +148,7 @@ class MemberStage(Stage[Any]):
         terms += [(self.at(a, ahead - m), self.vector(b, m)) for m in range(1, last + 1)]
         return total, terms
 
-    def _sum(self, index: int, n: int | Integer) -> None:
+    def _sum(self, index: int, n: Index) -> None:
         """The dot product of a series and of those that are summed up with it, and for a power the weighted
         one, too."""
         together = self.series.together.get(index, [index])

@@ -11,7 +11,7 @@ from lagrange_cli.native.families.series_places import BRIEF, JET
 from lagrange_cli.native.families.spans import Span, divided, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import two_sum
 from lagrange_cli.native.state import whole_vectors
 from lagrange_cli.native.stepping.acceptance import Allowance
@@ -67,11 +67,11 @@ class FamilySteps(DoubleSteps):
         """How many rows there are behind those of velocities."""
         return self.lengths.rows - 2 * self.lengths.degrees
 
-    def place(self, f: Function, i: Integer, m: Integer | int, rows: int = 0) -> Real:
+    def place(self, f: Function, i: Integer, m: Index, rows: int = 0) -> Real:
         """Coefficient ``m`` of coordinates, from the ``i``-th one on."""
         return f.load_row("%work", i + m * self.lengths.term, rows or self.lengths.lanes)
 
-    def speed(self, f: Function, i: Integer, m: Integer | int, rows: int = 0) -> Real:
+    def speed(self, f: Function, i: Integer, m: Index, rows: int = 0) -> Real:
         """The same of their velocities."""
         first = self.lengths.first + self.lengths.degrees
         series = f.place("%work", m * self.lengths.term + first, "double")
@@ -138,7 +138,7 @@ class VelocitySteps(FamilySteps):
             regular.set(f.call(Bit, JET, *given))
         return now, regular.get()
 
-    def place(self, f: Function, i: Integer, m: Integer | int, rows: int = 0) -> Real:
+    def place(self, f: Function, i: Integer, m: Index, rows: int = 0) -> Real:
         speed = self.speed(f, i, m - 1, rows)
         inverse, rest = (f.splat(f.load(table, m), speed.lanes) for table in ("@reciprocals", "@rests"))
         return divided(f, speed, inverse, rest)
@@ -174,7 +174,7 @@ class VelocitySteps(FamilySteps):
             totals = [f.variable(zero) for _ in WEIGHTS]
             """Sums of terms, from the last ones to the larger ones."""
 
-            def add(which: int, m: Integer | int, one: Real) -> None:
+            def add(which: int, m: Index, one: Real) -> None:
                 weight = f.splat(f.load(weights, m * len(WEIGHTS) + which), lanes)
                 totals[which].set(f.fused(one, weight, totals[which].get()))
 

@@ -28,7 +28,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.restraint import Restraint
 from lagrange_cli.native.families.spans import Span
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
+from lagrange_cli.native.llvm.vector import Bit, Index, Pointer
 
 
 class Sticking(Restraint):
@@ -39,8 +39,7 @@ class Sticking(Restraint):
         self.multipliers = self.bonds.multipliers
         assert self.modes.loose is not None
         self.forces = lasting.arranged(self.modes.loose, kept=False)
-        push = self.of_all(self.forces) * self.of_all(lasting.inverses)
-        self.free = self.total(self.size, [Term(self.everyone, push, np.arange(self.size))])
+        self.free = self.pushed(self.forces)
         held = {b: self.hold(one.domain, one.numbers, one.numbers) for b, one in enumerate(self.bounds)}
         self.right = self.of_bounds({b: -stuck * self.along(b, self.free) for b, stuck in held.items()})
         terms = [Term(self.everyone, self.of_all(self.forces), np.arange(self.size))]
@@ -102,7 +101,7 @@ class StickingJet(DiagonalJet):
         return totals
 
     def accelerate(
-        self, evaluation: Evaluation, k: int | Integer, phase: int | None, span: Span | None = None
+        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
     ) -> None:
         sticking = self.sticking
         if isinstance(k, int) and k == 0:
@@ -112,7 +111,7 @@ class StickingJet(DiagonalJet):
             self.sound = regular.get()
         evaluation.write([sticking.free])
         evaluation.write([sticking.right])
-        solve(self.saddle, sticking, self.at(sticking.right, 0), self.at(sticking.multipliers, k))
+        solve(self.saddle, self.at(sticking.right, 0), self.at(sticking.multipliers, k), zeroed=True)
         evaluation.write([sticking.whole])
         super().accelerate(evaluation, k, phase, span)
 
@@ -125,6 +124,6 @@ class StickingRates(StickingJet):
 
     local = False
 
-    def follow(self, k: int | Integer, source: Pointer, target: Pointer, count: int) -> None:
+    def follow(self, k: Index, source: Pointer, target: Pointer, count: int) -> None:
         if k == 0:
             super().follow(k, source, target, count)

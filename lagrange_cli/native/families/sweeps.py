@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from lagrange_cli.families.arrays import NONE, Array, Tree
+from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.evaluation import climb
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.vectors import Numbers, Vectors
@@ -34,22 +35,10 @@ class Sweeps:
     def store(self, value: Numbers, array: Array, i: Integer) -> None:
         self.vectors.store(value, self.where(array), i)
 
-    def eliminate(
-        self,
-        masses: Mapping[tuple[int, int], Array],
-        inertia: Sequence[Array],
-        slopes: Mapping[tuple[int, int], Array],
-        own: Mapping[tuple[int, int], Array],
-        corners: Mapping[tuple[int, int], Array],
-        weights: Sequence[Array],
-        gains: Mapping[tuple[int, int], Array],
-        inverse: Mapping[tuple[int, int], Array],
-        passed: Mapping[tuple[int, int], Array],
-    ) -> Bit:
+    def eliminate(self, balance: Balance) -> Bit:
         """Masses from the tips on, and what each order needs of them; whether they are regular."""
-        f, vectors, axes = self.f, self.vectors, range(len(inertia))
-        size = 1 + max((b for _, b in slopes), default=-1)
-        bends = range(size)
+        f, vectors, axes, size = self.f, self.vectors, balance.axes, balance.size
+        masses, bends = balance.masses, range(size)
         good = f.variable(Bit(f, "true", 1))
         handed = {key: vectors.variable(vectors.constant(0.0)) for key in masses}
         with climb(f, self.tables, self.tree, back=True) as (i, parent, _):
@@ -59,18 +48,20 @@ class Sweeps:
                 if self.straight:
                     value = value + handed[c, e].get()
                 if c == e:
-                    value = value + self.load(inertia[c], i)
+                    value = value + self.load(balance.inertia[c], i)
                 self.store(value, array, i)
                 mass[c, e] = mass[e, c] = value
-            slope = {key: self.load(array, i) for key, array in slopes.items()}
+            slope = {key: self.load(array, i) for key, array in balance.node_slopes.items()}
             met = {
                 (c, b): dotted(vectors, [(mass[c, e], slope[e, b]) for e in axes])
                 for c in axes
                 for b in bends
             }
-            both = {(c, b): met[c, b] + self.load(own[c, b], i) for c in axes for b in bends}
+            both = {(c, b): met[c, b] + self.load(balance.own[c, b], i) for c in axes for b in bends}
             matrix = {
-                (b, d): dotted(vectors, [(slope[c, b], met[c, d]) for c in axes], self.load(corners[b, d], i))
+                (b, d): dotted(
+                    vectors, [(slope[c, b], met[c, d]) for c in axes], self.load(balance.corners[b, d], i)
+                )
                 for b in bends
                 for d in bends[b:]
             }
@@ -78,21 +69,21 @@ class Sweeps:
             for one in positive:
                 good.set(good.get() & one)
             for key, value in found.items():
-                self.store(value, inverse[key], i)
+                self.store(value, balance.inverse[key], i)
             gain = {
                 (c, b): dotted(vectors, [(both[c, d], found[min(b, d), max(b, d)]) for d in bends])
                 for c in axes
                 for b in bends
             }
             for key, value in gain.items():
-                self.store(value, gains[key], i)
+                self.store(value, balance.gains[key], i)
             for c in axes:
                 for e in axes:
                     start = vectors.constant(1.0 if c == e else 0.0)
                     value = dotted(vectors, [(-gain[c, b], slope[e, b]) for b in bends], start)
-                    self.store(value, passed[c, e], i)
+                    self.store(value, balance.passed[c, e], i)
             for (c, e), array in masses.items():
-                start = mass[c, e] + self.load(weights[c], i) if c == e else mass[c, e]
+                start = mass[c, e] + self.load(balance.weights[c], i) if c == e else mass[c, e]
                 value = dotted(vectors, [(-gain[c, b], both[e, b]) for b in bends], start)
                 if self.straight:
                     handed[c, e].set(value)
@@ -100,17 +91,11 @@ class Sweeps:
                     self.store(self.load(array, parent) + value, array, parent)
         return good.get()
 
-    def to_roots(
-        self,
-        pull: Sequence[Array],
-        push: Sequence[Array],
-        passed: Mapping[tuple[int, int], Array],
-        *,
-        bare: bool,
-    ) -> None:
+    def to_roots(self, balance: Balance) -> None:
         """What goes on to the parent from each node: ``push``, and what is ``passed`` of the node's
-        ``pull``, to which it is added. If they are ``bare``, nothing is there before."""
-        f, vectors, axes = self.f, self.vectors, range(len(pull))
+        ``pull``, to which it is added."""
+        f, vectors, axes, pull = self.f, self.vectors, balance.axes, balance.pull
+        bare = not any(one.terms for one in pull)  # nothing is there before
         handed = [vectors.variable(vectors.constant(0.0)) for _ in axes]
         with climb(f, self.tables, self.tree, back=True) as (i, parent, _):
             mine = [self.load(one, i) for one in pull] if not self.straight or not bare else []
@@ -119,8 +104,8 @@ class Sweeps:
                 for one, array in zip(mine, pull):
                     self.store(one, array, i)
             for c in axes:
-                terms = [(self.load(passed[c, e], i), mine[e]) for e in axes]
-                value = dotted(vectors, terms, self.load(push[c], i))
+                terms = [(self.load(balance.passed[c, e], i), mine[e]) for e in axes]
+                value = dotted(vectors, terms, self.load(balance.push[c], i))
                 if self.straight:
                     handed[c].set(value)
                 else:
@@ -136,12 +121,10 @@ class Sweeps:
             self.store(total, sums, i)
             self.store(self.load(lost, parent) + (error + self.load(low, i)), lost, i)
 
-    def to_tips(
-        self, moved: Sequence[Array], drift: Sequence[Array], passed: Mapping[tuple[int, int], Array]
-    ) -> None:
-        """``moved`` of each node: ``drift``, and what is ``passed`` of its parent's. What does not move is
-        before the first node, and behind the last one."""
-        f, vectors, axes = self.f, self.vectors, range(len(moved))
+    def to_tips(self, balance: Balance) -> None:
+        """The accelerations of each node: its ``drift``, and what is ``passed`` of its parent's. What does
+        not move is before the first node, and behind the last one."""
+        f, vectors, axes, moved = self.f, self.vectors, balance.axes, balance.accelerations
         handed = [vectors.variable(vectors.constant(0.0)) for _ in axes]
         for array in moved:
             for place in (0, self.count + 1):
@@ -153,7 +136,11 @@ class Sweeps:
                 else [self.load(one, parent + 1) for one in moved]
             )
             values = [
-                dotted(vectors, [(self.load(passed[c, e], i), up[c]) for c in axes], self.load(drift[e], i))
+                dotted(
+                    vectors,
+                    [(self.load(balance.passed[c, e], i), up[c]) for c in axes],
+                    self.load(balance.drift[e], i),
+                )
                 for e in axes
             ]
             for one, array, value in zip(handed, moved, values):

@@ -12,7 +12,7 @@ from typing import TypeAlias
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import VECTOR
 from lagrange_cli.records import dataclass
 
@@ -35,7 +35,7 @@ Near: TypeAlias = "Callable[[int], Real]"
 """The coefficient so many orders behind a place."""
 
 
-def near(f: Function, series: Coefficients, m: Integer | int) -> Near:
+def near(f: Function, series: Coefficients, m: Index) -> Near:
     """The vectors of a series around the ``m``-th one. (The place is computed once: what is added to it is a
     part of the instruction that loads.)"""
     here = f.place(series.place, m * (LANES * series.step), "double")
@@ -47,21 +47,19 @@ def near(f: Function, series: Coefficients, m: Integer | int) -> Near:
     return at
 
 
-def coefficient(f: Function, series: Coefficients, m: Integer | int) -> Real:
+def coefficient(f: Function, series: Coefficients, m: Index) -> Real:
     """The ``m``-th vector of a series."""
     return near(f, series, m)(0)
 
 
-def dots(
-    f: Function, pairs: Sequence[Pair], n: Integer | int, *, same: bool, weighted: bool
-) -> list[list[str]]:
+def dots(f: Function, pairs: Sequence[Pair], n: Index, *, same: bool, weighted: bool) -> list[list[str]]:
     """The dot products of pairs of series, of one with itself where they are the ``same``, in one loop; and
     the ``weighted`` ones, where these are asked for."""
     found = square_dots(f, pairs, n) if same else chained(f, pairs, n, n, weighted=weighted)
     return [[one.name for one in each] for each in found]
 
 
-def square_dots(f: Function, pairs: Sequence[Pair], n: Integer | int) -> list[list[Real]]:
+def square_dots(f: Function, pairs: Sequence[Pair], n: Index) -> list[list[Real]]:
     """Those of series with themselves, from half of the terms."""
     middle = (n + 1) // 2 if isinstance(n, int) else (n + 1).operation("lshr", 1)
     halves = [half for (half,) in chained(f, pairs, n, middle)]
@@ -123,7 +121,7 @@ def begin_dots(
 
 
 def chained(
-    f: Function, pairs: Sequence[Pair], n: Integer | int, last: Integer | int, *, weighted: bool = False
+    f: Function, pairs: Sequence[Pair], n: Index, last: Index, *, weighted: bool = False
 ) -> list[list[Real]]:
     """sum a[m] b[n - m], m = 1, 2, .. below ``last``, of each pair, and that of m a[m] b[n - m], if also
     ``weighted``; each in several chains."""
@@ -132,7 +130,7 @@ def chained(
         [[f.variable(zero) for _ in range(count)] for _ in range(several)] for _ in pairs
     ]
 
-    def add(m: Integer | int, rest: Integer | int, steps: int, chain: Callable[[int], int]) -> None:
+    def add(m: Index, rest: Index, steps: int, chain: Callable[[int], int]) -> None:
         """So many terms from a[m] b[rest] on."""
         ones = {a: near(f, a, m) for a, _ in pairs}
         others = {b: near(f, b, rest) for _, b in pairs}

@@ -9,13 +9,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias
 
-from lagrange_cli.native.families.gathering import gathered
 from lagrange_cli.native.families.spans import divided
+from lagrange_cli.native.families.tables import gathered
 from lagrange_cli.native.families.vector_dots import Pair, dots
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ZERO, Operand, table
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.beside import BesideLanes
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import two_sum
@@ -42,7 +42,7 @@ class Vectors(Protocol):
 
     def __init__(self, f: Function) -> None: ...
 
-    def place(self, base: Pointer | str, index: Integer | int) -> Pointer:
+    def place(self, base: Pointer | str, index: Index) -> Pointer:
         """The address of a number."""
 
     def in_state(self, place: Pointer, width: int) -> Pointer:
@@ -52,16 +52,16 @@ class Vectors(Protocol):
         """Add a number to the ``row``-th row of the state behind the ``first`` one; low parts are ``width``
         behind."""
 
-    def load(self, base: Pointer | str, index: Integer | int = 0) -> Numbers:
+    def load(self, base: Pointer | str, index: Index = 0) -> Numbers:
         """A single number."""
 
-    def store(self, value: Numbers, base: Pointer | str, index: Integer | int = 0) -> None:
+    def store(self, value: Numbers, base: Pointer | str, index: Index = 0) -> None:
         """The same, stored."""
 
-    def load_row(self, base: Pointer | str, index: Integer | int, lanes: int) -> Numbers:
+    def load_row(self, base: Pointer | str, index: Index, lanes: int) -> Numbers:
         """``lanes`` numbers side by side."""
 
-    def store_row(self, value: Numbers, base: Pointer | str, index: Integer | int) -> None:
+    def store_row(self, value: Numbers, base: Pointer | str, index: Index) -> None:
         """The same, stored."""
 
     def gather(self, base: Pointer | str, places: Pointer) -> Numbers:
@@ -106,7 +106,7 @@ class Vectors(Protocol):
     def splat(self, one: Numbers, lanes: int) -> Numbers:
         """A number in every lane."""
 
-    def lane(self, vector: Numbers, index: Integer | int) -> Numbers:
+    def lane(self, vector: Numbers, index: Index) -> Numbers:
         """One lane."""
 
     def shuffle(self, a: Numbers, lanes: Sequence[int], b: Numbers) -> Numbers:
@@ -127,23 +127,23 @@ class Vectors(Protocol):
     def quotient(self, a: Numbers, b: Numbers, inverse: Numbers) -> Numbers:
         """a / b, given 1/b as it is rounded."""
 
-    def divisor(self, k: int | Integer, ahead: int) -> Divisor:
+    def divisor(self, k: Index, ahead: int) -> Divisor:
         """k + ahead, in units of the series' time: what the coefficients of a rate are divided by."""
 
     def divided(self, value: Numbers, divisor: Divisor) -> Numbers:
         """By it."""
 
-    def over(self, value: Operands, k: int | Integer, ahead: int) -> Operands:
+    def over(self, value: Operands, k: Index, ahead: int) -> Operands:
         """By the number k + ahead."""
 
-    def integrated(self, value: Operands, k: int | Integer, ahead: int) -> Operands:
+    def integrated(self, value: Operands, k: Index, ahead: int) -> Operands:
         """By k + ahead, in units of the series' time."""
 
-    def rate(self, k: int | Integer, ahead: int) -> Operands:
+    def rate(self, k: Index, ahead: int) -> Operands:
         """k + ahead, in these units, by which a coefficient is multiplied in a derivative."""
 
     def dots(
-        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+        self, pairs: Sequence[Pair], n: Index, *, same: bool, weighted: bool
     ) -> Sequence[Sequence[Operands]]:
         """sum_{m=1}^{n-1} a[m] b[n-m] of each pair of series, and that of m a[m] b[n-m] if it is
         ``weighted``; ``same``: a is b."""
@@ -167,7 +167,7 @@ class DoubleVectors:
         )  # fmt: skip
         self.variable, self.constant, self.fused = f.variable, f.constant, f.fused
 
-    def place(self, base: Pointer | str, index: Integer | int) -> Pointer:
+    def place(self, base: Pointer | str, index: Index) -> Pointer:
         return self.f.place(base, index, "double")
 
     def in_state(self, place: Pointer, width: int) -> Pointer:
@@ -223,7 +223,7 @@ class DoubleVectors:
         rough, f = a * inverse, self.f
         return f.fused(f.fused(-rough, b, a), inverse, rough)
 
-    def divisor(self, k: int | Integer, ahead: int) -> tuple[Real, Real]:
+    def divisor(self, k: Index, ahead: int) -> tuple[Real, Real]:
         name = str(k) if isinstance(k, int) else k.name
         one, rest = (self.kind.everywhere(table, name, ahead) for table in ("@reciprocals", "@rests"))
         return Real(self.f, one, LANES), Real(self.f, rest, LANES)
@@ -232,7 +232,7 @@ class DoubleVectors:
         parts = (one if value.lanes == LANES else self.f.lane(one, 0) for one in divisor)
         return divided(self.f, value, *parts)
 
-    def over(self, value: Operand | None, k: int | Integer, ahead: int) -> Operand | None:
+    def over(self, value: Operand | None, k: Index, ahead: int) -> Operand | None:
         """Correctly rounded except for the product of two small numbers."""
         kind = self.kind
         if isinstance(k, int):
@@ -243,13 +243,13 @@ class DoubleVectors:
 
     integrated = over
 
-    def rate(self, k: int | Integer, ahead: int) -> Operand | None:
+    def rate(self, k: Index, ahead: int) -> Operand | None:
         if isinstance(k, int):
             return self.kind.number(k + ahead)
         return self.kind.everywhere("@numbers", k.name, ahead)
 
     def dots(
-        self, pairs: Sequence[Pair], n: int | Integer, *, same: bool, weighted: bool
+        self, pairs: Sequence[Pair], n: Index, *, same: bool, weighted: bool
     ) -> Sequence[Sequence[Operand]]:
         return dots(self.f, pairs, n, same=same, weighted=weighted)
 

@@ -5,14 +5,55 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from lagrange_cli.native.families.gathering import place_at
-from lagrange_cli.native.families.rounds import Turn
+from lagrange_cli.native.board import LINE
+from lagrange_cli.native.families.sharing import Part, Strip
 from lagrange_cli.native.families.spans import Span, behind, larger, smaller
-from lagrange_cli.native.families.tables import Tables
+from lagrange_cli.native.families.tables import Tables, place_at
 from lagrange_cli.native.families.tiling import Numbers, Tiling
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer
 from lagrange_cli.records import dataclass, replace
+
+APART = 2
+"""Orders that a round is behind the one before it."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """The round that ``@strip`` computes. Rounds are strips, each of so many orders (columns), and no more
+    threads than they are made for can be at work: the memory of blocks is used again.
+
+    Order k of a round needs what the round before it has of order k. Vectors of eight there end up to seven
+    places further on, so it waits until that round has order k + 1, too: what is left to it lies further
+    back. The seam of a ring waits for all of the round before it.
+    """
+
+    made: Strip
+    rounds: Part
+    seam: bool
+
+    def begin(self) -> None:
+        """Wait for the memory that it takes."""
+        with self.made.f.when(self.made.strip >= self.rounds.threads):
+            self._wait(self.rounds.threads, self.made.f.count(self.rounds.columns))
+
+    def before(self, k: Index) -> None:
+        """Wait until order k can be computed."""
+        f, columns = self.made.f, self.made.f.count(self.rounds.columns)
+        least = smaller(f, f.count(k + APART) if isinstance(k, int) else k + APART, columns)
+        if self.seam:
+            least = f.select(self.made.strip.equals(self.rounds.strips - 1), columns, least)
+        with f.when(self.made.strip > 0):
+            self._wait(1, least)
+
+    def after(self, k: Index) -> None:
+        """Order k has been computed."""
+        self.made.f.publish(self.made.tag + 1 + k, self.made.at)
+
+    def _wait(self, back: int, least: Integer) -> None:
+        f = self.made.f
+        place = f.place(self.made.at, -LINE * back, "double")
+        f.call(None, "wait", f.pointer("%constants"), place, self.made.tag + least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +75,7 @@ class Windows:
         return self.turn.equals(self.tiling.rounds)
 
     @contextmanager
-    def order(self, k: Integer | int) -> Iterator[None]:
+    def order(self, k: Index) -> Iterator[None]:
         """What is computed of order k."""
         with self._orders(k, k):
             yield
@@ -50,7 +91,7 @@ class Windows:
                 yield replace(self, among=None, piece=piece)
 
     @contextmanager
-    def _orders(self, first: Integer | int, last: Integer | int) -> Iterator[None]:
+    def _orders(self, first: Index, last: Index) -> Iterator[None]:
         if self.among is not None:
             self.among.before(last)
         yield
@@ -67,7 +108,7 @@ class Windows:
         else:
             yield self.f.count(0)
 
-    def units(self, k: Integer | int, lag: int, part: Integer) -> Span:
+    def units(self, k: Index, lag: int, part: Integer) -> Span:
         """The units of order k that are ``lag`` behind its beginning."""
         first, last = self._between(self._shift(k, lag))
         if not self.tiling.ring:
@@ -78,7 +119,7 @@ class Windows:
         high = self.f.select(before, edge, self.f.count(self.tiling.count))
         return self.f.select(self.seam, low, first), self.f.select(self.seam, high, last)
 
-    def blocks(self, loop: int, k: Integer | int, part: Integer, ahead: int = 0) -> Span:
+    def blocks(self, loop: int, k: Index, part: Integer, ahead: int = 0) -> Span:
         """The blocks of a loop that order k computes; at the seam, those of so many orders ahead, too."""
         f, tiling, cuts = self.f, self.tiling, self.tiling.cuts[loop]
         shift = self._shift(k, tiling.lags[loop])
@@ -99,12 +140,12 @@ class Windows:
         first, last = (smaller(self.f, one * self.tiling.unit, self.f.count(most)) for one in span)
         return first, last
 
-    def _shift(self, k: Integer | int, lag: int) -> Integer:
+    def _shift(self, k: Index, lag: int) -> Integer:
         if isinstance(k, int):
             return self.f.count(k * self.tiling.stride + lag)
         return k * self.tiling.stride + lag
 
-    def _edge(self, k: Integer | int, lag: int) -> Integer:
+    def _edge(self, k: Index, lag: int) -> Integer:
         """How many units of the seam are before the blocks, and as many behind them."""
         return self._shift(k, 3 * self.tiling.stride - lag)
 

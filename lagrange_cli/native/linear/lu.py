@@ -11,7 +11,7 @@ from typing import Generic, TypeAlias
 
 from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.records import dataclass
 
@@ -86,7 +86,7 @@ class EliminationFunction(Function, Generic[V]):
         """Store it."""
         self.kind.store(value, place, index.name, 1)
 
-    def exchange(self, place: str, one: Integer, other: Integer, doubles: Integer | int) -> None:
+    def exchange(self, place: str, one: Integer, other: Integer, doubles: Index) -> None:
         """Exchange so many doubles that begin at two places."""
         first, second = (self.place(place, each) for each in (one, other))
         with self.loop(0, doubles, tested=False) as k:

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from typing import Generic, TypeVar
 
 from lagrange_cli.native.llvm.text import kind
-from lagrange_cli.native.llvm.vector import Bit, Instructions, Integer, Value
+from lagrange_cli.native.llvm.vector import Bit, Index, Instructions, Integer, Value
 
 V = TypeVar("V", bound=Value)
 _PHI = re.compile(r"%p\d+(?![\w.])")
@@ -205,9 +205,7 @@ class Flow(Instructions):
         self._enter(joined)
 
     @contextmanager
-    def loop(
-        self, first: Integer | int, last: Integer | int, step: int = 1, tested: bool = True
-    ) -> Iterator[Integer]:
+    def loop(self, first: Index, last: Index, step: int = 1, tested: bool = True) -> Iterator[Integer]:
         """``i`` = first, first + step, .. below last; if not ``tested``, one round is certain."""
         number = self.variable(first if isinstance(first, Integer) else self.count(first))
         head, after = self._new(), self._new()

@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
 from lagrange_cli.native.llvm.flow import Flow
-from lagrange_cli.native.llvm.text import kind
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, Value
+from lagrange_cli.native.llvm.text import kind, literal, operand
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real, Value, cast
 
 V = TypeVar("V", bound=Value)
 
@@ -85,31 +85,29 @@ class Function(Flow):
         """Likewise arguments that are numbers."""
         return [Real(self, f"%{name}") for name in names]
 
-    def place(self, base: Pointer | str, index: Integer | int | str, type: str = "") -> Pointer:
+    def place(self, base: Pointer | str, index: Index | str, type: str = "") -> Pointer:
         """The address of ``base[index]``: of doubles of the body's lanes, or of ``type``."""
         name, at = (one.name if isinstance(one, Value) else one for one in (base, index))
         text = f"getelementptr inbounds {type or self.real}, ptr {name}, i64 {at}"
         return Pointer(self, self.define(text), 1)
 
-    def load(self, base: Pointer | str, index: Integer | int = 0) -> Real:
+    def load(self, base: Pointer | str, index: Index = 0) -> Real:
         """``base[index]``, of the body's lanes."""
         place = self.place(base, index)
         return Real(self, self.define(f"load {self.real}, ptr {place.name}, align {8 * self.lanes}"))
 
-    def store(self, value: Value, base: Pointer | str, index: Integer | int = 0) -> None:
+    def store(self, value: Value, base: Pointer | str, index: Index = 0) -> None:
         """``base[index] = value``, of the body's lanes."""
         place = self.place(base, index, value.kind)
         self.line(f"  store {value.kind} {value.name}, ptr {place.name}, align {8 * value.lanes}")
 
-    def load_row(
-        self, base: Pointer | str, index: Integer | int | str, lanes: int, *, aligned: bool = False
-    ) -> Real:
+    def load_row(self, base: Pointer | str, index: Index | str, lanes: int, *, aligned: bool = False) -> Real:
         """``lanes`` doubles side by side from ``base[index]`` on, where ``base`` counts single ones."""
         place = self.place(base, index, "double")
         text = f"load {kind('double', lanes)}, ptr {place.name}, align {8 * lanes if aligned else 8}"
         return Real(self, self.define(text), lanes)
 
-    def prefetch(self, base: Pointer | str, index: Integer | int) -> None:
+    def prefetch(self, base: Pointer | str, index: Index) -> None:
         """Have the line of the double ``base[index]`` brought near, if it is memory."""
         place = self.place(base, index, "double")
         self.line(f"  call void @llvm.prefetch.p0(ptr {place.name}, i32 0, i32 3, i32 1)")
@@ -118,7 +116,7 @@ class Function(Flow):
         self,
         value: Real,
         base: Pointer | str,
-        index: Integer | int | str,
+        index: Index | str,
         *,
         aligned: bool = False,
         volatile: bool = False,
@@ -128,31 +126,55 @@ class Function(Flow):
         align = 8 * value.lanes if aligned else 8
         self.line(f"  {word} {value.kind} {value.name}, ptr {place.name}, align {align}")
 
-    def load_integer(self, base: Pointer | str, index: Integer | int = 0) -> Integer:
+    def load_integer(self, base: Pointer | str, index: Index = 0) -> Integer:
         """One integer."""
         place = self.place(base, index, "i64")
         return Integer(self, self.define(f"load i64, ptr {place.name}, align 8"), 1)
 
-    def load_pointer(self, base: Pointer | str, index: Integer | int = 0) -> Pointer:
+    def load_pointer(self, base: Pointer | str, index: Index = 0) -> Pointer:
         """A place in memory that is written there, where ``base`` counts doubles."""
         place = self.place(base, index, "double")
         return Pointer(self, self.define(f"load ptr, ptr {place.name}, align 8"), 1)
 
     # what threads share
 
-    def observe(self, base: Pointer | str, index: Integer | int = 0, ordering: str = "acquire") -> Integer:
+    def observe(self, base: Pointer | str, index: Index = 0, ordering: str = "acquire") -> Integer:
         """An integer that another thread may change: one that it may ``publish``, and with it all that it has
         written before; or that alone (``monotonic``)."""
         place = self.place(base, index, "i64")
         return Integer(self, self.define(f"load atomic i64, ptr {place.name} {ordering}, align 8"), 1)
 
-    def publish(self, value: Integer, base: Pointer | str, index: Integer | int = 0) -> None:
+    def publish(self, value: Integer, base: Pointer | str, index: Index = 0) -> None:
         """Store an integer behind all that has been written before."""
         place = self.place(base, index, "i64")
         self.line(f"  store atomic i64 {value.name}, ptr {place.name} release, align 8")
 
-    def replace(self, old: Integer, new: Integer, base: Pointer | str, index: Integer | int = 0) -> Bit:
+    def replace(self, old: Integer, new: Integer, base: Pointer | str, index: Index = 0) -> Bit:
         """Store ``new`` where ``old`` still is; whether it was."""
         place, values = self.place(base, index, "i64"), f"i64 {old.name}, i64 {new.name}"
         both = self.define(f"cmpxchg ptr {place.name}, {values} acq_rel acquire, align 8")
         return Bit(self, self.define(f"extractvalue {{ i64, i1 }} {both}, 1"), 1)
+
+
+def upper_half(x: Real) -> Real:
+    """The upper half of its bits as a number: for x > 0, 2^20 (1023 + log2 x) to 0.09 * 2^20."""
+    body, short = x.body, kind("i32", x.lanes)
+    upper = x.bits().operation("lshr", 32)
+    halved = body.define(f"trunc {upper.kind} {upper.name} to {short}")
+    return Real(body, body.define(f"sitofp {short} {halved} to {x.kind}"), x.lanes)
+
+
+def log2_roughly(x: Real) -> Real:
+    """log2 of a positive number to 0.09; for 0 some -1023."""
+    return x.body.fma(upper_half(x), 2.0**-20, -1023.0)
+
+
+def exp2_roughly(x: Real) -> Real:
+    """2^x to 0.3 percent, for |x| <= 1000; beyond, as at the limit."""
+    body = x.body
+    low, high = (body.splat(Real(body, operand(literal(bound)), 1), x.lanes) for bound in (-1000.0, 1000.0))
+    bounded = body.smaller(body.larger(x, low), high)
+    floor = body.function("floor", bounded)
+    f = bounded - floor
+    p = body.fma(f, body.fma(f, 0.3301, 0.6645), 1.0)
+    return p * ((cast(floor, "fptosi", Integer) + 1023) << 52).number()

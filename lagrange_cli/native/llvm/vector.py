@@ -7,12 +7,14 @@ processor and however many lanes. A body has a number of lanes of its own; value
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import ClassVar, TypeVar
+from typing import ClassVar, TypeAlias, TypeVar
 
 from lagrange_cli.native.llvm.length import allow
 from lagrange_cli.native.llvm.text import constant, kind, literal, operand, opposite, suffix
 
 V = TypeVar("V", bound="Value")
+Index: TypeAlias = "Integer | int"
+"""A whole number that the code computes, or that is known when it is written."""
 
 
 class Instructions:
@@ -121,7 +123,7 @@ class Instructions:
         text = f"shufflevector {vector} {first}, {vector} poison, {zeros}"
         return type(one)(self, self.define(text), lanes)
 
-    def lane(self, vector: V, index: int | Integer) -> V:
+    def lane(self, vector: V, index: Index) -> V:
         """One lane of a vector."""
         at = index.name if isinstance(index, Integer) else index
         text = f"extractelement {vector.kind} {vector.name}, i64 {at}"
@@ -244,7 +246,7 @@ class Integer(Value):
         """Whether it is odd."""
         return cast(self, "trunc", Bit)
 
-    def equals(self, other: Integer | int) -> Bit:
+    def equals(self, other: Index) -> Bit:
         """Whether both are the same."""
         return self.compared("eq", other)
 

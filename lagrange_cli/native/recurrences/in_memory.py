@@ -12,14 +12,13 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Real
 from lagrange_cli.native.numbers.double_double import TYPE, DDReal, DoubleDouble, called
 from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
-from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.recurrences.evaluation import Constants, Loaded
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout_rows import RowLayout
-from lagrange_cli.native.recurrences.loaded import Loaded
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
 
@@ -46,7 +45,7 @@ class InMemory(Stage[DDReal]):
 
     whole = True
 
-    def __init__(self, memory: Memory, k: int | Integer) -> None:
+    def __init__(self, memory: Memory, k: Index) -> None:
         super().__init__(memory.expansion)
         self.k, self._memory, f = k, memory, memory.kind.body
         self._base, self._offset = ("%work", k) if isinstance(k, int) else (f.place("%work", k).name, 0)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from lagrange_cli.native.guards import DUE
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.native.stepping.acceptance import Allowance, allowance
 from lagrange_cli.native.stepping.guard_search import NO_GUARD
@@ -69,7 +69,7 @@ def advance(steps: Steps) -> str:
     whole = f.variable(no)
     """Whether the next step to a root is not divided."""
 
-    def leave(code: Integer | int, steps: Integer, samples: Integer | None = None) -> None:
+    def leave(code: Index, steps: Integer, samples: Integer | None = None) -> None:
         for i, value in enumerate((samples or index.get(), steps, limited.get())):
             f.store(value, info, i)
         if due is not None:

@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import math
 
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.native.stepping.given import Given

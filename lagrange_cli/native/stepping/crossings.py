@@ -21,8 +21,7 @@ import math
 from functools import reduce
 from operator import add, and_
 
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.members import DIRECTION, PATIENCE, SECTION
 from lagrange_cli.native.state import LANES

@@ -10,8 +10,7 @@ if it ends early; otherwise the polynomial is the cubic one through both ends.
 
 from __future__ import annotations
 
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.dop853_stages import FIFTH, INSIDE, NODES, STAGE, STAGES, THIRD, Weights

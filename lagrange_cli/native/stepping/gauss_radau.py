@@ -14,8 +14,7 @@ from __future__ import annotations
 import math
 from math import comb
 
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products

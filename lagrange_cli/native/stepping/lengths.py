@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, width_of
 from lagrange_cli.records import dataclass, replace
 
@@ -202,11 +202,11 @@ class RowSeries:
     f: Function
     place: Pointer
 
-    def __getitem__(self, m: int | Integer) -> Real:
+    def __getitem__(self, m: Index) -> Real:
         """The ``m``-th ones."""
         return self.f.load_row(self.place, m * self.lengths.term, self.lengths.lanes)
 
-    def put(self, value: Real, m: int | Integer) -> None:
+    def put(self, value: Real, m: Index) -> None:
         """The same, stored."""
         self.f.store_row(value, self.place, m * self.lengths.term)
 
@@ -228,6 +228,6 @@ class FollowingSeries(Row):
 class Integrated(RowSeries):
     """Coefficients of the integral of a series."""
 
-    def __getitem__(self, m: int | Integer) -> Real:
+    def __getitem__(self, m: Index) -> Real:
         assert isinstance(m, int)
         return super().__getitem__(m - 1) / float(m)

@@ -11,10 +11,9 @@ import math
 from collections.abc import Callable
 
 from lagrange_cli.native.llvm.flow import Variable
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.text import table
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
 NOTHING = 2.0**-50
@@ -66,7 +65,7 @@ class Roots:
         own = self._value(), self._bernstein(), self._known(), self._first_root()
         return table("inverse_binomials", inverse, "double") + "".join(f.text() for f in own)
 
-    def _each(self, f: Function, body: Callable[[Integer], None], first: Integer | int = 0) -> None:
+    def _each(self, f: Function, body: Callable[[Integer], None], first: Index = 0) -> None:
         with f.loop(first, self.degree + 1, tested=not isinstance(first, int)) as m:
             body(m)
 

@@ -12,8 +12,7 @@ from decimal import Context, Decimal
 from functools import reduce
 
 from lagrange_cli.native.interface import STEPPING
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly, upper_half
+from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_roughly, upper_half
 from lagrange_cli.native.llvm.text import constant
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.lengths import Lengths, Row, RowSeries

@@ -142,8 +142,7 @@ def follow_and_write(
     the target that was written."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.ending import Ending
-    from lagrange_cli.integrate.ensemble.follow import follow_ensemble
-    from lagrange_cli.integrate.ensemble.selection import ensemble_method
+    from lagrange_cli.integrate.ensemble.follow import ensemble_method, follow_ensemble
     from lagrange_cli.store.ensemble import EnsembleWriter
 
     ensemble, prepared = groups[0].ensemble, groups[0].prepared

@@ -8,7 +8,7 @@ from lagrange_cli.expression.indices import integer
 from lagrange_cli.expression.listed import repeated
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Number, Span, plain_names
-from lagrange_cli.expression.vocabulary import member_name
+from lagrange_cli.expression.vocabulary import CONSTANTS, member_name
 from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.draft import Draft
@@ -88,17 +88,20 @@ class Points:
         """The expression, checked to be a point: a vector, or 0 for the origin."""
         if expression is None:
             return None
+        name = plain_name(expression)
+        if name is not None and self.particles and not self._has(name.base, expression):
+            self.problems.add_expression(expression, self._unknown(name), where)
+            return expression
         _, bounds = self.names.check(expression, SECTION, where)
         if bounds is None or isinstance(bounds, tuple) or self.flat or _is_origin(expression):
             return expression
         hint = "write 0 for the origin, or (x, y)"
-        what = plain_name(expression)
-        if what is not None:
-            meaning = self.names.table.get(what.base)
-            hint = f"'{what.base}' is a {meaning.what.value}: {hint}" if meaning else hint
+        if name is not None:
+            meaning = self.names.table.get(name.base)
+            hint = f"'{name.base}' is a {meaning.what.value}: {hint}" if meaning else hint
         span = Span(0, len(expression.text)) if expression.text else expression.tree.span
         error = ExpressionError(
-            expression.tree.span if what else span, "expected a point, found a number", hint
+            expression.tree.span if name else span, "expected a point, found a number", hint
         )
         self.problems.add_expression(expression, error, where)
         return expression
@@ -123,13 +126,21 @@ class Points:
                 self.problems.add_expression(strand.text, error, "hide")
         return frozenset(found)
 
+    def _has(self, name: str, expression: Expression) -> bool:
+        """Whether a name in an expression is known, or follows from a mistake."""
+        known = self.names.table, self.problems.broken, self.names.bound, CONSTANTS, expression.indices
+        return any(name in names for names in known)
+
+    def _unknown(self, name: Name) -> ExpressionError:
+        hint = near_hint(name.base, self.particles) or known_hint(self.particles)
+        return ExpressionError(name.span, f"unknown particle {shown(name.base)}", hint)
+
     def _hidden(self, name: Name, indices: Mapping[str, int]) -> Sequence[str]:
         if name.identifier in self.problems.broken:
             return ()
         members = self.particles.get(name.identifier)
         if members is None:
-            hint = near_hint(name.identifier, self.particles) or known_hint(self.particles)
-            raise ExpressionError(name.span, f"unknown particle {shown(name.identifier)}", hint)
+            raise self._unknown(name)
         if not name.indices:
             return members
         known = {**self.names.sizes, **indices}

@@ -40,7 +40,10 @@ def check_events(draft: Draft, names: Names, problems: Problems) -> dict[str, Ev
     for event in draft.events:
         changes = checker.changes(event)
         if event.when is not None:
-            found[event.name] = Event(event.when, event.direction, event.stops, changes, event.place)
+            sets = tuple((one.key, one.value.tree) for one in event.changes if one.value is not None)
+            found[event.name] = Event(
+                event.when, event.direction, event.stops, changes, event.place, event.key, sets
+            )
     return found
 
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import sympy
 
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, velocity_name
+from lagrange_cli.families.breaks import actions_of
 from lagrange_cli.families.conservation import constants_of
 from lagrange_cli.families.rigid import Rigid
 from lagrange_cli.mechanics.conserved.displacements import TURNS
 from lagrange_cli.model.constraints import without_force, without_work
+from lagrange_cli.model.events import between_events
+from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Changing, Conserved
 from lagrange_cli.symbolic.families.given import Given
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
@@ -23,17 +26,17 @@ def balance(
 ) -> tuple[list[Conserved], list[Changing]]:
     """The conserved quantities with reasons, and those that are not conserved; ``drawn`` is the power of the
     forces of constraint."""
-    constants = constants_of(given.system)
+    constants = constants_of(given.system, actions_of(given.spec))
     bound, drawn = given.spec.constrained, tidy(drawn, given.order)
     kept = [each for each in constants.conserved if each.quantity == "h" or not bound]
-    names = {each.quantity for each in kept}
+    names = {each.quantity: each.breaks for each in kept}
     conserved = [*cyclic(given, names, momenta)]
     changing = []
     if "h" in names and drawn == 0:
         because = "`L` does not contain `t` explicitly" + without_work(given.system.driven, bound)
         plain = "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
         because += plain if given.spec.lagrangian is None and given.system.vector is None else ""
-        conserved.append(Conserved("h", sympy.S.Zero, because))
+        conserved.append(between(Conserved("h", sympy.S.Zero, because), names["h"]))
     else:
         reasons = [] if given.system.steady_potential else ["`L` contains `t` explicitly"]
         power = sympy.Add(
@@ -51,12 +54,19 @@ def balance(
     for each in kept:
         if each.quantity in texts:
             expression = texts[each.quantity]
-            conserved.append(Conserved(each.quantity, given.neat(expression), each.because))
+            conserved.append(Conserved(each.quantity, given.neat(expression), each.because, each.breaks))
     return conserved, changing
 
 
-def cyclic(given: Given, names: set[str], momenta: Sequence[Line]) -> Iterator[Conserved]:
-    """Momenta of cyclic coordinates: one for a family, if all of its members are cyclic."""
+def between(each: Conserved, breaks: Sequence[str]) -> Conserved:
+    """A conserved quantity with the events that may change it."""
+    because = f"{each.because}; {between_events(breaks)}" if breaks else each.because
+    return replace(each, because=because, breaks=tuple(breaks))
+
+
+def cyclic(given: Given, names: Mapping[str, Sequence[str]], momenta: Sequence[Line]) -> Iterator[Conserved]:
+    """Momenta of cyclic coordinates: one for a family, if all of its members are cyclic. The ``names`` of
+    what is conserved come with the events that may change it."""
     for family in given.builder.coordinates:
         own = [line for line in momenta if line.family is family]
         kept = [name for name in family.members if f"p_{name}" in names]
@@ -64,9 +74,11 @@ def cyclic(given: Given, names: set[str], momenta: Sequence[Line]) -> Iterator[C
             shown = [(one.name(), one.expression) for one in own]
         else:
             shown = [(name, sympy.S.Zero) for name in kept]
+        every = dict.fromkeys(event for name in kept for event in names[f"p_{name}"])
         for name, expression in shown:
             because = f"`{name}` is cyclic: `L` does not contain it, and {without_force(False)}"
-            yield Conserved(f"p_{name}", expression, because)
+            breaks = names.get(f"p_{name}", [*every])
+            yield between(Conserved(f"p_{name}", expression, because), breaks)
 
 
 def displaced(given: Given, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:

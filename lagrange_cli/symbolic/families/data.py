@@ -8,7 +8,8 @@ from typing import Any
 import sympy
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.model.events import DIRECTIONS, action_of
+from lagrange_cli.symbolic.families.equations import EventLine, FamilyEquations
 from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form
 from lagrange_cli.symbolic.families.linear import pairs_of
@@ -77,9 +78,11 @@ def as_data(
                 "quantity": each.quantity,
                 "expression": text(equations.h if each.quantity == "h" else each.expression),
                 "because": plain(each.because),
+                **({"broken_by": list(each.breaks)} if each.breaks else {}),
             }
             for each in equations.conserved
         ],
+        **({"events": [event_data(one, text) for one in equations.events]} if equations.events else {}),
         "not_conserved": [
             {"quantity": each.quantity, "rate": text(each.rate), "because": plain(each.because)}
             for each in equations.changing
@@ -127,6 +130,21 @@ def constraint_data(
         }
         for one, allowed in zip(equations.constraints, equations.allowed)
     ]
+
+
+def event_data(each: EventLine, text: Callable[[sympy.Expr], str | None]) -> dict[str, Any]:
+    """Events that are alike; of what is set for several members, ``of`` says which."""
+    changes = {one.symbol.name: one.value for one in each.changes}
+    of = {one.symbol.name: spoken(one.loops) for one in each.changes if one.loops}
+    return {
+        "name": each.line.name(),
+        "when": text(each.line.expression),
+        "direction": DIRECTIONS[each.direction],
+        "action": action_of(each.stops, changes),
+        "set": {name: text(value) for name, value in changes.items()},
+        **({"of": of} if of else {}),
+        "members": spoken(each.line.loops),
+    }
 
 
 def kind_and_rate(rate: str | None, holonomic: bool) -> dict[str, str | None]:

@@ -6,25 +6,27 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 
+import numpy as np
 import sympy
 
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.records import replace
-from lagrange_cli.spec.spec import Spec, grouped
+from lagrange_cli.spec.spec import Event, Family, Spec, grouped
 from lagrange_cli.symbolic.families.balance import balance
 from lagrange_cli.symbolic.families.derivatives import spans_within
 from lagrange_cli.symbolic.families.dynamics import FORCE, PULL, Dynamics
-from lagrange_cli.symbolic.families.equations import FamilyEquations
-from lagrange_cli.symbolic.families.frames import Split
-from lagrange_cli.symbolic.families.kinds import LETTERS
+from lagrange_cli.symbolic.families.equations import Change, EventLine, FamilyEquations
+from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
+from lagrange_cli.symbolic.families.kinds import LETTERS, loop_of
 from lagrange_cli.symbolic.families.linear import blocks_of, pairs_of, solution_of
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.places import NamedPlace
 from lagrange_cli.symbolic.families.sums import finished
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.indexed.members import KNOWN
+from lagrange_cli.symbolic.indexed.members import KNOWN, member
+from lagrange_cli.symbolic.indexed.whole import Whole, named, whole_of
 from lagrange_cli.symbolic.order import Role
 from lagrange_cli.symbolic.work import attempt, size_of
 
@@ -148,6 +150,7 @@ class _Deriver(Dynamics):
                 for one, own in constraints
             ),
             places=tuple(self.places(lagrangian, h, *written)),
+            events=tuple(self.events()),
         )
         return self.printed(found if blocks is None else self.with_forces(found))
 
@@ -175,6 +178,49 @@ class _Deriver(Dynamics):
             }
             rates += self.summed(family, still, -1)
         return replace(found, rates=tuple(rates), pulls=tuple(pulls))
+
+    def events(self) -> Iterator[EventLine]:
+        """The events of the file."""
+        spec = self.spec
+        for family in grouped(spec.events, spec.families.get("events", {})):
+            for one, kind in self.pieces(family):
+                build = partial(self.happening, one, kind.tree)
+                for loops, (when, changes) in self.builder.kinds(kind.loops, kind.frame, build):
+                    shown = (
+                        replace(each, value=self.of_members(each.value, (*loops, *each.loops)))
+                        for each in changes
+                    )
+                    line = Line(family, kind.indices, loops, self.of_members(when, loops))
+                    yield EventLine(line, one.direction, one.stops, tuple(shown))
+
+    def pieces(self, family: Family) -> Iterator[tuple[Event, Kind]]:
+        """The events of a family that have the same key: one of them, and all together."""
+        alike: dict[int, list[str]] = {}
+        for name in family.members:
+            alike.setdefault(id(self.spec.events[name].key), []).append(name)
+        for names in alike.values():
+            one = self.spec.events[names[0]]
+            if one.key is None:
+                raise Unsuited
+            places = np.array([family.place(name) for name in names]).T if family.shape else ()
+            yield one, self.builder.keyed(one.key.axes, places, one.when.tree)
+
+    def happening(self, event: Event, tree: Tree, frame: Frame) -> tuple[sympy.Expr, list[Change]]:
+        """What becomes 0 at some events, and what these set."""
+        changes = []
+        for key, value in event.sets:
+            inside, loops, wholes = frame, list[Loop](), list[Whole]()
+            for axis in key.axes:
+                if axis.index:
+                    index = self.builder.fresh(axis.index, inside)
+                    loops.append(loop_of(index, axis, inside.names))
+                    names = {**inside.names, axis.index: named(index)}
+                    each = Sum(value, axis.index, axis.bounds, axis.conditions, axis.span, axis.span)
+                    inside = self.builder.rounds(each, inside, index, names)
+                wholes.append(named(index) if axis.index else whole_of(axis.bounds[0], inside.names))
+            symbol = member(key.name, map(self.builder.settled, wholes)) if wholes else sympy.Symbol(key.name)
+            changes.append(Change(symbol, self.builder.value(value, inside), tuple(loops)))
+        return self.builder.value(tree, frame), changes
 
     def of_members(self, expression: sympy.Expr, loops: Sequence[Loop]) -> sympy.Expr:
         """An expression of members in textbook form."""
@@ -214,6 +260,17 @@ class _Deriver(Dynamics):
             conserved=tuple(replace(one, expression=shown(one.expression)) for one in found.conserved),
             changing=tuple(replace(one, rate=shown(one.rate)) for one in found.changing),
             places=tuple(replace(one, expression=shown(one.expression, one.loops)) for one in found.places),
+            events=tuple(
+                replace(
+                    one,
+                    line=one.line.of(shown(one.line.expression, one.line.loops)),
+                    changes=tuple(
+                        replace(each, value=shown(each.value, (*one.line.loops, *each.loops)))
+                        for each in one.changes
+                    ),
+                )
+                for one in found.events
+            ),
         )
 
     def places(self, *expressions: sympy.Expr) -> Iterator[NamedPlace]:

@@ -14,7 +14,27 @@ from lagrange_cli.symbolic.families.linear import Block
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.places import NamedPlace
 from lagrange_cli.symbolic.families.reactions import ReactionForm
+from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.order import Order
+
+
+@dataclass(frozen=True)
+class Change:
+    """What an event sets: the ``symbol`` gets a ``value``, for all that the ``loops`` run through."""
+
+    symbol: sympy.Symbol
+    value: sympy.Expr
+    loops: tuple[Loop, ...]
+
+
+@dataclass(frozen=True)
+class EventLine:
+    """Events that are alike: the expression of the ``line`` becomes 0, as in ``spec.spec.Event``."""
+
+    line: Line
+    direction: int
+    stops: bool
+    changes: tuple[Change, ...]
 
 
 @dataclass(frozen=True)
@@ -62,6 +82,7 @@ class FamilyEquations:
     """
     places: tuple[NamedPlace, ...]
     """Where particles are, for places that are written by name, and their velocities and accelerations."""
+    events: tuple[EventLine, ...] = ()
     reactions: ReactionForm | None = None
     """The forces of constraint on particles, where they have been asked for."""
 

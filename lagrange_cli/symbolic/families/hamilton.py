@@ -11,7 +11,7 @@ import sympy
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.kinds import LETTERS
@@ -66,43 +66,78 @@ def solved_form(
 ) -> FamilyHamiltonian:
     """The same where velocities follow for each block of M by itself. Raises ``Unsuited`` where they are too
     long, or do not fit the lines of forces."""
-    order = order_of(equations)
+    order, known = order_of(equations), equations.order
     kinetic: list[sympy.Expr] = []
-    velocities: list[Line] = []
+    velocities = list[Line]()
+    by_block: dict[tuple[Family, ...], tuple[list[Line], list[Line]]] = {}
+    apart = all(is_apart(one, equations.coordinates, known) for one in blocks)
     for block in blocks:
         lines = [one.of(tidy(one.expression, order)) for one in block.lines(block.rest)]
         excess = [symbol_of(one, momentum_name(one.family.name)) - one.expression for one in lines]
         found = block.solved(excess, order)
         velocities += block.lines(found)
-        power = sympy.Add(*(p * v / 2 for p, v in zip(excess, found, strict=True)))
-        kinetic.append(summed_of(neat(power, order, Role.COORDINATE), block.line.loops))
-    rates = [
-        line.of(tidy(line.expression.xreplace(velocities_in(line.expression, velocities)), order))
-        for line in driving
-    ]
+        energy = sympy.Add(*(p * v / 2 for p, v in zip(excess, found, strict=True)))
+        energy = neat(energy, order, Role.COORDINATE)
+        kinetic.append(summed_of(energy, block.line.loops))
+        moving, (at_v, at_p) = moving_part(block, lines), by_block.setdefault(block.families, ([], []))
+        for family in equations.coordinates if apart else ():
+            if family.shape == block.families[0].shape:
+                line, q = replace(block.line, family=family), symbol_of(block.line, family.name)
+                at_v.append(line.of(moving.diff(q)))
+                at_p.append(line.of(energy.diff(q)))
+    rates = []
+    for line in driving:  # -dH/dq is that at fixed momenta
+        own = [one for families, one in by_block.items() if families[0].shape == line.family.shape]
+        before, after = (
+            sympy.Add(*(of_member(one[k], line) for one in own)) if apart else sympy.S.Zero for k in (0, 1)
+        )
+        force = tidy(line.expression - before, known) if apart else line.expression
+        rates.append(line.of(tidy(force.xreplace(velocities_in(force, velocities)) - after, order)))
     H = gathered(sympy.Add(*kinetic), order) + potential
     names = [one.name for one in equations.coordinates]
     velocities.sort(key=lambda line: names.index(line.family.name))
     return FamilyHamiltonian(order, H, tuple(velocities), tuple(rates), True)
 
 
+def is_apart(block: Block, families: Sequence[Family], order: Order) -> bool:
+    """Whether M and b of a block contain no coordinates of members with other indices."""
+    own = {symbol_of(block.line, one.name) for one in families if one.shape == block.families[0].shape}
+    entries = [*block.rest, *(entry for row in block.matrix for entry in row)]
+    found = {one for entry in entries for one in entry.free_symbols if order.role(one) is Role.COORDINATE}
+    return found <= own
+
+
+def moving_part(block: Block, lines: Sequence[Line]) -> sympy.Expr:
+    """v . M v/2 + b . v of a block, what L has besides its value at rest."""
+    v = [symbol_of(one, velocity_name(one.family.name)) for one in lines]
+    rows = (sympy.Add(*(entry * own for entry, own in zip(row, v))) for row in block.matrix)
+    pairs = zip(rows, v, lines, strict=True)
+    return sympy.Add(*(own * (row / 2 + line.expression) for row, own, line in pairs))
+
+
 def velocities_in(expression: sympy.Expr, lines: Sequence[Line]) -> dict[sympy.Symbol, sympy.Expr]:
     """The velocities in a force. Raises ``Unsuited`` where those of one line do not all have the same
     line."""
-    speeds = {velocity_name(one.family.name): one.family.name for one in lines}
-    found = {}
-    for symbol in expression.free_symbols:
-        base, indices = KNOWN.get(symbol.name, (symbol.name, ()))
-        if base in speeds:
-            own = [one for one in lines if one.family.name == speeds[base]]
-            alike = [one for one in own if one.indices == indices]
-            if not alike and len(own) > 1:
-                raise Unsuited
-            one = (alike or own)[0]
-            loops = {loop.index for loop in one.loops}
-            names = {a.text: b for a, b in zip(one.indices, indices) if a.text in loops}
-            found[symbol] = one.expression if alike else renamed(one.expression, names, {})
-    return found
+    speeds = {velocity_name(one.family.name): one for one in lines}
+    found = ((one, KNOWN.get(one.name, (one.name, ()))) for one in expression.free_symbols)
+    return {
+        one: of_member(lines, replace(speeds[base], indices=indices))
+        for one, (base, indices) in found
+        if base in speeds
+    }
+
+
+def of_member(lines: Sequence[Line], member: Line) -> sympy.Expr:
+    """What lines say of the members of another. Raises ``Unsuited`` where that is not one line."""
+    own = [one for one in lines if one.family.name == member.family.name]
+    alike = [one for one in own if one.indices == member.indices]
+    if alike:
+        return alike[0].expression
+    if len(own) > 1:
+        raise Unsuited
+    loops = {loop.index for loop in own[0].loops}
+    names = {a.text: b for a, b in zip(own[0].indices, member.indices) if a.text in loops}
+    return renamed(own[0].expression, names, {})
 
 
 def with_inverse(

@@ -16,7 +16,7 @@ from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.symbolic import SympyAlgebra
-from lagrange_cli.expression.syntax import Axis, Sum
+from lagrange_cli.expression.syntax import Axis, Sum, Tree
 from lagrange_cli.expression.vocabulary import TIME, acceleration_name, velocity_name
 from lagrange_cli.families.groups import Group, group_of, particle_families
 from lagrange_cli.families.turning import body_groups
@@ -84,7 +84,7 @@ class MemberKinds(Builder):
                 yield Kind((), (), group.trees[label], Frame({**self.sizes, **values}, 1, self.names, {}))
                 continue
             if label in group.keyed:
-                yield self.keyed(group, label)
+                yield self.keyed(group.keyed[label], places_of(group, label), group.trees[label])
                 continue
             axes = {axis: name for name, axis in axes_of(group, label).items()}
             loops: list[Loop] = []
@@ -111,20 +111,21 @@ class MemberKinds(Builder):
             frame = Frame({**self.sizes, **values}, int(chosen.sum()), names, arrays)
             yield Kind(tuple(loops), tuple(indices), group.trees[label], frame)
 
-    def keyed(self, group: Group, label: int) -> Kind:
-        """The members of a label that are no grid: the loops are those of their key."""
+    def keyed(self, axes: Sequence[Axis], places: Sequence[Any], tree: Tree) -> Kind:
+        """Members that are written with the ``axes`` of a key: the loops are those of the key. Their
+        ``places`` are axis by axis."""
         loops: list[Loop] = []
         indices: list[Whole] = []
         names, arrays = dict(self.names), dict[str, Any]()
-        for one, places in zip(group.keyed[label], places_of(group, label)):
+        for one, own in zip(axes, places):
             if one.index:
                 index = self.fresh(one.index, Frame({}, 1, names, arrays))
                 loops.append(loop_of(index, one, names))
-                names[one.index], arrays[index] = named(index), places
+                names[one.index], arrays[index] = named(index), own
             indices.append(named(index) if one.index else whole_of(one.bounds[0], names))
-        values = {name: own[group.labels == label] for name, own in group.indices.items()}
-        frame = Frame({**self.sizes, **values}, int(np.sum(group.labels == label)), names, arrays)
-        return Kind(tuple(loops), tuple(indices), group.trees[label], frame)
+        values = {one.index: own for one, own in zip(axes, places) if one.index}
+        frame = Frame({**self.sizes, **values}, len(places[0]) if axes else 1, names, arrays)
+        return Kind(tuple(loops), tuple(indices), tree, frame)
 
     def kinds(
         self, loops: Sequence[Loop], frame: Frame, build: Callable[[Frame], Any]

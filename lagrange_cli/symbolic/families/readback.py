@@ -145,15 +145,23 @@ class ReadBack:
         made, pairs = np.zeros((self.count, self.count)), pairs_of(self.coordinates)
         for line in lines:
             one, other = pairs[line.family.name]
-            places, indices = self.members(line)
-            rows, columns = np.divmod(places, len(other.members))
-            rows, columns = rows + self.first[one.name], columns + self.first[other.name]
-            values, _ = self.value(line.expression, indices, len(places), state)
+            indices, count = self.running(line)
+            wholes = [whole.value({**self.sizes, **indices}) for whole in line.indices]
+            rows = flat(wholes[: len(one.shape)], one.shape, count) + self.first[one.name]
+            columns = flat(wholes[len(one.shape) :], other.shape, count) + self.first[other.name]
+            values, _ = self.value(line.expression, indices, count, state)
             made[rows, columns] = made[columns, rows] = values
         return made
 
     def members(self, line: Line) -> tuple[Any, dict[str, Any]]:
         """The coordinates of a line, and the indices that these have."""
+        indices, count = self.running(line)
+        wholes = [one.value({**self.sizes, **indices}) for one in line.indices]
+        places = places_of(line.family)[flat(wholes, line.family.shape, count)]
+        return places + self.first[line.family.name], indices
+
+    def running(self, line: Line) -> tuple[dict[str, Any], int]:
+        """The values of a line's indices, and how many there are."""
         indices, count = dict[str, Any](), 1
         for loop in line.loops:
             ends = (one.value({**self.sizes, **indices}) for one in (loop.start, loop.stop))
@@ -166,11 +174,7 @@ class ReadBack:
             for condition in loop.conditions:
                 chosen = np.broadcast_to(holds(condition, {**self.sizes, **indices}), count)
                 indices, count = {name: one[chosen] for name, one in indices.items()}, int(chosen.sum())
-        wholes = [one.value({**self.sizes, **indices}) for one in line.indices]
-        places = flat(wholes, line.family.shape, count)
-        if line.family.members:  # entries of a matrix have none
-            places = places_of(line.family)[places]
-        return places + self.first.get(line.family.name, 0), indices
+        return indices, count
 
     def value(
         self, expression: sympy.Expr, indices: dict[str, Any], count: int, state: State

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
 from lagrange_cli.records import replace
-from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.equations import Event
+from lagrange_cli.symbolic.families.equations import EventLine, FamilyEquations
 from lagrange_cli.symbolic.families.hamilton import INVERSE, OFFSET, hamilton_form
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import Loop
@@ -17,7 +18,7 @@ from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.mathml import MathML, fragment
 from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.render import Notation
-from lagrange_cli.symbolic.report import NOTHING, changing_sections, conserved_statement
+from lagrange_cli.symbolic.report import NOTHING, changing_sections, conserved_statement, event_statement
 from lagrange_cli.symbolic.statements import (
     KINDS,
     Section,
@@ -52,6 +53,21 @@ def as_display(equations: FamilyEquations) -> str:
 def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[Section]:
     """The sections of a form."""
     writer = Writer(notation, equations.order)
+    found = sections_of_motion(equations, form, writer)
+    events = tuple(event_line(one, writer) for one in equations.events)
+    return [*found, *([Section("Events", events, True)] if events else [])]
+
+
+def event_line(each: EventLine, writer: Writer) -> Statement:
+    """Events that are alike."""
+    line, changes = each.line, {one.symbol.name: one.value for one in each.changes}
+    event = Event(line.name(), line.expression, each.direction, each.stops, changes)
+    of = {one.symbol.name: f" ({writer.notation.members(one.loops)})" for one in each.changes if one.loops}
+    return event_statement(event, writer, writer.notation.members(line.loops), of)
+
+
+def sections_of_motion(equations: FamilyEquations, form: str, writer: Writer) -> list[Section]:
+    """Those without events."""
     used = names_used(equations)
     sizes = Section(
         "Sizes",
@@ -252,7 +268,9 @@ def names_used(equations: FamilyEquations) -> set[str]:
     """The names of indices and sizes in the equations."""
     found = names_in(equations.L)
     forces = () if equations.reactions is None else equations.reactions.lines
-    for line in (*equations.momenta, *(equations.accelerations or ()), *equations.constraints, *forces):
+    events = (one.line for one in equations.events)
+    listed = *equations.momenta, *(equations.accelerations or ()), *equations.constraints, *forces, *events
+    for line in listed:
         found |= names_in(line.expression)
         found.update(*(one.names for one in line.loops), *(one.names for one in line.indices))
     return found

@@ -21,7 +21,7 @@ from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.indexed.whole import Whole
 from lagrange_cli.symbolic.notations import IndexedPython
 from lagrange_cli.symbolic.render import render
-from lagrange_cli.symbolic.source import IN_STEPS, SOLUTION
+from lagrange_cli.symbolic.source import IN_STEPS, LINEAR, SOLUTION
 
 SIGNATURE = "t, {}, parameters=PARAMETERS"
 RATES: Mapping[str, Callable[[str], str]] = {
@@ -141,6 +141,18 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     return "\n".join(head) + "\n\n\n" + "\n\n\n".join(functions)
 
 
+def in_steps(pulled: Sequence[str]) -> str:
+    """H and the canonical equations by velocities that are computed, with multipliers if there are any."""
+    more = "".join(f"{one}, " for one in pulled)
+    rates = "\n\n\n".join([LINEAR.strip(), IN_STEPS.strip()]).replace(
+        "momentum_rates(t, q, p, ", f"momentum_rates(t, q, p, {more}"
+    )
+    return rates.replace(
+        "torques(t, q, velocities(t, q, p, parameters), parameters)",
+        f"torques(t, q, velocities(t, q, p, parameters), {more}parameters)",
+    )
+
+
 def grid_places(families: Sequence[Family]) -> tuple[int, ...]:
     """The places that members of families would have, if no member were missing."""
     found: list[int] = []
@@ -149,16 +161,6 @@ def grid_places(families: Sequence[Family]) -> tuple[int, ...]:
         found += (np.flatnonzero(places_of(one) >= 0) + first).tolist()
         first += prod(one.shape)
     return tuple(found)
-
-
-def in_steps(pulled: Sequence[str]) -> str:
-    """H and the canonical equations by velocities that are computed, with multipliers if there are any."""
-    more = "".join(f"{one}, " for one in pulled)
-    rates = IN_STEPS.strip().replace("momentum_rates(t, q, p, ", f"momentum_rates(t, q, p, {more}")
-    return rates.replace(
-        "torques(t, q, velocities(t, q, p, parameters), parameters)",
-        f"torques(t, q, velocities(t, q, p, parameters), {more}parameters)",
-    )
 
 
 def linear_functions(equations: FamilyEquations, writer: _Writer) -> list[str]:
@@ -286,10 +288,9 @@ class _Writer:
         for line in self.equations.masses or ():
             (row, one), (column, other) = (firsts[family.name] for family in pairs[line.family.name])
             indices = line.indices[: len(one.shape)], line.indices[len(one.shape) :]
-            places = placed(row, one, indices[0]), placed(column, other, indices[1])
+            i, k = placed(row, one, indices[0]), placed(column, other, indices[1])
             head, indent = self.loops(line)
-            body += [*head, f"{indent}i_, k_ = {places[0]}, {places[1]}"]
-            body.append(f"{indent}rows[i_][k_] = rows[k_][i_] = {self.text(line.expression)}")
+            body += [*head, f"{indent}rows[{i}][{k}] = rows[{k}][{i}] = {self.text(line.expression)}"]
         names = self.names("\n".join(body))
         head = [
             f"def mass_matrix({SIGNATURE.format('q, v')}):",

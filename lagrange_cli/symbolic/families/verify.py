@@ -149,7 +149,7 @@ class Comparison:
             divided = self.values(factors, at)[0]
             direct = self.directly(at)
             residual = np.array(direct.residual, dtype=float) / divided
-            if self.equations.accelerations is not None:  # they solve the equations of the file
+            if self.equations.accelerations is not None and self.most >= len(q):
                 solved = t, q, v, self.values(self.equations.accelerations, at)[0], parameters
                 rest = np.array(self.directly(solved).residual, dtype=float) / divided
                 yield self.worst("{}_ddot", DIRECT, (rest, self.values(left, solved)[1]), np.zeros(len(q)))

@@ -9,10 +9,10 @@ import pytest
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble import members as shared
+from lagrange_cli.integrate.ensemble.follow import ensemble_method
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
-from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.times import Times
 from tests.support.motion import NAMES, SYSTEMS, prepared, spec_of, values_of
 

@@ -5,10 +5,9 @@ import pytest
 
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
-from lagrange_cli.integrate.cache_entry import key_of, unpack
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.methods import recompilation, stepper
-from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepare import key_of, prepare_system, unpack
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation import blocks, machine

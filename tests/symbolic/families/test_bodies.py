@@ -61,4 +61,5 @@ def test_a_thousand_tops_are_those_of_a_textbook() -> None:
     assert "R_top_z[i] = " in written(in_form(derived, "reactions"), "text", "reactions", {})
     lines = " ".join(written(in_form(derived, "hamilton"), "text", "hamilton", {}).split())
     assert "phi_dot[i] = (p_phi[i] - cos(theta[i])*p_psi[i])/((m*l**2 + I1)*sin(theta[i])**2)" in lines
+    assert "- (1 + cos(theta[i])**2)*p_phi[i]*p_psi[i]/((m*l**2 + I1)*sin(theta[i])**3)" in lines
     assert "M_phi_psi[i,i] = I3*cos(theta[i])" in written(derived, "text", "matrix", {})
