@@ -30,6 +30,8 @@ ADDED = (1, 2, PARTS, 2 * PARTS)
 """Multiples of two arguments whose sums are recognized."""
 
 Element = tuple[int, ...]
+Step = tuple[Node, Kind, Sequence[int]]
+"""A node, its kind, and the number that it is, or its coefficients and its constant."""
 
 
 class NoValue(Exception):
@@ -131,25 +133,39 @@ class Residues:
     def values(self, nodes: Iterable[Node], given: Mapping[str, int]) -> dict[Node, int]:
         """The values of nodes, in an order with arguments first, from the values of symbols; raises
         ``NoValue``."""
-        p, value = self.prime, dict[Node, int]()
+        return self.evaluated(self.prepared(nodes), given)
+
+    def prepared(self, nodes: Iterable[Node]) -> list[Step]:
+        """The nodes with their numbers modulo the prime, for many ``given``; raises ``NoValue``."""
+        found: list[Step] = []
         for node in nodes:
-            a = node.arguments
+            numbers: Sequence[int] = ()
             if node.kind is Kind.NUMBER:
-                value[node] = self.number(node.data)
-            elif node.kind is Kind.SYMBOL:
-                value[node] = given[node.data]
+                numbers = [self.number(node.data)]
             elif node.kind is Kind.SUM:
-                constant, coefficients = node.data
-                terms = (self.number(c) * value[x] for c, x in zip(coefficients, a))
-                value[node] = (self.number(constant) + sum(terms)) % p
-            elif node.kind is Kind.PRODUCT:
+                numbers = [*map(self.number, node.data[1]), self.number(node.data[0])]
+            found.append((node, node.kind, numbers))
+        return found
+
+    def evaluated(self, steps: Iterable[Step], given: Mapping[str, int]) -> dict[Node, int]:
+        """The values of nodes that are ``prepared``, likewise."""
+        p, value = self.prime, dict[Node, int]()
+        for node, kind, numbers in steps:
+            a = node.arguments
+            if kind is Kind.NUMBER:
+                (value[node],) = numbers
+            elif kind is Kind.SYMBOL:
+                value[node] = given[node.data]
+            elif kind is Kind.SUM:
+                value[node] = (numbers[-1] + sum([c * value[x] for c, x in zip(numbers, a)])) % p
+            elif kind is Kind.PRODUCT:
                 result = 1
                 for x, exponent in zip(a, node.data):
                     result = result * (value[x] if exponent == 1 else self.power(value[x], exponent)) % p
                 value[node] = result
-            elif node.kind is Kind.POWER:
+            elif kind is Kind.POWER:
                 value[node] = self.exponential(value[a[1]] * self.logarithm(value[a[0]]))
-            elif node.kind is Kind.FUNCTION:
+            elif kind is Kind.FUNCTION:
                 value[node] = self.function(node.data, [value[x] for x in a])
             else:
                 raise NoValue

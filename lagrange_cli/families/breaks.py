@@ -89,7 +89,9 @@ def with_breaks(
     if actions is None or not actions.changed:
         yield from found
         return
-    broken = breaks(system, states, [one.quantity for one in found], actions)
+    safe = ["h"] if system.events is not None and system.events.keeps_energy else []
+    asked = [one.quantity for one in found if one.quantity not in safe]
+    broken = {**dict.fromkeys(safe, ()), **breaks(system, states, asked, actions)}
     for one in found:
         events = tuple(actions.names[e] for e in broken[one.quantity])
         because = f"{one.because}; {between_events(events)}" if events else one.because

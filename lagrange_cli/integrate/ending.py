@@ -37,6 +37,9 @@ class Ending(Enum):
     OFF_CONSTRAINTS = "no state near the one set by an action satisfies the constraints"
     NO_MASS = "a mass is no longer greater than 0"
     CUT = "an energy or a constraint jumps with the angle atan2(y, x), by 2 pi where y = 0 and x < 0,"
+    UNDETERMINED = (
+        "several forces of friction hold what is joined: how much each of them takes is undetermined,"
+    )
     JUMP = "an action would make an energy jump"
     INCONSISTENT = "no motion begins at the initial values"
 
@@ -73,6 +76,8 @@ WAYS_OUT = {
     Ending.NO_MASS: "let the action keep all masses greater than 0, or end the run before it with --stop",
     Ending.CUT: "use that angle as a coordinate, write energies and constraints that do not jump there, "
     "or {before}",
+    Ending.UNDETERMINED: "write friction against the same velocity with the same norm, "
+    "put a spring in place of what joins them, or {before}",
     Ending.JUMP: "let the action set values with which both sides are equal where the condition changes",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }

@@ -84,7 +84,7 @@ def write_families(
         if compilation.precision == DOUBLE and compilation.factor is None:
             raise
         raise TooManyNumbers(error.message, error.hint.replace(WITHOUT_SERIES, "")) from error
-    constant = unbroken(system, conserved).union(planner.kept)
+    constant = unbroken(system, conserved.intersection(observed)).union(planner.kept)
     events = planner.families("events", [*system.spec.events])
     at_events = {"q", "v"} if events else frozenset[str]()
     states = planned(FamilyPlanner(planner.residual, planner.energetics, conserved), at_events).states
@@ -102,7 +102,8 @@ def write_families(
 
 def unbroken(system: FamilySystem, conserved: frozenset[str]) -> frozenset[str]:
     """What is conserved at events, too."""
-    if system.events is None or not system.events.changed:
+    events = system.events
+    if events is None or not events.changed or (events.keeps_energy and conserved <= {"h"}):
         return conserved
     from lagrange_cli.families.conservation import constants_of
 

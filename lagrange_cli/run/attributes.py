@@ -28,7 +28,7 @@ MOST_NAMES = 4
 """Quantities that a warning names."""
 
 UNDETECTED = {
-    "narrow": "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
+    "narrow": "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh, high powers or quotients: "
     "compare with the Taylor method, which does",
     "switches": "{} does not locate the instants at which abs, sign, min, max or where switch: its error "
     "there is not bounded by the tolerance, and dry friction brings nothing to rest; "

@@ -60,6 +60,7 @@ EVENTS = {
     Ending.CRAWLING,
     Ending.STUCK,
     Ending.TOUCHING,
+    Ending.UNDETERMINED,
 }
 """Those of systems with events and contacts, of sections, and of members, which have tests of their own."""
 STATUS = {"complete": 0, "failed": 4, "interrupted": 130}

@@ -47,8 +47,8 @@ def test_columns_that_are_zero_are_relations_by_themselves():
 @pytest.mark.parametrize("conditions", [1, 30])
 def test_states_are_looked_at_until_they_tell_nothing_new(conditions, monkeypatch):
     """Thirty columns with one condition take as many states; with thirty conditions, a few of them do."""
-    graph, looked, evaluate = Graph(), [], relations.evaluate
-    monkeypatch.setattr(relations, "evaluate", lambda *given: looked.append(given) or evaluate(*given))
+    graph, looked, evaluated = Graph(), [], relations.evaluated
+    monkeypatch.setattr(relations, "evaluated", lambda *given: looked.append(given) or evaluated(*given))
     x = [graph.symbol(f"x{i}") for i in range(30)]
     columns = [[x[(i + j) % 30] for j in range(conditions)] for i in range(30)]
     assert Relations(graph).relations(columns) == []

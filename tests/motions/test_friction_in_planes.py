@@ -286,6 +286,33 @@ def test_a_puck_sticks_to_a_shaking_plate_now_and_then(mu: float) -> None:
         assert motions[0][name] == pytest.approx(motions[1][name], abs=1e-6)
 
 
+GROOVE = """
+coordinates: {x: {initial: 0, velocity: 1}, y: {initial: 0}, z: {initial: 0}}
+masses: {block: 1}
+positions: {block: [x, y, z]}
+potential: 8*z + 5*y
+constraints: {floor: z, wall: y}
+definitions: {v: "(x_dot, y_dot, z_dot)", along_floor: "(x_dot, y_dot, 0)", along_wall: "(x_dot, 0, z_dot)"}
+"""
+
+
+def test_a_block_in_a_groove_is_held_by_both_sides() -> None:
+    force = "(2*t, 0, 0) - (0.4*floor.multiplier + 0.2*wall.multiplier)*v/norm(v)"
+    motion = follow(GROOVE + f'forces: {{block: "{force}"}}', 3, 31)
+    rest = (4.2 - sqrt(4.2**2 - 4)) / 2  # v = 1 + t**2 - 4.2 t
+    still = (motion.t > rest) & (motion.t < 2.1)
+    assert np.all(motion["v/x"][still] == 0)
+    past = motion.t[-1] - 2.1
+    assert motion["v/x"][-1] == pytest.approx(past**2, abs=1e-13)
+
+
+def test_shares_of_friction_that_do_not_follow_end_the_motion() -> None:
+    floor = "0.4*floor.multiplier*along_floor/norm(along_floor)"
+    wall = "0.2*wall.multiplier*along_wall/norm(along_wall)"
+    motion = follow(GROOVE + f'forces: {{block: "-{floor} - {wall}"}}', 1, 5)
+    assert motion.outcome.ending is Ending.UNDETERMINED
+
+
 FALLING = """
 parameters: {m: 2, g: 9.81, c: 0.2}
 coordinates: {x: {initial: 0}, y: {initial: 0}}

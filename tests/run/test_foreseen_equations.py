@@ -29,9 +29,7 @@ def test_what_is_foreseen_is_less_than_what_is_done(text: str) -> None:
     assert STEPS_A_MEETING * meetings(spec) < derive(spec).work.spent
 
 
-def test_equations_of_members_that_are_too_large_are_refused_at_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_equations_of_members_that_are_too_large_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lagrange_cli.model.build.build_model", None)
     with pytest.raises(SpecError, match=r"takes more than 20000000 steps of work"):
         derive(read_spec(CHAIN, "chain.yaml", {"N": "100"}))

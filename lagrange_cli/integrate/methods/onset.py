@@ -211,7 +211,9 @@ class Onset(Leading):
         self.modes[[*sliding]] = [*sliding.values()]
         origin, gauss_rule = self.memory.copy(), rule()
         parts = self.machine.program.parts
-        rounded = ROUNDED[parts - 1] * float(np.max(np.abs(origin[self._own])))
+        speeds = np.abs(origin[self._own])  # surfaces move with the time, which is rounded, too
+        by_time = abs(origin[self._layout.time]) * np.max(np.abs(held.accelerations[:, 0])) / 8.0
+        rounded = ROUNDED[parts - 1] * float(max(np.max(speeds), by_time))
         once, twice, times = gauss_rule.once, gauss_rule.twice, gauss_rule.nodes * length
 
         def rates(t: float, places: Array, speeds: Array) -> Array:

@@ -54,7 +54,7 @@ class Settling(Sliding):
         """Choose the modes of all switches, whatever was before."""
         own = self.modes[: self.count]
         own[:] = 1.0
-        values, vectors = np.ones(0), self.vectors()
+        values, vectors = np.ones(0), [*self.vectors(), *self.dragged()]
         for _ in range(self.count + 1):  # arguments may depend on other modes
             values = self._arguments()
             signs = np.where(values < 0.0, -1.0, 1.0)
@@ -78,7 +78,8 @@ class Settling(Sliding):
         if stop is Stop.GUARD and self._rows.guards[due].role is Role.BREAK:
             return not self.breaks(due) and self.passes(due)
         if stop is Stop.GUARD and self._rows.guards[due].parts:
-            return self.slide_or_hold(due)
+            friction = self._rows.guards[due].multiplier
+            return self.slide_or_hold(due) if friction else self.pass_zero(due)
         if stop is Stop.GUARD:
             return self.settle(due) or self.rest() or self.cross()
         if stop is Stop.ROOT:

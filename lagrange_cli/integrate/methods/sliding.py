@@ -3,13 +3,15 @@ slides on in the direction in which it is pushed; where what holds it reaches it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.integrate.methods.at_zero import ROUNDED_OFF
+from lagrange_cli.integrate.methods.drag import Drag
 from lagrange_cli.integrate.methods.modes import ROUNDING
-from lagrange_cli.integrate.methods.onset import SOON, Onset, inverse_of
+from lagrange_cli.integrate.methods.onset import SOON, inverse_of
 from lagrange_cli.native.guards import SMALLEST
 from lagrange_cli.native.state import BEGINNING
 
@@ -23,49 +25,55 @@ much shorter the next one is; and the shortest, as part of the time."""
 
 FEW = 4.0
 """A velocity of so many rounding errors may be 0."""
-APART, LARGER = 2.0**-40, 2.0**4
-"""Drag acts from so long after u = 0 on, as part of the time, so that steps lead on; how much larger the
-square of u is before that is asked again."""
 
 
-class Sliding(Onset):
+class Sliding(Drag):
     """The modes of lengths of vectors."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
         self.end = np.inf
         """The time at which the motion ends, which no way goes beyond."""
+        self.undetermined = False
+        """Whether several forces have held the motion last, whose sum alone follows from the equations."""
 
     def vectors(self) -> list[int]:
-        """The guards of lengths."""
-        return [j for j, guard in enumerate(self._rows.guards) if guard.parts]
+        """The guards of lengths of vectors that friction may hold."""
+        return [j for j, guard in enumerate(self._rows.guards) if guard.parts and guard.multiplier]
 
     def stops(self) -> bool:
         """Hold the motion where a length is about to be 0, or slide on; whether there is one."""
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
-        rounding = FEW * ROUNDED_OFF[self.machine.program.parts - 1] * np.max(np.abs(self.memory[self._own]))
         for j in self.vectors():
             u, rate = self._coefficients(self._rows.first + j)[:2]
-            rate = rate if self._rows.guards[j].multiplier else -abs(rate)  # drag lets it pass
-            if self.modes[j] != 0.0 and (u <= rounding or rate < 0.0 < u <= -rate * soon):
+            if self.modes[j] != 0.0 and (u <= self._rounding_of_speeds or rate < 0.0 < u <= -rate * soon):
                 return self.slide_or_hold(j)
-        return False
+        return self.turns()
+
+    @property
+    def _rounding_of_speeds(self) -> float:
+        """How large a velocity may be that is 0 but for rounding."""
+        unit = ROUNDED_OFF[self.machine.program.parts - 1]
+        return FEW * unit * float(np.max(np.abs(self.memory[self._own])))
 
     def slide_or_hold(self, j: int) -> bool:
         """Choose the mode of a length that has become 0, or whose force has reached its limit; whether the
         motion goes on."""
-        if not self._rows.guards[j].multiplier:
-            self._pass(j)
-            return True
         before, reached = self.memory.copy(), self.modes[j] == 0.0
         for number in BEGINNING:
             self.memory[self._layout.at(number)] = 0.0
         self._stop(j)
         self.modes[j] = 0.0
+        for k in self.vectors():  # with it, or at the same time
+            if np.max(np.abs(self._parts(k))) <= self._rounding_of_speeds:
+                self.modes[k] = 0.0
+        self._take_rounding([k for k in self.vectors() if self.modes[k] == 0.0])
         if reached:
             self._move_to_limit(j)
         beyond, vectors = self._beyond(), self.vectors()
+        several = sum(self.modes[k] == 0.0 for k in vectors) > 1
+        self.undetermined = several and not np.all(np.isfinite(self._rates_of_rows()))
         loose = {j: 1.0} if reached else {}
         loose |= {k: 1.0 for k in beyond if k in vectors}
         found = not loose or self._slide(loose)
@@ -73,20 +81,6 @@ class Sliding(Onset):
             self.memory[:] = before
         self.prepare()
         return found
-
-    def _pass(self, j: int) -> None:
-        """Leave drag along a vector out that is almost 0, until times since it was 0 are told apart: what it
-        would change meanwhile is less than rounding."""
-        waited, self.modes[j] = self.modes[j] == 0.0, 0.0
-        self._series()
-        square, rate = self._coefficients(self._rows.first + j)[:2]
-        if waited and 2.0 * square >= APART * rate * self.memory[self._layout.time]:
-            self.modes[j] = 1.0
-        else:
-            self.marks[j] = -LARGER * square
-        for number in BEGINNING:
-            self.memory[self._layout.at(number)] = 0.0
-        self.prepare()
 
     def _move_to_limit(self, j: int) -> None:
         """Move to where the force that holds a vector is as large as its limit, which is near: a method that
@@ -101,18 +95,23 @@ class Sliding(Onset):
         """Take a vector away that is 0 up to rounding, as friction does."""
         if not np.any(self._parts(j)):
             return
-        memory, inverse = self.memory.copy(), inverse_of(self._slopes_of_parts(j))
-        self._take_parts(j, inverse)
+        memory = self.memory.copy()
+        self._take_rounding([j])
         self.modes[j] = 0.0
         velocities = self._friction(j).velocities
         self.memory[:] = memory
-        self._take_parts(j, velocities)
-        self._take_parts(j, inverse)  # what is left by rounding
+        self._take_parts([j], velocities)
 
-    def _take_parts(self, j: int, velocities: Array) -> None:
+    def _take_rounding(self, vectors: Sequence[int]) -> None:
+        """Take vectors away in any direction: what rounding has left of them."""
+        if any(np.any(self._parts(k)) for k in vectors):
+            slopes = np.vstack([self._slopes_of_parts(k) for k in vectors])
+            self._take_parts(vectors, inverse_of(slopes))
+
+    def _take_parts(self, vectors: Sequence[int], velocities: Array) -> None:
         for _ in range(2):
             change = np.zeros(self._layout.degrees)
-            change[: len(velocities)] = velocities @ self._parts(j)
+            change[: len(velocities)] = velocities @ np.concatenate([self._parts(k) for k in vectors])
             self._take_away(change, exactly=True)
 
     def _take_away(self, change: Array, *, exactly: bool) -> None:
@@ -126,14 +125,12 @@ class Sliding(Onset):
     def _slide(self, loose: dict[int, float]) -> bool:
         """Begin to slide where the forces of some guards exceed their limits, with those that would exceed
         theirs otherwise: a little way."""
-        still = [j for j in self.vectors() if self.modes[j] == 0.0]
-        drag = {j: 1.0 for j in still if not self._rows.guards[j].multiplier}
-        origin, held = self.memory.copy(), self.held(j for j in still if j not in drag)
-        now = float(origin[self._layout.time])
+        origin, held = self.memory.copy(), self.held(j for j in self.vectors() if self.modes[j] == 0.0)
+        now, drag = float(origin[self._layout.time]), [j for j in self.dragged() if self.modes[j] == 0.0]
         which = self.machine.program.parts - 1
         length = LONGEST[which] * min(held.scale, self.span)
         while length >= LEAST[which] * max(abs(now), self.span):
-            sliding, more = loose | drag, loose
+            sliding, more = loose | dict.fromkeys(drag, 1.0), loose
             while more:
                 self.memory[:] = origin
                 found = self._collocated(length, min(length, self.end - now), held, sliding)

@@ -310,8 +310,9 @@ class Stepper:
             self.finished = self._happenings.stop(before or None, sample)
             goes_on = self.finished is None
         guards = self.space.machine.program.rows_of_guards.guards
-        if stop is Stop.GUARD and guards[due].role is Role.BREAK and not goes_on:
+        cut = stop is Stop.GUARD and guards[due].role is Role.BREAK
+        if not goes_on and (cut or self._settling.undetermined):
             from lagrange_cli.integrate.methods.happenings import Finished
 
-            self.finished = Finished(Ending.CUT, "")
+            self.finished = Finished(Ending.CUT if cut else Ending.UNDETERMINED, "")
         return goes_on

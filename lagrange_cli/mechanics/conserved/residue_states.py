@@ -114,22 +114,22 @@ class States(OfModel):
         first, inside = reachable(known.values()), reachable([*nodes, *self.needed])
         names = {one.data for one in (*first, *inside) if one.kind is Kind.SYMBOL}
         source, fails = random.Random(len(inside)), 0
-        fixed = Residues(prime, source)
-        if parameters:
-            moving = variables(self.model)
-            constant = [one for one in (*first, *inside) if not one.symbols & moving]
-            try:
-                fixed.values(constant, {**dict.fromkeys(names, 1), **parameters})
-            except NoValue:
-                return
+        fixed, moving = Residues(prime, source), variables(self.model)
+        try:
+            before, within = fixed.prepared(first), fixed.prepared(inside)
+            if parameters:
+                constant = [one for one in (*before, *within) if not one[0].symbols & moving]
+                fixed.evaluated(constant, {**dict.fromkeys(names, 1), **parameters})
+        except NoValue:
+            return
         while fails < TRIES:
             graph.work.charge(len(inside) * (2 + prime.bit_length() // BITS))
             residues = fixed.again()
             given = {**{name: residues.random() for name in names}, **(parameters or {})}
             try:
-                solution = residues.values(first, given)
+                solution = residues.evaluated(before, given)
                 given |= {str(symbol.data): solution[node] for symbol, node in known.items()}
-                values = residues.values(inside, given)
+                values = residues.evaluated(within, given)
                 accelerations = self._accelerations(values, prime)
             except NoValue:
                 fails += 1

@@ -27,7 +27,7 @@ def vectors(residual: Residual) -> list[Vector]:
     graph, model = residual.graph, residual.model
     speeds = reduce(or_, (v.symbols for v in model.v), 0)
     squares, found = bases(residual.residual, speeds), []
-    inertial = bases(_inertias(residual), speeds) if squares else {}
+    inertial = set(bases(_inertias(residual), speeds)) if squares else set()
     for square, holds in squares.items():
         vector = None if square in inertial else completed(graph, square, model.v)
         if vector is not None and all(held(graph, row, vector) is not None for row in residual.residual):
