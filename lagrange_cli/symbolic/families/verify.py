@@ -152,7 +152,8 @@ class Comparison:
             if self.equations.accelerations is not None and self.most >= len(q):
                 solved = t, q, v, self.values(self.equations.accelerations, at)[0], parameters
                 rest = np.array(self.directly(solved).residual, dtype=float) / divided
-                yield self.worst("{}_ddot", DIRECT, (rest, self.values(left, solved)[1]), np.zeros(len(q)))
+                sizes = np.maximum(*(self.values(left, one)[1] for one in (solved, at)))  # also where a is 0
+                yield self.worst("{}_ddot", DIRECT, (rest, sizes), np.zeros(len(q)))
             yield self.worst("the equation of {}", DIRECT, self.values(left, at), residual)
             if self.equations.masses is not None:
                 yield self.worst(
