@@ -270,6 +270,7 @@ forces: {puck: -mu*plate.multiplier*u/norm(u)}
 """
 
 
+@pytest.mark.exhaustive(keep=0.5)
 @pytest.mark.parametrize("mu", [0.14, 0.1 + 64 * 0.09 / 149, 0.02 + 94 * 0.17 / 99])
 def test_a_puck_sticks_to_a_shaking_plate_now_and_then(mu: float) -> None:
     motions = [

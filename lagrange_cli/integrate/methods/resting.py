@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.sides import Sides
 from lagrange_cli.native.guards import LOOSE, Role
 from lagrange_cli.native.state import Clock
@@ -96,7 +97,10 @@ class Resting:
         change = sides.memory[places] - impact.before[n : 2 * n]
         moved = change != 0.0
         for part, lost in ((sides.outer[:n], above), (places, left)):
-            sides.memory[part[moved]] -= change[moved] / (left - impact.speed) * lost
+            taken = change[moved] / (left - impact.speed) * lost
+            rest = sides.memory[part[moved]] - taken
+            rest[np.abs(rest) <= ROUNDING * np.abs(taken)] = 0.0
+            sides.memory[part[moved]] = rest
             sides.memory[sides.layout.width + part[moved]] = 0.0
             sides.memory[sides.layout.third + part[moved]] = 0.0
         sides.begin_anew()
