@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from itertools import count
 
 import sympy
 
@@ -17,10 +18,19 @@ from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.kinds import LETTERS
 from lagrange_cli.symbolic.families.linear import Block, entry_name
 from lagrange_cli.symbolic.families.lines import Line, symbol_of
-from lagrange_cli.symbolic.families.sums import gathered
+from lagrange_cli.symbolic.families.sums import finished, gathered
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.indexed.members import KNOWN, Ranks, opened, renamed, summed_of
+from lagrange_cli.symbolic.indexed.members import (
+    KNOWN,
+    Loops,
+    Ranks,
+    Summed,
+    hidden,
+    opened,
+    renamed,
+    summed_of,
+)
 from lagrange_cli.symbolic.indexed.whole import named, number
 from lagrange_cli.symbolic.order import Order, Role
 
@@ -53,7 +63,7 @@ def momentum_name(coordinate: str) -> str:
 def hamilton_form(equations: FamilyEquations) -> FamilyHamiltonian:
     """The Legendre transform of L. Raises ``UsageError`` where a name is taken."""
     energy = -equations.L if equations.U is None or equations.T is None else equations.U - equations.T
-    potential, driving = at_rest(energy, equations.order), equations.driving
+    potential, driving = at_rest(energy, equations), equations.driving
     assert driving is not None
     if equations.blocks is not None:
         with suppress(Unsuited):
@@ -145,12 +155,12 @@ def with_inverse(
 ) -> FamilyHamiltonian:
     """The same with the inverse of M, and with b by name where it is not 0."""
     families = equations.coordinates
-    offsets = [one.of(at_rest(one.expression, equations.order)) for one in equations.momenta]
+    offsets = [one.of(at_rest(one.expression, equations, one.loops)) for one in equations.momenta]
     still = all(one.expression == 0 for one in offsets)
     names = [INVERTED + entry_name(a, b) for k, a in enumerate(families) for b in families[k:]]
     names += [] if still else [OFFSET + one.name for one in families]
     order = order_of(equations, names)
-    letters = [one for one in LETTERS if one not in order.ranks.bases and one not in equations.sizes]  # type: ignore[attr-defined]
+    letters = free_letters(order, equations.sizes)
 
     def excess(line: Line) -> sympy.Expr:
         p = symbol_of(line, momentum_name(line.family.name))
@@ -167,10 +177,10 @@ def with_inverse(
         for n, partner in enumerate(families):
             other = every(partner, letters[len(family.shape) :], equations.sizes)
             moved = inverse(own, other) * excess(other)
-            total += summed_of(moved, other.loops)
+            total += Summed(moved, Loops(other.loops))
             if n >= k:
-                half = excess(own) * moved / (2 if n == k else 1)
-                kinetic += summed_of(half, (*own.loops, *other.loops))
+                twice = Summed(excess(own) * moved, Loops((*own.loops, *other.loops)))
+                kinetic += twice / (2 if n == k else 1)
         velocities.append(own.of(total))
     known = () if still else tuple(offsets)
     return FamilyHamiltonian(order, kinetic + potential, tuple(velocities), driving, False, known)
@@ -201,9 +211,32 @@ def order_of(equations: FamilyEquations, names: Sequence[str] = ()) -> Order:
     return Order(Ranks(bases), equations.order.decimals)
 
 
-def at_rest(expression: sympy.Expr, order: Order) -> sympy.Expr:
-    """An expression where all velocities are 0."""
-    plain, sums = opened(expression)
-    moving = [one for one in plain.free_symbols - sums.keys() if order.role(one) >= Role.VELOCITY]
-    inside = {symbol: summed_of(at_rest(one.body, order), one.loops) for symbol, one in sums.items()}
-    return plain.xreplace(dict.fromkeys(moving, sympy.S.Zero)).xreplace(inside)
+def at_rest(expression: sympy.Expr, equations: FamilyEquations, around: Sequence[Loop] = ()) -> sympy.Expr:
+    """An expression, within loops ``around`` it, where all velocities are 0: those of particles by name are
+    then what t changes of their places."""
+    order, number_of = equations.order, count()
+    places = {
+        one.symbol.name.partition("[")[0] + one.symbol.name.partition("]")[2]: one for one in equations.places
+    }
+
+    def still(expression: sympy.Expr) -> sympy.Expr:
+        plain, sums = opened(expression)
+        inside = {symbol: summed_of(still(one.body), one.loops) for symbol, one in sums.items()}
+        moving = (one for one in plain.free_symbols - sums.keys() if order.role(one) >= Role.VELOCITY)
+        return plain.xreplace({one: speed(one) for one in moving}).xreplace(inside)
+
+    def speed(symbol: sympy.Symbol) -> sympy.Expr:
+        base, indices = KNOWN.get(symbol.name, (symbol.name, ()))
+        if base not in places:
+            return sympy.S.Zero
+        known = dict(zip((one.index for one in places[base].loops), indices))
+        return renamed(hidden(still(places[base].expression), number_of), known, {})
+
+    made, used = still(expression), {one.index for one in around}
+    letters = [one for one in free_letters(order, equations.sizes) if one not in used]
+    return finished(made, letters, {one.name for one in equations.paths}) if places else made
+
+
+def free_letters(order: Order, sizes: Mapping[str, int]) -> list[str]:
+    """Letters for indices that nothing else is called."""
+    return [one for one in LETTERS if one not in order.ranks.bases and one not in sizes]  # type: ignore[attr-defined]
