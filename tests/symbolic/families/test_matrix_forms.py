@@ -114,7 +114,7 @@ def hold(text: str, count: int | None = None) -> None:
 
 
 def printed_energy(derived: DerivedFamilies, state: Any, mass: Any) -> float:
-    """H as it is printed, of q, p and the inverse of M."""
+    """H as it is printed, of q, p and the inverse of M: its text is ours, made from a system of this file."""
     (t, q, p), equations, spec = state, derived.equations, derived.spec
     names: dict[str, Any] = {"t": t, **spec.sizes, **vars(math), "abs": abs}
     names |= {one.name: readback.matrix(one) for one in equations.paths}
