@@ -231,8 +231,7 @@ def test_crossings_lie_on_the_motion_that_solve_follows():
     state = np.pad([0.0, 0.1, 0.49, 0.05], (0, program.rows - 4))
     for k in (0, 12, 39):
         t = taken.t[0, k]
-        end = alone.follow(np.ones(len(program.parameters)), state, Times(0.0, t, 2, t),
-                           lambda t, x: None, lambda t: False)  # fmt: skip
+        end = alone.follow(np.ones(len(program.parameters)), state, Times(0.0, t, 2, t))
         assert np.abs(end.state[:4] - taken.states[0, :, k]).max() < 1e-11
         assert abs(taken.states[0, 0, k] + taken.states[0, 1, k] / 2) < 1e-15
 
@@ -287,7 +286,7 @@ def test_random_surfaces_have_the_crossings_that_events_have(seed):
 class Polled:
     """A method that finds a crossing in each step of length 1, and is polled after every one."""
 
-    def follow(self, parameters, state, times, accept, interrupt, checkpoints, events):
+    def follow(self, parameters, state, times, observer):
         for steps in range(1, 2 * EVERY):
             found = (
                 np.array([0]),
@@ -297,9 +296,9 @@ class Polled:
                 np.array([False]),
                 np.zeros(1),
             )
-            events.crossed(Crossings(*found))
-            due = checkpoints.due(steps)
-            if due or interrupt(float(steps)):
+            observer.events.crossed(Crossings(*found))
+            due = observer.checkpoints.due(steps)
+            if due or observer.interrupt(float(steps)):
                 return End(Ending.INTERRUPTED, float(steps), state, steps, steps)
         return End(Ending.COMPLETE, times.stop, state, steps, steps)
 

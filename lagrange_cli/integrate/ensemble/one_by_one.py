@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.method import Accept, EndedMembers, MemberLog, Starts
-from lagrange_cli.integrate.method import Method
+from lagrange_cli.integrate.method import Method, Observer
 from lagrange_cli.records import dataclass
 
 POLL_SECONDS = 0.05
@@ -87,8 +87,7 @@ class OneByOne:
             reached += len(when)
 
         log = MemberLog(self.events)
-        given = starts.parameters[member], state, times, keep, interrupt
-        end = self.method.follow(*given, events=log)
+        end = self.method.follow(starts.parameters[member], state, times, Observer(keep, interrupt, log))
         return EndedMembers(
             index=np.array([member], dtype=np.int64),
             ending=[end.ending],

@@ -16,7 +16,7 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.method import EndedMembers, Kept, MemberLog, Section, Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.integrate.events import Change, Crossings
-from lagrange_cli.integrate.method import CheckpointSink, Snapshot, Unfit
+from lagrange_cli.integrate.method import CheckpointSink, Observer, Snapshot, Unfit
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, replace
 
@@ -134,8 +134,8 @@ class SectionOneByOne(OneByOne):
 
         times = until(starts.times)
         steps = CheckpointSink(self._begun(begin, times), log.stepped, keep, every=EVERY)
-        given = starts.parameters[member], state, times, lambda when, chunk: None, stop
-        end = self.method.follow(*given, steps, log)
+        observer = Observer(interrupt=stop, events=log, checkpoints=steps)
+        end = self.method.follow(starts.parameters[member], state, times, observer)
         cut = cut and end.ending is Ending.INTERRUPTED
         if cut and end.snapshot is not None:
             keep(end.snapshot)
@@ -182,8 +182,8 @@ class SectionOneByOne(OneByOne):
             samples[:, 1 : 1 + states.shape[1]] = states
             log.changes = restored_changes(begin, len(state))
         steps = CheckpointSink(begun, due, keep)
-        given = starts.parameters[member], state, times, accept, interrupt
-        end = self.method.follow(*given, steps, log)
+        observer = Observer(accept, interrupt, log, steps)
+        end = self.method.follow(starts.parameters[member], state, times, observer)
         if end.ending is Ending.INTERRUPTED and end.snapshot is not None:
             keep(end.snapshot)
         if not count:
