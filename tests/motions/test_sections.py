@@ -16,7 +16,8 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Section, Starts
-from lagrange_cli.integrate.ensemble.section import EVERY, SectionOneByOne
+from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
+from lagrange_cli.integrate.ensemble.section import EVERY
 from lagrange_cli.integrate.events import Crossings
 from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.prepared import Prepared
@@ -269,7 +270,7 @@ def test_random_surfaces_have_the_crossings_that_events_have(seed):
     taken = take(system, where, states, 40, direction, stop=8.0, parameters=numbers)
     residual = derive_system(with_surface(spec, where, direction), resting=True)
     alone = prepare(residual, Compilation("taylor", FULL, frozenset("qv")))
-    method = SectionOneByOne(alone.follower, True, (SURFACE,))
+    method = OneByOne(alone.follower, True, (SURFACE,))
     rows = alone.machine.program.rows - len(states[0])
     starts = Starts(
         np.array(numbers, float).reshape(9, -1), np.pad(states, ((0, 0), (0, rows))), Times(0.0, 8.0, 2, 8.0),
@@ -312,7 +313,7 @@ def test_an_interrupted_motion_ends_where_it_does_otherwise_or_has_not_ended(pol
     )  # fmt: skip
     left = iter([False] * (polls - 1) + [True] * EVERY)
     batches = []
-    SectionOneByOne(Polled(), False, (SURFACE,)).follow(starts, batches.append, lambda done: next(left), 1)
+    OneByOne(Polled(), False, (SURFACE,)).follow(starts, batches.append, lambda done: next(left), 1)
     if polls < EVERY:
         assert batches[0].ending == [Ending.INTERRUPTED]
     else:
