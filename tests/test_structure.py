@@ -105,12 +105,10 @@ EVALUATING = {"eval", "exec", "compile", "sympify", "lambdify", "parse_expr", "_
 
 
 def test_no_text_is_evaluated():
-    """Methods that sympy calls ``eval`` say why they are safe; pages set no markup but that of ``mathml``."""
+    """Nothing is called or named ``eval`` or ``exec``; pages set no markup but that of ``mathml``."""
     package = Path(lagrange_cli.__file__).parent
-    hooks = 0
     for path in package.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
-        lines = text.splitlines()
         for node in ast.walk(ast.parse(text)) if any(name in text for name in EVALUATING) else ():
             if isinstance(node, ast.Call):
                 called, owner = node.func, ""
@@ -119,11 +117,8 @@ def test_no_text_is_evaluated():
                 else:
                     name = getattr(called, "id", "")
                 assert name not in EVALUATING or (owner, name) == ("re", "compile"), f"{path}:{node.lineno}"
-            elif isinstance(node, ast.FunctionDef) and node.name in EVALUATING:
-                hooks += 1
-                why = lines[node.lineno - 2]
-                assert "(OfExpressions): no text is ever evaluated" in why, f"{path}:{node.lineno}"
-    assert hooks
+            elif isinstance(node, ast.FunctionDef):
+                assert node.name not in EVALUATING, f"{path}:{node.lineno}"
     for path in (package / "page" / "assets").glob("*.js"):
         text = path.read_text(encoding="utf-8")
         names = "|".join(re.findall(r"\b(\w+)=/(?![/*])", text)) or "(?!)"

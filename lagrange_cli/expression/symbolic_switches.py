@@ -3,9 +3,8 @@
 sympy's own Abs, Max and Piecewise rewrite one another, and ask whether symbols are real, which is not said of
 them. Derivatives are those on both sides of a jump, as in the expression graph.
 
-``eval`` is sympy's name for the method by which a function class simplifies its arguments. These are sympy
-expressions that ``expression.build`` has made of a checked tree. sympy would run a string as a program, also
-one in a tuple or a dict, so ``OfExpressions`` refuses whatever is not sympy's already, before sympy sees it.
+Their arguments are sympy expressions that ``expression.build`` has made of a checked tree. sympy would run a
+string as a program, also one in a tuple or a dict: ``OfExpressions`` refuses whatever is not sympy's already.
 """
 
 from __future__ import annotations
@@ -13,6 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 import sympy
+from sympy.core.cache import cacheit
+from sympy.core.parameters import global_parameters
 
 
 def decided(u: sympy.Expr) -> bool:
@@ -30,17 +31,24 @@ def sign_of(u: sympy.Expr) -> int | None:
 class OfExpressions(sympy.Function):  # type: ignore[misc]
     """A function of expressions. Raises ``TypeError`` for other arguments, in which sympy would run text."""
 
+    @cacheit  # type: ignore[untyped-decorator]
     def __new__(cls, *arguments: Any, **options: Any) -> Any:
         if not all(isinstance(one, sympy.Basic) for one in arguments):
             raise TypeError(f"{cls.__name__} takes expressions of sympy only, not text")
-        return super().__new__(cls, *arguments, **options)
+        simpler = cls.simplified(*arguments) if options.get("evaluate", global_parameters.evaluate) else None
+        return super().__new__(cls, *arguments, **options) if simpler is None else simpler
+
+    @classmethod
+    def simplified(cls, *arguments: Any) -> sympy.Expr | None:
+        """What the function of these arguments is, if that is simpler; else None."""
+        raise NotImplementedError
 
 
 class Absolute(OfExpressions):
     """abs(u)."""
 
-    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
-    def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
+    @classmethod
+    def simplified(cls, u: sympy.Expr) -> sympy.Expr | None:
         """Numbers come out of it, and so does a sign."""
         number, rest = u.as_coeff_Mul()
         if rest is sympy.S.One:
@@ -62,8 +70,8 @@ class Absolute(OfExpressions):
 class Sign(OfExpressions):
     """sign(u), 0 at 0."""
 
-    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
-    def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
+    @classmethod
+    def simplified(cls, u: sympy.Expr) -> sympy.Expr | None:
         """Take the signs of a number and of factors out of it."""
         number, rest = u.as_coeff_Mul()
         if rest is sympy.S.One and (sign := sign_of(number)) is not None:
@@ -81,8 +89,8 @@ class Extremum(OfExpressions):
 
     SIGN = 1
 
-    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
-    def eval(cls, *arguments: sympy.Expr) -> sympy.Expr | None:
+    @classmethod
+    def simplified(cls, *arguments: sympy.Expr) -> sympy.Expr | None:
         """Numbers are compared; what is equal is one."""
         distinct = tuple(dict.fromkeys(arguments))
         constants = [one for one in distinct if decided(one)]
@@ -112,8 +120,8 @@ class Least(Extremum):
 class Switch(OfExpressions):
     """where(u > 0, above, below), or with u >= 0 if ``at`` is 1; 0 if both sides meet."""
 
-    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
-    def eval(cls, u: sympy.Expr, above: sympy.Expr, below: sympy.Expr, at: sympy.Integer) -> Any:
+    @classmethod
+    def simplified(cls, u: sympy.Expr, above: sympy.Expr, below: sympy.Expr, at: sympy.Integer) -> Any:
         """A number decides."""
         if above == below:
             return above

