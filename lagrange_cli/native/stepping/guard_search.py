@@ -184,7 +184,11 @@ class GuardSearch:
             end = first + LANES
             last = f.select(end > count, f.count(count), end)
             with f.when(suspect.get()), f.loop(first, last, tested=False) as j:
-                yield j
+                if self.near is None:
+                    yield j
+                else:
+                    with f.when((f.load("%work", j + self.near) > 0.0) | (j >= whole)):
+                        yield j
 
     def _suspect(self, f: Function, first: Integer, reach: Real) -> Bit:
         """Which guards of a vector have to be looked at: whose arguments are near 0, or not known, in a step
