@@ -53,16 +53,16 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     return not narrow(system, MANY_BODIES) and not system.mixed
 
 
-def drags(spec: Spec) -> bool:
-    """Whether it is one of families with drag along a vector of velocities, which may be 0."""
+def dragged(spec: Spec) -> FamilySystem | None:
+    """The system as one of families, if it has drag along a vector of velocities, which may be 0."""
     system = family_system(spec)
     if system is None or system.impacts is not None:
-        return False
+        return None
     smooth = system.smooth or system
     totals = needed([smooth.forces, *smooth.loads], smooth.slots)
     nodes = [term.node for total in totals for term in total.terms]
     variables, speeds = moving(smooth)
-    return any(is_distance(one, variables) for one in bases(nodes, speeds))
+    return system if any(is_distance(one, variables) for one in bases(nodes, speeds)) else None
 
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:

@@ -3,7 +3,8 @@
 A Taylor series costs the square of its order for every term of a sum, a step of ias15 some 15 evaluations.
 So where every coordinate has many terms, as where all bodies attract each other, ias15 is faster at the same
 error (docs/benchmarks.md). It also passes places where drag along a vector, -c |u| u, has no series, which
-Taylor series pass only if members are written out. Everything else is followed by Taylor series.
+Taylor series pass only if members are written out. On chains, and beside switches such as contact, DOP853
+does: there ias15 takes steps that are far too short, or none. Everything else is followed by Taylor series.
 
 The choice is kept beside compiled programs, so that equations are not derived for it again.
 """
@@ -15,7 +16,7 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.syntax import Binary, Call, Number, parts
-from lagrange_cli.integrate.methods.table import MANY_BODIES, TAYLOR
+from lagrange_cli.integrate.methods.table import MANY_BODIES, MODERATE, TAYLOR
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ def chosen_method(spec: Spec, outputs: Collection[str], *, cached: bool = True) 
     many = terms >= TERMS * count > 0
     if not many and not may_drag(spec):
         return TAYLOR, ""
-    why = (kept if cached else examined)(spec, outputs, terms if many else 0)
-    return (MANY_BODIES, why) if why else (TAYLOR, "")
+    method, _, why = (kept if cached else examined)(spec, outputs, terms if many else 0).partition(" ")
+    return method, why
 
 
 def kept(spec: Spec, outputs: Collection[str], terms: int) -> str:
@@ -83,9 +84,14 @@ def is_plain(exponent: object) -> bool:
 
 
 def examined(spec: Spec, outputs: Collection[str], terms: int) -> str:
-    """Why ias15 suits a system whose sums have so many ``terms``, if they are many; empty if it does not."""
-    from lagrange_cli.integrate.families import drags, suits
+    """The method that suits a system whose sums have so many ``terms``, if they are many, a space, and why it
+    is another one than that of Taylor series."""
+    from lagrange_cli.integrate.families import dragged, suits
 
     if terms and suits(spec, outputs):
-        return f"its sums have {terms} terms for {len(spec.coordinates)} coordinates"
-    return "drag along a vector has no series where that is 0" if drags(spec) else ""
+        return f"{MANY_BODIES} its sums have {terms} terms for {len(spec.coordinates)} coordinates"
+    system = dragged(spec)
+    if system is None:
+        return TAYLOR
+    plain = system.joints is None and system.smooth is None
+    return f"{MANY_BODIES if plain else MODERATE} drag along a vector has no series where that is 0"

@@ -96,6 +96,28 @@ def test_grains_fall_from_rest_with_drag(old: str, new: str) -> None:
     assert motion.q["y"][-1] == pytest.approx(-u * u * np.log(np.cosh(2 / u)), rel=1e-13)
 
 
+CHAIN = """
+name: chain
+sizes: {N: 12}
+coordinates: {"a[i in range(N)]": {initial: 0.5}}
+masses: {"bob[i in range(N)]": 1}
+embedding:
+  bob[i in range(N)]: ["sum(sin(a[j]) for j in range(i + 1))", "-sum(cos(a[j]) for j in range(i + 1))"]
+potential: "sum(9.81*bob[i].y for i in range(N))"
+forces: {"bob[i in range(N)]": "-0.1*norm((bob[i].vx, bob[i].vy))*(bob[i].vx, bob[i].vy)"}
+solve: {stop: 0.5, samples: 3}
+"""
+BOUNCING = GRAINS.replace("for i in range(N))", "+ 1e4*max(0, -grain[i].y - 1)**2.5 for i in range(N))")
+
+
+@pytest.mark.parametrize("text", [CHAIN, BOUNCING])
+def test_chains_and_bouncing_grains_pass_with_drag(text: str) -> None:
+    found, expected = (lagrange_cli.solve(text, method=one, tolerance=1e-9) for one in ("auto", "Radau"))
+    assert (found.attributes["method"], found.status) == ("DOP853", "complete")
+    name = next(iter(found.q))
+    assert found.q[name] == pytest.approx(expected.q[name], abs=1e-6)
+
+
 def test_damping_and_small_systems_keep_series() -> None:
     for text in (GRAINS.replace("norm((x_dot[i], y_dot[i]))", "2"), GRAINS.replace("N: 60", "N: 3")):
         settings = resolve_settings(read_spec(text, "grains.yaml"), SolveDefaults(), cached=False)
