@@ -21,7 +21,6 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.native.compilation.machine import Machine
 
 SOON = 2.0**-30
 """A velocity that becomes 0 within this fraction of the time is set to 0."""
@@ -110,10 +109,8 @@ class Way:
 class Onset(Leading):
     """Motions that begin to slide."""
 
-    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        super().__init__(machine, constants, memory, work)
-        self.onset: Way | None = None
-        """How sliding has begun last, until this is forgotten."""
+    onset: Way | None = None
+    """How sliding has begun last, until this is forgotten."""
 
     @property
     def _own(self) -> slice[int, int, None]:

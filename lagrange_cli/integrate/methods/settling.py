@@ -20,11 +20,10 @@ from lagrange_cli.integrate.methods.pivoting import Pivoting, dip
 from lagrange_cli.integrate.methods.sliding import Sliding
 from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop
-from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.native.compilation.machine import Machine
 
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
@@ -41,9 +40,7 @@ ROUNDS = 8
 class Settling(Sliding):
     """The choice of the modes of switches."""
 
-    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        super().__init__(machine, constants, memory, work)
-        self._attempts, self._latest = 0, np.nan
+    _attempts, _latest = 0, np.nan
 
     def begin(self, parameters: Array) -> None:
         """Choose the modes of all switches where the motion begins."""
@@ -129,8 +126,7 @@ class Settling(Sliding):
             self.modes[due] = -before  # it has not come through 0, but jumped
             self.prepare()
             return True
-        for number in BEGINNING:
-            self.memory[self._layout.at(number)] = 0.0
+        self.begin_steps()
         fresh = (self.marks[: self.count] > 0.0) & (self.modes[: self.count] != 0.0)
         marked = [j for j in np.flatnonzero(fresh).tolist() if j != due]
         if (
@@ -152,7 +148,7 @@ class Settling(Sliding):
         sqrt(|v|); whether there is one that stays 0."""
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
-        arguments = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, :2]
+        arguments = self._coefficients_of_arguments()[:, :2]
         for j, (u, rate) in enumerate(arguments.tolist()):
             if self.modes[j] * rate < 0.0 < abs(u) <= abs(rate) * soon and self._rests(j, u):
                 return True
@@ -170,8 +166,7 @@ class Settling(Sliding):
         coefficients = self._coefficients(self._rows.first + j)
         if np.all(np.abs(coefficients) <= ROUNDING * self.scale()[: len(coefficients)]):
             self.marks[j] = 0.0
-            for number in BEGINNING:
-                self.memory[layout.at(number)] = 0.0
+            self.begin_steps()
             return True
         self.memory[:] = memory
         return False
@@ -209,7 +204,7 @@ class Settling(Sliding):
         if not guards or self.machine.program.carried:
             return
         self._series()
-        arguments = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards]
+        arguments = self._coefficients_of_arguments()[guards]
         speeds = np.abs(self.memory[self._layout.part(0)][self._layout.v])
         least = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * float(np.max(speeds))
         placed = {j for j in guards if self._rows.guards[j].placed}

@@ -13,11 +13,9 @@ from lagrange_cli.integrate.methods.drag import Drag
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.onset import SOON, inverse_of
 from lagrange_cli.native.guards import SMALLEST
-from lagrange_cli.native.state import BEGINNING
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.native.compilation.machine import Machine
 
 LONGEST, SHORTER, LEAST = (2.0**-4, 2.0**-12), 2.0**-2, (2.0**-40, 2.0**-80)
 """The longest way, as part of the time in which forces change: accelerations are known to doubles there; how
@@ -30,12 +28,10 @@ FEW = 4.0
 class Sliding(Drag):
     """The modes of lengths of vectors."""
 
-    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        super().__init__(machine, constants, memory, work)
-        self.end = np.inf
-        """The time at which the motion ends, which no way goes beyond."""
-        self.undetermined = False
-        """Whether several forces have held the motion last, whose sum alone follows from the equations."""
+    end = np.inf
+    """The time at which the motion ends, which no way goes beyond."""
+    undetermined = False
+    """Whether several forces have held the motion last, whose sum alone follows from the equations."""
 
     def vectors(self) -> list[int]:
         """The guards of lengths of vectors that friction may hold."""
@@ -61,8 +57,7 @@ class Sliding(Drag):
         """Choose the mode of a length that has become 0, or whose force has reached its limit; whether the
         motion goes on."""
         before, reached = self.memory.copy(), self.modes[j] == 0.0
-        for number in BEGINNING:
-            self.memory[self._layout.at(number)] = 0.0
+        self.begin_steps()
         self._stop(j)
         self.modes[j] = 0.0
         for k in self.vectors():  # with it, or at the same time
