@@ -186,6 +186,12 @@ class Noether(OfModel):
             found.append(rate * graph.sum(slopes))
         return found
 
+    def leaves_everywhere(self, change: Change) -> bool:
+        """Whether the rate of the current is 0 and the constraints allow the change at every state, also at
+        those that the constraints do not allow."""
+        rates = [*self._balance(change), *self._along(change)]
+        return zeros(rates) >= {*rates}
+
     def keeps(self, change: Change) -> bool:
         """Whether it is proven that the current is conserved."""
         if self.kept([[(self.graph.one, change)]]) == [True]:

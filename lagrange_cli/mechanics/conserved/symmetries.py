@@ -18,7 +18,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
-from lagrange_cli.mechanics.conserved.combinations import combinations
+from lagrange_cli.mechanics.conserved.combinations import MOST_COMBINED, combinations
 from lagrange_cli.mechanics.conserved.displacements import about_the_centre, displaced
 from lagrange_cli.mechanics.conserved.found import Found, Symmetry
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
@@ -78,6 +78,7 @@ def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, 
         polynomials,
         linear,
         rescaled,
+        lasting,
         without_gauge,
     )
     for stage in stages:
@@ -133,6 +134,14 @@ def rescaled(found: Found) -> None:
         from lagrange_cli.mechanics.conserved import rescaled  # where t is in the equations, or drag
 
         rescaled.rescaled(found, symmetries)
+
+
+def lasting(found: Found) -> None:
+    """What events leave alone, although they change what it is made of."""
+    if found.eventful and len(found.model.q) <= MOST_COMBINED:
+        from lagrange_cli.mechanics.conserved.lasting import combined  # and numbers modulo a prime
+
+        combined(found)
 
 
 def total_energy(model: Model[Node]) -> tuple[Symmetry, ...]:
