@@ -98,10 +98,21 @@ class Sides:
         count, events = len(self.program.changed), len(self.program.events)
         return rows[:, :count], rows[0, count : count + 2 * events].reshape(events, 2)
 
-    def masses(self) -> Array:
+    def _masses(self) -> Array:
         """The present values of the masses that actions change."""
         rows = self._acted(self.state(self.memory))
         return rows[0, rows.shape[1] - len(self.program.masses) :]
+
+    def without_mass(self) -> str:
+        """The first mass that actions have made 0 or negative, or nothing."""
+        masses = zip(self.program.masses, self._masses()) if self.program.masses else ()
+        for name, mass in masses:
+            if not mass > 0.0:
+                body, _, axes = name.partition(" ")
+                if axes:  # a part of its inertia
+                    return f"the moments of inertia of {body!r} those of no body"
+                return f"the mass of {name!r} {mass:.6g}"
+        return ""
 
     def _acted(self, state: Array) -> Array:
         """All that ``@act`` computes (parts, values)."""
