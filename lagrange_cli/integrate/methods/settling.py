@@ -31,8 +31,6 @@ ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
-EXACT = 2
-"""How often a velocity that is 0 up to rounding is set to 0."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
@@ -266,46 +264,9 @@ class Settling(Sliding):
                 guards = [one for one in guards if one not in touching]
         return False, entered
 
-    def _stop_at(self, j: int) -> None:
-        """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
-        which the force jumps: v - a' u'/u'', where a' and u'' are the jumps of the accelerations and of
-        u''."""
-        found = []
-        for mode in (1.0, -1.0):
-            self.modes[j] = mode
-            accelerations = self._series()[: self._layout.degrees]
-            found.append((accelerations, self._coefficients(self._rows.first + j)))
-        (first, u), (second, other) = found
-        jump = 2.0 * (u[2] - other[2])
-        if u[1] == other[1] and jump != 0.0:
-            self._take_away((first - second) * (u[1] / jump), exactly=True)
-            self.memory[self._layout.at(Clock.PASSES)] = 0.0
-
     def _sides(self, guards: Sequence[int]) -> dict[int, float]:
         """Where guards go that are let go: with their velocities if these are not 0, or else as they are
         pushed."""
         rates = self._passing(guards)
         pushes = np.where(rates != 0.0, rates, self._multipliers(guards))
         return {j: 1.0 if one > 0.0 else -1.0 for j, one in zip(guards, pushes.tolist())}
-
-    def _take_to(self, j: int, value: float) -> None:
-        """Set the argument of a guard that may hold the motion, or its rate if it is a place, to a value that
-        it has up to rounding: by a change of velocities in the direction of the force that holds."""
-        own, order = float(self.modes[j]), int(self._rows.guards[j].placed)
-        for _ in range(EXACT):
-            self._series()
-            off = float(self._coefficients(self._rows.first + j)[order]) - value
-            if off == 0.0:
-                return
-            accelerations: list[Array] = []
-            slopes: list[float] = []
-            for mode in (1.0, -1.0):
-                self.modes[j] = mode
-                accelerations.append(self._series()[: self._layout.degrees])
-                u = self._coefficients(self._rows.first + j)
-                slopes.append((order + 1) * float(u[order + 1]))
-            self.modes[j] = own
-            change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
-            if not np.all(np.isfinite(change)):
-                return
-            self._take_away(change, exactly=value == 0.0)
