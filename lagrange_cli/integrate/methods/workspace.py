@@ -56,16 +56,7 @@ class Workspace:
 
     def rates(self) -> Array:
         """The rates of velocities and integrals at the state reached."""
-        self.work[:] = 0.0  # what is not finite would spread
-        rates = np.empty(self.layout.rows)
-        self.machine.accelerate(
-            self.constants.ctypes.data,
-            self.t,
-            self.memory.ctypes.data,
-            self.work.ctypes.data,
-            rates.ctypes.data,
-        )
-        return rates
+        return accelerated(self.machine, self.constants, self.memory, self.work)[0]
 
     def advance(self, stop: float, wanted: Array, done: int, count: int, last: bool, pause: int) -> Stop:
         """Step until ``stop``, or until ``count`` of the ``wanted`` samples from the one numbered ``done``
@@ -137,6 +128,16 @@ class Workspace:
         """Leave ``samples`` as they are until the next ``swap``: go on in other memory."""
         spare = np.empty_like(self.samples) if self._spare is None else self._spare
         self.samples, self._spare = spare, self.samples
+
+
+def accelerated(machine: Machine, constants: Array, memory: Array, work: Array) -> tuple[Array, bool]:
+    """The rates of velocities and integrals at the state in the ``memory``, and whether masses are regular.
+    Their series is left in ``work``."""
+    work[:] = 0.0  # what is not finite would spread
+    layout = machine.program.inner
+    rates, t = np.empty(layout.rows), float(memory[layout.time])
+    first, *others = (one.ctypes.data for one in (constants, memory, work, rates))
+    return rates, bool(machine.accelerate(first, t, *others))
 
 
 def padded(wanted: Array) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.evaluation import Evaluation
@@ -19,9 +18,9 @@ class BesideJet(SeriesJet):
 
     tiled = False
 
-    def __init__(self, integrands: Total, motion: SeriesJet, name: str, *given: Any) -> None:
+    def __init__(self, integrands: Total, motion: SeriesJet, name: str) -> None:
         self.integrands, self.motion, self.local = integrands, motion, motion.local
-        super().__init__(*(*given, type(motion.vectors), name))
+        super().__init__(motion.setting, name)
 
     def of_state(self) -> dict[Array, tuple[int, int]]:
         self.work = self.motion.work

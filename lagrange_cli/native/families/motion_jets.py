@@ -4,7 +4,6 @@ followed beside the motion."""
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from lagrange_cli.families.arrays import Array
 from lagrange_cli.native.families.articulated import ArticulatedJet
@@ -37,20 +36,16 @@ class MotionJets(Preparation):
         """``@jet``; steps ``watch`` guards, if there are any."""
         if self.order == RATES:
             return self.rates_alone(JET)
-        given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
-        made = self.coupled(self.order, JET)
+        made, setting = self.coupled(self.order, JET), self.setting(self.order)
         if made is not None:
-            return self.with_beside(made, BESIDE, *given)
+            return self.with_beside(made, BESIDE)
         if self.scheme:
-            return self.with_beside(DiagonalJet(*given, self.kind), BESIDE, *given)
+            return self.with_beside(DiagonalJet(setting), BESIDE)
         watch = watch if self.looks(watch) else None
-        own = *given, self.kind, JET if watch is None else MOTION
+        own = setting, JET if watch is None else MOTION
         made = DiagonalJet(*own) if self.parts is None else SharedJet(self.parts, *own)
-        if watch is not None:
-            jet = self.with_near(made, watch, *given)
-        else:
-            jet = self.with_beside(made, BESIDE, *given)
-        brief = DiagonalJet(*given[:-1], RATES, self.kind, BRIEF).write()
+        jet = self.with_beside(made, BESIDE) if watch is None else self.with_near(made, watch)
+        brief = DiagonalJet(self.setting(RATES), BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 
     def rates_alone(self, name: str) -> Jet:
@@ -58,13 +53,12 @@ class MotionJets(Preparation):
         made = self.coupled(RATES, name)
         if made is None:
             return self.accelerations(name)
-        given = self.system, self.lasting, self.places, self.tables, self.layout, RATES
-        return self.with_beside(made, f"{BESIDE}_{name}", *given)
+        return self.with_beside(made, f"{BESIDE}_{name}")
 
     def coupled(self, order: int, name: str) -> SeriesJet | None:
         """The jet of a system whose accelerations follow from all members together; None if M is diagonal and
         there are no constraints."""
-        given = self.system, self.lasting, self.places, self.tables, self.layout, order, self.kind, name
+        given = self.setting(order), name
         if self.closure is not None:
             return ClosedJet(self.closure, self.tabled, *given)
         if self.balance is not None:
@@ -73,7 +67,7 @@ class MotionJets(Preparation):
             return (StickingRates if order == RATES else StickingJet)(self.sticking, self.tabled, *given)
         return None if self.motion is None else ConstrainedJet(self.motion, self.tabled, *given)
 
-    def with_beside(self, motion: SeriesJet, name: str, *given: Any) -> Jet:
+    def with_beside(self, motion: SeriesJet, name: str) -> Jet:
         """The jet of a motion, and of what is followed beside it, by a function of that name."""
         motion.beside, motion.copied = "" if self.integrands is None else name, not self.concise
         if isinstance(motion, CorrectedJet):
@@ -81,7 +75,7 @@ class MotionJets(Preparation):
         jet = motion.write()
         if self.integrands is None:
             return jet
-        further = BesideJet(self.integrands, motion, name, *given)
+        further = BesideJet(self.integrands, motion, name)
         further.copied = motion.copied
         beside = further.write()
         return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations)
@@ -95,10 +89,10 @@ class MotionJets(Preparation):
         listed = loops(needed([self.integrands], self.slots, self.lasting.fixed), self.slots)
         return bool(enclosed(self.integrands, listed, (self.system.q, self.system.v, *self.lasting.fixed)))
 
-    def with_near(self, motion: SeriesJet, watch: Watch, *given: Any) -> Jet:
+    def with_near(self, motion: SeriesJet, watch: Watch) -> Jet:
         """The jet of a motion, and functions of their own for it and for the arguments of guards."""
         assert self.integrands is not None
-        jet, beside = motion.write(), NearJet(watch, self.integrands, motion, BESIDE, *given).write()
+        jet, beside = motion.write(), NearJet(watch, self.integrands, motion, BESIDE).write()
         f = Function(HEAD.format(JET, DoubleVectors.times))
         places = f.pointer("%constants"), Real(f, "%t", 1), *f.pointers("state", "work")
         regular = f.call(Bit, MOTION, *places)

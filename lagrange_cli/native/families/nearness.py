@@ -10,7 +10,6 @@ nothing is due. For two bodies far from each other this takes a few operations i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from lagrange_cli.native.families.additions import Additions
 from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.evaluation import Evaluation, Writer, room
 from lagrange_cli.native.families.everywhere import Everywhere
-from lagrange_cli.native.families.jets import Jet
+from lagrange_cli.native.families.jets import Jet, SeriesJet
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.series_places import HEAD, SeriesPlaces
@@ -199,9 +198,9 @@ class NearJet(BesideJet):
     head = HEAD.replace(") #0", ", double %h) #0")
     copied = False
 
-    def __init__(self, watch: Watch, *given: Any) -> None:
+    def __init__(self, watch: Watch, integrands: Total, motion: SeriesJet, name: str) -> None:
         self.watch = watch
-        super().__init__(*given)
+        super().__init__(integrands, motion, name)
 
     def prepared(self) -> Sequence[Total]:
         totals = super().prepared()
