@@ -19,7 +19,7 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import branches_on, deciding, independent, is_zero, zeros
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.mechanics.variables import graph_of, numbered, state_symbols
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
@@ -67,16 +67,32 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
     if any(event.changes for event in model.events):
         momenta = {f"p_{name}": p for name, p in zip(model.coordinates, energetics.momenta)}
         known = {**momenta, "h": energetics.energy_function}
-        changes = changes_of(model)
-        conserved = [broken(graph, each, known[each.quantity], changes) for each in conserved]
+        changes, surfaces = changes_of(model), surfaces_of_events(model)
+        conserved = [broken(graph, each, known[each.quantity], changes, surfaces) for each in conserved]
     return tuple(cyclic), tuple(conserved)
 
 
+def surfaces_of_events(model: Model[Node]) -> dict[str, dict[Node, Node]]:
+    """By event, the coordinate that its argument is linear in, with the value at which it happens."""
+    graph, moving, found = graph_of(model), state_symbols(model), dict[str, dict[Node, Node]]()
+    for event in model.events:
+        for q in model.q if event.changes else ():
+            slope = graph.diff(event.argument, q)
+            if not slope.is_zero and not slope.symbols & moving:
+                found[event.name] = {q: q - event.argument / slope}
+                break
+    return found
+
+
 def broken(
-    graph: Graph, each: Conserved, quantity: Node, changes: Mapping[str, Mapping[Node, Node]]
+    graph: Graph,
+    each: Conserved,
+    quantity: Node,
+    changes: Mapping[str, Mapping[Node, Node]],
+    surfaces: Mapping[str, Mapping[Node, Node]],
 ) -> Conserved:
     """A constant of the motion with the events that may change it; ``quantity`` is what it is, ``changes``
-    are new values by event, then by symbol."""
+    are new values by event, then by symbol, and ``surfaces`` a coordinate's where it happens."""
     jumps = {}
     terms = [(quantity, 1.0)]
     if quantity.kind is Kind.SUM:
@@ -93,6 +109,11 @@ def broken(
             jump = graph.sum([(new - old, c) for new, (old, c) in zip(after, here)])
             jumps[event] = without_rounding(graph, jump, max(abs(c) for _, c in here))
     kept = zeros([*jumps.values()])
+    for name, values in surfaces.items():
+        jump = jumps.get(name, graph.zero)
+        if jump not in kept and any(jump.symbols & q.symbols for q in values):
+            (jumps[name],) = substituted(graph, [jump], values)
+            kept |= zeros([jumps[name]])
     breaks = tuple(name for name, jump in jumps.items() if jump not in kept)
     because = f"{each.because}; {between_events(breaks)}" if breaks else each.because
     return replace(each, because=because, breaks=breaks)

@@ -52,16 +52,35 @@ def balance(
             because = f"`{name}` is cyclic, but {acting} {'act' if all(kinds) else 'acts'} on it"
             changing.append(Changing(f"p_{name}", tidy(force + own, order), because))
     balance_energy(model, order, energies, forces, accelerations, constraints, conserved, changing)
-    changes = changes_of(model)
-    return tuple(broken(each, changes, order) for each in conserved), tuple(changing)
+    changes, surfaces = changes_of(model), surfaces_of_events(model)
+    return tuple(broken(each, changes, surfaces, order) for each in conserved), tuple(changing)
 
 
-def broken(each: Conserved, changes: Mapping[str, dict[sympy.Expr, sympy.Expr]], order: Order) -> Conserved:
-    """A conserved quantity with the events that may change it; ``changes`` are what each of them sets."""
+def surfaces_of_events(model: Model[sympy.Expr]) -> dict[str, dict[sympy.Expr, sympy.Expr]]:
+    """By event, the coordinate that its argument is linear in, with the value at which it happens."""
+    found, moving = dict[str, dict[sympy.Expr, sympy.Expr]](), [*model.q, *model.v, model.time]
+    for event in model.events:
+        for q in model.q if event.changes else ():
+            rate = slope(event.argument, q)
+            if rate != 0 and not depends_on(rate, moving):
+                found[event.name] = {q: sympy.expand(q - event.argument / rate)}
+                break
+    return found
+
+
+def broken(
+    each: Conserved,
+    changes: Mapping[str, dict[sympy.Expr, sympy.Expr]],
+    surfaces: Mapping[str, dict[sympy.Expr, sympy.Expr]],
+    order: Order,
+) -> Conserved:
+    """A conserved quantity with the events that may change it; ``changes`` are what each of them sets, and
+    ``surfaces`` a coordinate's value where it happens."""
+    jumps = {name: each.expression.xreplace(values) - each.expression for name, values in changes.items()}
     breaks = tuple(
         name
-        for name, values in changes.items()
-        if tidy(each.expression.xreplace(values) - each.expression, order) != 0
+        for name, jump in jumps.items()
+        if tidy(jump, order) != 0 and tidy(jump.xreplace(surfaces.get(name, {})), order) != 0
     )
     because = f"{each.because}; {between_events(breaks)}" if breaks else each.because
     return replace(each, because=because, breaks=breaks)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import TypeVar
 
 from lagrange_cli.expression.modular import Equations
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.residues import LARGE, SMALL
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.mechanics.conserved.ansatz import Powers, Term, Variables
 from lagrange_cli.mechanics.conserved.reasons import without_denominators
-from lagrange_cli.mechanics.conserved.recognition import Recognition
 from lagrange_cli.mechanics.conserved.residue_states import BITS, State, States
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.relations import Relations
@@ -25,8 +25,12 @@ PRODUCTS = 4
 MOST_SOLVED, MOST_COORDINATES = 10, 3
 """Terms of a sum whose coefficients are found by elimination, and coordinates of its system."""
 
+VALUE, RATE = 0, 1
 Moving = tuple[int, int]
 """A value and its rate of change."""
+Factors = tuple[Powers, tuple[Node, ...]]
+"""The powers of places and the functions in a term."""
+Key = TypeVar("Key")
 
 
 @dataclass(frozen=True)
@@ -38,25 +42,47 @@ class Columns:
     ansatz: Sequence[Term]
 
     @cached_property
-    def _rates(self) -> Mapping[Node, tuple[Node, Sequence[Node]]]:
-        """The rates of the variables and functions: a part without accelerations, and the factors of
-        these."""
+    def _made_of(self) -> Sequence[Node]:
+        """The variables and functions."""
         functions = (one for term in self.ansatz for one in term.functions)
-        h, zero = self.states.noether.energy, self.states.graph.zero
-        found = {one: self.states.rate(one) for one in (*self.given.places, *self.given.speeds, *functions)}
-        return {one: (zero, ()) if one is h else rate for one, rate in found.items()}
+        return [*dict.fromkeys((*self.given.places, *self.given.speeds, *functions))]
+
+    @cached_property
+    def _rates(self) -> Mapping[Node, tuple[Node, Sequence[Node]]]:
+        """Their rates: a part without accelerations, and the factors of these. That of a momentum is known
+        from Lagrange's equations."""
+        states, zero = self.states, self.states.graph.zero
+        noether, free = states.noether, union(states.model.v)
+        known: dict[Node, tuple[Node, Sequence[Node]]] = {noether.energy: (zero, ())}
+        if not states.model.constraints:
+            pairs = zip(noether.energetics.momenta, noether.torques)
+            known |= {p: (torque, ()) for p, torque in pairs if p.symbols & free}
+        found = {one: known.get(one) or states.rate(one) for one in self._made_of}
+        return {
+            one: (rest, slopes if any(not slope.is_zero for slope in slopes) else ())
+            for one, (rest, slopes) in found.items()
+        }
+
+    @cached_property
+    def _accelerated(self) -> bool:
+        """Whether accelerations are in the rates."""
+        return any(slopes for _, slopes in self._rates.values())
 
     @cached_property
     def nodes(self) -> Sequence[Node]:
         """The nodes that are evaluated at each state."""
-        return [*self._rates, *(one for rest, slopes in self._rates.values() for one in (rest, *slopes))]
+        return [*self._made_of, *(one for rest, slopes in self._rates.values() for one in (rest, *slopes))]
 
     @cached_property
     def parameters(self) -> Sequence[Node]:
-        """The parameters that the terms and accelerations depend on."""
+        """The parameters that the terms and their rates depend on."""
+        return self._parameters(self.nodes, accelerated=self._accelerated)
+
+    def _parameters(self, nodes: Sequence[Node], *, accelerated: bool) -> Sequence[Node]:
+        """Those in ``nodes``, and in constraints and accelerations where these are needed."""
         model = self.states.model
         moving = {*model.q, *model.v, model.time}
-        below = reachable([*self.nodes, *self.states.needed])
+        below = reachable([*nodes, *(self.states.needed if accelerated or model.constraints else ())])
         return [one for one in below if one.kind is Kind.SYMBOL and one not in moving]
 
     def node(self, term: Term) -> Node:
@@ -64,43 +90,74 @@ class Columns:
         factors = [*zip(self.given.places, term.places), *zip(self.given.speeds, term.speeds)]
         return self.states.graph.product([*factors, *((one, 1) for one in term.functions)])
 
-    def at(self, state: State, p: int) -> list[Moving]:
-        """The terms at a state, with their rates of change."""
+    def _known(self, state: State, which: int) -> dict[Node, Moving]:
+        """The variables and functions at a state, with their rates of change if these are wanted."""
         value = state.values
-        known = {
-            one: (value[one], value[rest] + sum(value[s] * a for s, a in zip(slopes, state.accelerations)))
+        if which == VALUE:
+            return {one: (value[one], 0) for one in self._made_of}
+        return {
+            one: (value[one], value[rest] + sum([value[s] * a for s, a in zip(slopes, state.accelerations)]))
             for one, (rest, slopes) in self._rates.items()
         }
+
+    @cached_property
+    def _factors(self) -> tuple[Sequence[Powers], Sequence[Factors], Sequence[tuple[int, int]]]:
+        """The different monomials in the speeds, the other factors of terms, and of which two of them, by
+        number, each term is the product."""
+        speeds = numbers_of(term.speeds for term in self.ansatz)
+        others = numbers_of((term.places, term.functions) for term in self.ansatz)
+        pairs = [(speeds[term.speeds], others[term.places, term.functions]) for term in self.ansatz]
+        return [*speeds], [*others], pairs
+
+    def _row(self, state: State, which: int, p: int) -> list[int]:
+        """The terms at a state, or their rates of change."""
+        known, (speeds, others, pairs) = self._known(state, which), self._factors
         x, v = ([known[one] for one in some] for some in (self.given.places, self.given.speeds))
-        speeds = {one: monomial(v, one, p) for one in dict.fromkeys(term.speeds for term in self.ansatz)}
-        places = {
-            (powers, functions): product([monomial(x, powers, p), *(known[one] for one in functions)], p)
-            for powers, functions in dict.fromkeys((term.places, term.functions) for term in self.ansatz)
-        }
-        return [
-            product((speeds[term.speeds], places[term.places, term.functions]), p) for term in self.ansatz
+        first = [monomial(v, powers, p) for powers in speeds]
+        second = [
+            product([monomial(x, powers, p), *(known[one] for one in functions)], p)
+            for powers, functions in others
         ]
+        if which == VALUE:
+            return [first[i][0] * second[j][0] for i, j in pairs]
+        return [first[i][0] * second[j][1] + first[i][1] * second[j][0] for i, j in pairs]
 
     def solutions(self, prime: int, parameters: Mapping[str, int] | None = None) -> list[dict[int, int]]:
         """Coefficients of sums that are constant, where the parameters have these values, or random ones."""
-        return self._equations(prime, 1, parameters).solutions()
+        equations = self._equations(prime, RATE, parameters)
+        return [] if equations is None else equations.solutions()
 
     def vanishing(self, prime: int) -> list[int]:
-        """Terms that are sums of those before them at every state that constraints allow."""
-        return self._equations(prime, 0, None).free
+        """Terms that are sums of those before them at every state that constraints allow; all, if there are
+        no states."""
+        equations = self._equations(prime, VALUE, None)
+        return [*range(len(self.ansatz))] if equations is None else equations.free
 
-    def _equations(self, prime: int, which: int, parameters: Mapping[str, int] | None) -> Equations:
+    def _equations(self, prime: int, which: int, given: Mapping[str, int] | None) -> Equations | None:
         count, work = len(self.ansatz), self.states.graph.work
         equations, idle, source = Equations(count, prime), 0, random.Random(count)
-        if parameters is None:
-            parameters = {str(one.data): source.randrange(1, prime) for one in self.parameters}
-        for state in self.states.random(prime, self.nodes, parameters):
+        nodes, accelerated = (self._made_of, False) if which == VALUE else (self.nodes, self._accelerated)
+        if given is None:
+            parameters = self._parameters(nodes, accelerated=accelerated)
+            given = {str(one.data): source.randrange(1, prime) for one in parameters}
+        states = self.states.random(prime, nodes, given, accelerated=accelerated)
+        state = sent(states, None)
+        if state is None:
+            return None
+        while state is not None and idle < SPARE and len(equations) < count:
             work.charge((len(equations) + 4) * count * (1 + prime.bit_length() // BITS) // PRODUCTS)
-            row = [moving[which] for moving in self.at(state, prime)]
-            idle = 0 if equations.add(row) else idle + 1
-            if idle == SPARE or len(equations) == count:
-                break
+            new = equations.add(self._row(state, which, prime))
+            idle = 0 if new else idle + 1
+            state = sent(states, new)
         return equations
+
+
+def sent(states: Generator[State, bool | None, None], stay: bool | None) -> State | None:
+    """The next of random states, at the same place if told to stay there; None where there are no more."""
+    try:
+        return states.send(stay)
+    except StopIteration:
+        return None
 
 
 def conserved_sums(
@@ -108,6 +165,8 @@ def conserved_sums(
 ) -> Iterator[tuple[list[Term], list[Node]]]:
     """The terms of sums that are constant, short ones first, with coefficients in terms of the parameters."""
     for vector in sorted(Columns(states, given, ansatz).solutions(SMALL), key=len):
+        from lagrange_cli.mechanics.conserved.recognition import Recognition  # most searches find nothing
+
         some = [ansatz[i] for i in vector]
         columns = Columns(states, given, some)
         recognition = Recognition(states.graph, columns.parameters, LARGE)
@@ -128,9 +187,11 @@ def by_elimination(columns: Columns) -> list[Node] | None:
     n = len(model.q)
     if model.constraints or n > MOST_COORDINATES:
         return None
-    below = determinant(graph, states.matrix)
+    below = determinant(graph, states.noether.matrix)
     accelerations = [  # by Cramer's rule, times the determinant
-        determinant(graph, [[*row[:k], f, *row[k + 1 :]] for row, f in zip(states.matrix, states.forces)])
+        determinant(
+            graph, [[*row[:k], f, *row[k + 1 :]] for row, f in zip(states.noether.matrix, states.forces)]
+        )
         for k in range(n)
     ]
     rates = [states.rate(columns.node(term)) for term in columns.ansatz]
@@ -162,6 +223,11 @@ def name_of(term: Term, given: Variables) -> str:
 def factor_text(node: Node) -> str:
     """An expression as a factor of a product."""
     return f"({text_of(node)})" if node.kind is Kind.SUM else text_of(node)
+
+
+def numbers_of(keys: Iterable[Key]) -> dict[Key, int]:
+    """The different ones, numbered."""
+    return {one: number for number, one in enumerate(dict.fromkeys(keys))}
 
 
 def monomial(x: Sequence[Moving], powers: Powers, p: int) -> Moving:

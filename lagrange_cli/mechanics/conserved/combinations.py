@@ -47,7 +47,8 @@ def combined(found: Found, changes: Sequence[Change]) -> list[Change]:
     trials = {id(one.change): one for one in found.trials}
     columns = found.noether.conditions(changes)
     number = sum(name.startswith("C_") for name in found.names)
-    for relation in found.relations.relations(columns):
+    given = found.relations.relations(columns)
+    for relation in sorted(given, key=lambda one: any(factor.symbols for factor in one.values())):
         parts = [(factor, changes[i]) for i, factor in relation.items()]
         parts = scaled(found, sorted(parts, key=lambda one: id(one[1]) not in trials))
         named = [(factor, trials[id(one)]) for factor, one in parts if id(one) in trials]
@@ -57,7 +58,10 @@ def combined(found: Found, changes: Sequence[Change]) -> list[Change]:
             change = others = in_lowest_terms(found, change)
             named, others = translated(found, change)
         node = found.noether.current(change)
-        if not is_trivial(found, change, node) and found.noether.keeps(change):
+        trivial = is_trivial(found, change, node)
+        if trivial and found.eventful and change.time is None and found.noether.keeps(change):
+            found.currents.append(("", change))  # it may survive events together with others
+        if not trivial and found.noether.keeps(change):
             name, because = momentum_of(found, change), reason(found.noether, change, named, others)
             because += found.place if named else ""
             if is_energy_first(found, change):  # h - omega L_z is named, not its opposite

@@ -44,7 +44,7 @@ def flat_space(model: Model[Node]) -> Model[Node] | None:
     """The same system as one particle in a plane or in space; None where none is found."""
     noether, graph = Noether(model), graph_of(model)
     momenta, lagrangian = noether.energetics.momenta, noether.energetics.lagrangian
-    matrix = [[graph.diff(p, v) for v in model.v] for p in momenta]
+    matrix = noether.matrix
     moving = variables(model) & ~sum(q.symbols for q in model.q)
     if any(m.symbols & moving for row in matrix for m in row):
         return None

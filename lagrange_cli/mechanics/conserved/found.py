@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.conservation import Conserved, broken
+from lagrange_cli.mechanics.conservation import Conserved, broken, surfaces_of_events
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
 from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.relations import Relations, dependent
@@ -58,6 +58,9 @@ class Found:
         self.kept = [node for name, node in nodes.items() if name in self.names]
         self.lasting = [node for name, node in nodes.items() if breaks.get(name) == ()]
         """The quantities that no event changes."""
+        self.currents: list[tuple[str, Change]] = []
+        """Changes that conserve something, with its name if it is reported; where events change the state,
+        others, too."""
         self.trials: list[Trial] = []
         """Displacements of all particles that conserve nothing by themselves."""
         self.relations = Relations(self.graph, (model.time, *model.q, *model.v))
@@ -68,15 +71,32 @@ class Found:
         if self.is_known(node, change, self.kept) and not self._outlasts(node, change):
             return False
         self.kept.append(node)
-        self.store(Conserved(self.free_name(name), text, because), node)
+        name = self.free_name(name)
+        self.currents.append((name, change))
+        self.store(Conserved(name, text, because), node)
         return True
+
+    @cached_property
+    def eventful(self) -> bool:
+        """Whether events change the state."""
+        return any(event.changes for event in self.model.events)
+
+    @cached_property
+    def _jumps(self) -> tuple[Mapping[str, Mapping[Node, Node]], Mapping[str, Mapping[Node, Node]]]:
+        """What events set, and where they happen."""
+        return changes_of(self.model), surfaces_of_events(self.model)
 
     def store(self, each: Conserved, node: Node) -> None:
         """Add what is proven to be conserved."""
         each = replace(each, because=each.because + self.note)
-        if any(event.changes for event in self.model.events):
-            each = broken(self.graph, each, node, changes_of(self.model))
+        if self.eventful:
+            each = broken(self.graph, each, node, *self._jumps)
         self.lasting += [] if each.breaks else [node]
+        self.symmetries.append(Symmetry(each, node))
+
+    def store_lasting(self, each: Conserved, node: Node) -> None:
+        """Add what is proven to be conserved, and to be changed by no event."""
+        self.lasting.append(node)
         self.symmetries.append(Symmetry(each, node))
 
     def store_integral(self, text: str, because: str, node: Node, name: str = "") -> None:
@@ -90,8 +110,7 @@ class Found:
         collision."""
         if len(self.lasting) == len(self.kept):
             return False
-        changes = changes_of(self.model)
-        breaks = broken(self.graph, Conserved("", "", ""), node, changes).breaks
+        breaks = broken(self.graph, Conserved("", "", ""), node, *self._jumps).breaks
         return not breaks and not self.is_known(node, change, self.lasting)
 
     def is_known(self, node: Node, change: Change, kept: Sequence[Node]) -> bool:
@@ -102,12 +121,13 @@ class Found:
         rows = self.relations.rows(columns, {})
         return not rows or len(known) in dependent(rows, len(columns))
 
-    def is_independent(self, node: Node) -> bool:
+    def is_independent(self, node: Node, known: Sequence[Node] | None = None) -> bool:
         """Whether it is no function of those that are known, and of what constraints keep, by gradients at
         a state."""
         model, graph = self.model, self.graph
         symbols = [*model.q, *model.v]
-        given = [*self.kept, *(one.node for one in self.symmetries), *self._plain]
+        known = [*self.kept, *(one.node for one in self.symmetries)] if known is None else known
+        given = [*known, *self._plain]
         allowed = substituted(graph, [*given, node], self.noether.eliminated)
         columns = [[graph.diff(one, s) for s in symbols] for one in allowed]
         return not self.relations.may_combine(columns[:-1], columns[-1])
@@ -126,7 +146,7 @@ class Found:
     def _uniform(self) -> list[Node]:
         """t p_k - sum_l M_kl q_l where p_k and all M_kl are constant."""
         graph, model, found = self.graph, self.model, list[Node]()
-        if any(event.changes for event in model.events):
+        if self.eventful:
             return []
         pairs = zip(model.coordinates, self.noether.energetics.momenta)
         moving = state_symbols(model)

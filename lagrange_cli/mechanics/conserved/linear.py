@@ -53,16 +53,16 @@ class LinearSystem:
 
     def __init__(self, found: Found, states: States) -> None:
         self.graph, self.model, self.count = found.graph, found.model, len(found.model.q)
-        graph, self.masses = found.graph, states.matrix
+        graph, self.masses = found.graph, found.noether.matrix
         self.forces = states.forces
         self.springs = [[-graph.diff(force, q) for q in self.model.q] for force in self.forces]
         self.turning = [[-graph.diff(force, v) for v in self.model.v] for force in self.forces]
 
     @property
     def possible(self) -> bool:
-        """Whether the coefficients are constants."""
+        """Whether the coefficients are constants; those of M are."""
         moving = variables(self.model)
-        every = [one for part in (self.masses, self.springs, self.turning) for row in part for one in row]
+        every = [one for part in (self.springs, self.turning) for row in part for one in row]
         return not any(one.symbols & moving for one in (*every, *self._constant))
 
     @property

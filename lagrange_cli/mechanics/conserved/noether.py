@@ -22,7 +22,7 @@ from lagrange_cli.expression.zero import branching, deciding, is_zero, zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.relations import Relations
-from lagrange_cli.mechanics.variables import OfModel, numbered, state_symbols
+from lagrange_cli.mechanics.variables import OfModel, numbered, state_symbols, variables
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
@@ -55,10 +55,21 @@ class Noether(OfModel):
         return Energetics(self.model)
 
     @cached_property
-    def _torques(self) -> list[Node]:
+    def torques(self) -> list[Node]:
         """dL/dq_k and applied forces."""
         rates = map(self.energetics.lagrangian_rate, self.model.q)
         return [rate + force for rate, force in zip(rates, self.energetics.applied)]
+
+    @cached_property
+    def matrix(self) -> Sequence[Sequence[Node]]:
+        """The mass matrix dp_k/dv_l."""
+        return [[self.graph.diff(p, v) for v in self.model.v] for p in self.energetics.momenta]
+
+    @cached_property
+    def has_constant_masses(self) -> bool:
+        """Whether the mass matrix is constant."""
+        moving = variables(self.model)
+        return not any(m.symbols & moving for row in self.matrix for m in row)
 
     @cached_property
     def energy(self) -> Node:
@@ -159,7 +170,7 @@ class Noether(OfModel):
         terms: list[tuple[Node, float]] = []
         rates = {k: self.rate(xi) for k, xi in change.directions.items()}
         for k, xi in change.directions.items():
-            terms += [(xi * self._torques[k], 1.0), (rates[k] * energetics.momenta[k], 1.0)]
+            terms += [(xi * self.torques[k], 1.0), (rates[k] * energetics.momenta[k], 1.0)]
         stretch = graph.zero if change.time is None else self.rate(change.time)
         if change.time is not None:
             terms += [(stretch * self.energy, -1.0), (change.time * self._energy_rate, -1.0)]
@@ -185,6 +196,12 @@ class Noether(OfModel):
             slopes = [(graph.diff(u, self.model.v[k]) * xi, 1.0) for k, xi in change.directions.items()]
             found.append(rate * graph.sum(slopes))
         return found
+
+    def leaves_everywhere(self, change: Change) -> bool:
+        """Whether the rate of the current is 0 and the constraints allow the change at every state, also at
+        those that the constraints do not allow."""
+        rates = [*self._balance(change), *self._along(change)]
+        return zeros(rates) >= {*rates}
 
     def keeps(self, change: Change) -> bool:
         """Whether it is proven that the current is conserved."""

@@ -62,6 +62,8 @@ def unchanged(noether: Noether, change: Change) -> str:
     """The end of a sentence on a displacement of all particles that leaves the equations as they are."""
     applied = noether.energetics.applied
     constrained = ", and is compatible with the constraints" if noether.model.constraints else ""
+    if constrained and not noether.leaves_everywhere(change):
+        constrained = " where the constraints hold, and is compatible with them"
     same = "leaves L unchanged" if stands_for_all(noether.model) else "changes neither T nor U"
     if all(map(is_zero, applied)):
         return f"{same}{constrained}"

@@ -10,11 +10,13 @@ from __future__ import annotations
 from functools import partial
 from typing import TypeAlias
 
+from lagrange_cli.native.families.approach import approach
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.motion_jets import MotionJets
+from lagrange_cli.native.families.nearness import Watch
 from lagrange_cli.native.families.observation import OBSERVE, Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
@@ -61,8 +63,9 @@ class FamilyProgram(Returning, Observation, MotionJets):
             scheme = scheme_of(self.scheme)
             order = scheme.order
         interface = Interface(
-            order=order, degrees=self.degrees, parameters=self.parameters, integrals=self.integrals,
-            stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=self.kind.parts,
+            order=order, degrees=self.degrees, parameters=self.parameters,
+            integrals=self.integrals[self.silent :], stored=0, observed=tuple(self.observed),
+            constants=0, work=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
             vectors=(),
@@ -73,7 +76,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
         )  # fmt: skip
         if self.scheme:
             interface = replace(interface, carried=scheme.carried(interface.inner))
-        jet = self.jet()
+        jet = self.jet(Watch(interface.rows_of_guards, interface.inner) if interface.guarded else None)
         work, steps, at = (self.steps if self.kind.parts == 1 else self.pair_steps)(interface, jet)
         parts = [jet.text, *steps, self.shared()]
         observe, counted = self.values(OBSERVE, self.observed.values(), self.roots, self.pulled)
@@ -129,7 +132,9 @@ class FamilyProgram(Returning, Observation, MotionJets):
             work, steps = self.on_rates(interface, work, floors)
             parts += steps
         elif by_series:
-            parts.append(advance(self.by_series(lengths, self.given(interface, work, floors))))
+            parts.append(
+                advance(self.by_series(lengths, replace(self.given(interface, work, floors), near=jet.near)))
+            )
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
@@ -146,6 +151,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             texts.append(made.text)
         families = related(self.system.spec)
         given = replace(self.given(interface, own, floors), rates=name, related=families)
+        if self.poles:
+            given = replace(given, approach=approach(self, self.poles, self.bounds, self.span))
         work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
         return work, [*texts, steps]
 
