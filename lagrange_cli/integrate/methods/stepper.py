@@ -167,6 +167,10 @@ class Stepper:
             return Stop.GUARD, 0
         space, times, done = self.space, padded(wanted), 0
         while True:
+            if self._settling and self._settling.onset and space.passed(np.array([self._stop]))[0]:
+                self.limited = True  # sliding has begun so late that no step is left to take
+                space.samples[:, done : len(wanted)] = space.whole_state[:, None]
+                return Stop.END if last else Stop.SAMPLES, len(wanted)
             began, used, computed = time.perf_counter(), time.thread_time(), self.evaluations
             if self._earlier is not None:
                 self._earlier.keep(self.steps)

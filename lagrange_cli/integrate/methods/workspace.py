@@ -50,6 +50,13 @@ class Workspace:
         """q, v and the integrals at that time."""
         return np.array(self.memory[self.layout.part(0)][self.outer])
 
+    @property
+    def whole_state(self) -> Array:
+        """All rows that steps have, of every part."""
+        return np.concatenate(
+            [self.memory[self.layout.part(part)] for part in range(self.machine.program.parts)]
+        )
+
     def passed(self, times: Array) -> NDArray[np.bool_]:
         """Which of some instants are not after the time reached."""
         return np.asarray(times - self.t - self.memory[self.layout.at(Clock.TIME_LOW)] <= 0)

@@ -150,7 +150,7 @@ class Dop853Steps(RateSteps):
 
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
         self._left = left
-        return h
+        return super().vet(f, now, h, left, free)
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
         if self.watching:

@@ -22,7 +22,7 @@ from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
 from lagrange_cli.native.stepping.rate_places import HEAD, LONGEST, ROUNDED, wide_of
 from lagrange_cli.native.stepping.related import write_fastest
-from lagrange_cli.native.stepping.rounding_errors import share
+from lagrange_cli.native.stepping.rounding_errors import set_off, share
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
 
@@ -108,7 +108,9 @@ class RateNoise:
         with f.loop(0, guards.rows.count, tested=False) as j:
             f.store(f.load(guards.modes(f, state), j), kept, j)
         with f.loop(0, steps.state.width, lanes, tested=False) as i:
-            steps.put_state(f, i, f.zero(lanes), f.load_row(state, i + steps.state.width, lanes))
+            row = Row(lengths, f, i)
+            change = f.select(row.among(0, first), set_off(f, row, row.at("%state")), f.zero(lanes))
+            steps.put_state(f, i, change, f.load_row(state, i + steps.state.width, lanes))
         for side in (1.0, -1.0):
             guards.let_go(f, state, f.constant(side))
             rates, _ = steps.node(f, steps.now(f))
