@@ -16,6 +16,7 @@ from lagrange_cli.mechanics.conserved.recognition import Recognition
 from lagrange_cli.mechanics.conserved.residue_states import BITS, State, States
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.relations import Relations
+from lagrange_cli.mechanics.variables import state_symbols
 from lagrange_cli.records import dataclass
 
 SPARE = 4
@@ -89,6 +90,14 @@ class Columns:
         """Terms that are sums of those before them at every state that constraints allow."""
         return self._equations(prime, 0, None).free
 
+    def constants(self, recognition: Recognition) -> dict[Node, int]:
+        """Functions of parameters, such as sin(alpha), with the values that they have there."""
+        moving = state_symbols(self.states.model)
+        state = next(self.states.random(recognition.prime, self.nodes, recognition.values), None)
+        known = {} if state is None else state.values
+        fixed = {one: value for one, value in known.items() if not one.symbols & moving}
+        return {one: value for one, value in fixed.items() if one.kind is Kind.FUNCTION}
+
     def _equations(self, prime: int, which: int, parameters: Mapping[str, int] | None) -> Equations:
         count, work = len(self.ansatz), self.states.graph.work
         equations, idle, source = Equations(count, prime), 0, random.Random(count)
@@ -114,7 +123,10 @@ def conserved_sums(
         solutions = columns.solutions(LARGE, recognition.values) if recognition.possible else []
         coefficients = None
         if len(solutions) == 1:
-            coefficients = recognition.coefficients([solutions[0].get(i, 0) for i in range(len(some))])
+            values = [solutions[0].get(i, 0) for i in range(len(some))]
+            coefficients = recognition.coefficients(values)
+            if coefficients is None:
+                coefficients = recognition.coefficients(values, columns.constants(recognition))
         if coefficients is None and 1 < len(some) <= MOST_SOLVED:
             coefficients = by_elimination(columns)
         if coefficients is not None:

@@ -37,6 +37,7 @@ from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.pairs import sums_of_pairs
 from lagrange_cli.mechanics.conserved.reasons import term as term_text
 from lagrange_cli.mechanics.conserved.residue_states import States
+from lagrange_cli.mechanics.conserved.rolling import terms_along_constraints
 from lagrange_cli.mechanics.conserved.separable import functions_of, separable
 from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.substitution import substituted
@@ -92,8 +93,9 @@ class PolynomialIntegrals:
             if one.degree == freedoms:  # as many as there are degrees of freedom
                 return
         rank = self.rank(self.known) or rank
+        places = len(model.q) - sum(one.holonomic for one in model.constraints)
         for given, ansatz in self._tried(integrable=rank >= freedoms):
-            if rank >= 2 * freedoms - 1:
+            if rank >= places + freedoms - 1:
                 return
             for one in self._solutions(given, ansatz):
                 now = self.rank([*self.known, one.node])
@@ -143,6 +145,10 @@ class PolynomialIntegrals:
         """Sums of terms, short ones first. Where as much is known as there are degrees of freedom, only flat
         space may have more to offer than its symmetries show."""
         model = self.model
+        if not all(one.holonomic for one in model.constraints):
+            for given_here, ansatz in terms_along_constraints(self.states):
+                if len(ansatz) <= MOST_TERMS:
+                    yield given_here, independent(self.states, given_here, ansatz)
         given = own_variables(model) if self._steady else variables_in_space(model)
         if not (given and given.flat):
             for given_here, ansatz in products_of_symmetries(self.states):

@@ -28,6 +28,18 @@ masses: {{p: m}}
 positions: {{p: [x, y, z]}}
 potential: {}
 """
+SKATE = """
+parameters: {{m: 1.3, J: 0.4, g: 9.8, al: 0.3}}
+coordinates: {{x: {{velocity: 1}}, y: {{}}, th: {{velocity: 0.5}}}}
+lagrangian: m*(x_dot**2 + y_dot**2)/2 + J*th_dot**2/2 {}
+nonholonomic: {{edge: y_dot*cos(th) - x_dot*sin(th)}}
+"""
+UPRIGHT = """
+parameters: {m: 1.3, R: 0.3, I: 0.2, J: 0.1}
+coordinates: {x: {velocity: R*2}, y: {}, th: {velocity: 2}, phi: {velocity: 1}}
+lagrangian: m*(x_dot**2 + y_dot**2)/2 + I*th_dot**2/2 + J*phi_dot**2/2
+nonholonomic: {along: x_dot - R*cos(phi)*th_dot, across: y_dot - R*sin(phi)*th_dot}
+"""
 LINE = """
 parameters: {{m: 1.3, M: 2, k: 3}}
 coordinates: {{x: {{initial: 1.5}}, y: {{velocity: 0.2}}}}
@@ -587,6 +599,15 @@ CASES |= {
         "potential: sum(m*g*p[i].z for i in range(N)) - "
         "sum(1/norm(p[i] - p[j]) for i in range(N) for j in range(i))\n",
         {"P_x", "P_y", "L_z", "K_x", "K_y", "S_x", "S_y", "C_1"},
+    ),
+    "a skate on an incline": (SKATE.format("+ m*g*sin(al)*x"), {"I_1"}),
+    "a skate on a level plane": (SKATE.format(""), {"C_1", "I_1", "I_2"}),
+    "an upright disc that rolls": (UPRIGHT, {"p_th", "I_1", "I_2"}),
+    "Rosenberg's particle": (
+        "parameters: {m: 1.3, k: 2}\nmasses: {p: m}\npositions: {p: [x, y, z]}\npotential: k*y**2/2\n"
+        "coordinates: {x: {velocity: 1}, y: {initial: 0.5, velocity: 1}, z: {velocity: 0.5}}\n"
+        "nonholonomic: {c: z_dot - y*x_dot}\n",
+        {"C_1"},
     ),
     "a free particle of relativity": (
         "parameters: {c: 3}\ncoordinates: {x: {velocity: 1}, y: {velocity: 0.5}}\n"
