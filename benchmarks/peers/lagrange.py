@@ -140,7 +140,7 @@ def steps_of(
     def run() -> int:
         times = Times(0.0, stop, 2, stop)
         follow = prepared.follower.follow
-        return follow(parameters, state, times, lambda t, x: None, lambda t: False).steps
+        return follow(parameters, state, times).steps
 
     return run
 
@@ -161,7 +161,7 @@ def large(lattice: Lattice, *, tolerance: float = FULL_PRECISION) -> Engine:
 
     def follow(initial: Array) -> Course:
         times = Times(0.0, lattice.stop, 2, lattice.stop)
-        end = made.follower.follow(given, initial, times, lambda t, x: None, lambda t: False)
+        end = made.follower.follow(given, initial, times)
         if end.ending.status != "complete":
             raise RuntimeError(end.ending.name)
         return Course(end.state[:, None], end.steps)
@@ -178,7 +178,7 @@ def stiff(motion: Stiff, *, method: str, tolerance: float) -> Engine:
 
     def follow(initial: Array) -> Course:
         times = Times(0.0, motion.stop, 2, motion.stop)
-        end = made.follower.follow(np.empty(0), initial, times, lambda t, x: None, lambda t: False)
+        end = made.follower.follow(np.empty(0), initial, times)
         if end.ending.status != "complete":
             raise RuntimeError(end.ending.name)
         return Course(end.state[:, None], end.steps)

@@ -109,10 +109,8 @@ def lagrange(case: Case, method: str, *, threads: int = 1, processor: bool = Tru
 
     def follow(x: Array, v: Array) -> tuple[Array, Array, int, float]:
         state = np.concatenate([x.ravel(), v.ravel()])
-        run = partial(
-            prepared.follower.follow, np.empty(0), state, Times(0.0, case.stop, 2, case.stop),
-            lambda t, x: None, lambda t: False, threads=threads,
-        )  # fmt: skip
+        times = Times(0.0, case.stop, 2, case.stop)
+        run = partial(prepared.follower.follow, np.empty(0), state, times, threads=threads)
         clock, spent, end = timed_by_both(run)
         if end.ending.status != "complete":
             raise RuntimeError(end.ending.name)

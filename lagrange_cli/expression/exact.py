@@ -112,6 +112,8 @@ def _rounded(value: Any) -> Any:
 class ExactGraph(Graph):
     """A graph whose numbers are exact, or nearly so."""
 
+    rounding = 10.0 ** (5 - DIGITS)
+
     def check_numbers(self) -> None:
         for node in self.nodes:
             numbers = (node.data[0], *node.data[1]) if node.kind is Kind.SUM else ()

@@ -2,37 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from math import isqrt
 
 
 class Equations:
-    """Independent homogeneous linear equations in ``count`` unknowns."""
+    """Independent homogeneous linear equations in ``count`` unknowns.
+
+    A row is one long number, with room between its entries for sums of their products with residues: so the
+    multiple of another row is added to it in one operation.
+    """
 
     def __init__(self, count: int, prime: int) -> None:
         self.count, self.prime = count, prime
+        self._width = (2 * prime.bit_length() + count.bit_length() + 7) // 8
+        """Bytes of an entry."""
         self._rows: dict[int, list[int]] = {}
         """By the first unknown of each, whose coefficient is 1; those before it are 0."""
+        self._after: dict[int, int] = {}
+        """What follows the 1 of each row, as a long number."""
 
     def __len__(self) -> int:
         return len(self._rows)
 
     def add(self, row: Sequence[int]) -> bool:
         """Add an equation, and return whether it is independent of the previous ones."""
-        p, rows = self.prime, self._rows
-        rest = [*row]
+        p, width = self.prime, self._width
+        bits = 8 * width
+        last = (1 << bits) - 1
+        rest = self._packed([x % p for x in row])
         for j in range(self.count):
-            lead = rest[j] % p
+            lead = (rest & last) % p
+            rest >>= bits
             if not lead:
                 continue
-            known = rows.get(j)
+            known = self._after.get(j)
             if known is None:
                 inverse = pow(lead, -1, p)
-                rows[j] = [0] * j + [x * inverse % p for x in rest[j:]]
+                entries = rest.to_bytes(width * (self.count - j - 1), "little")
+                parts = (entries[i : i + width] for i in range(0, len(entries), width))
+                after = [int.from_bytes(one, "little") * inverse % p for one in parts]
+                self._rows[j], self._after[j] = [0] * j + [1, *after], self._packed(after)
                 return True
-            rest[j:] = [(x - lead * y) % p for x, y in zip(rest[j:], known[j:])]
+            rest += (p - lead) * known
         return False
+
+    def _packed(self, entries: Iterable[int]) -> int:
+        """The entries as one number, the first of them last in it."""
+        return int.from_bytes(b"".join([one.to_bytes(self._width, "little") for one in entries]), "little")
 
     @property
     def free(self) -> list[int]:

@@ -23,6 +23,8 @@ class NodeTable:
     number = staticmethod(float)
     """What numbers are; with ``tidy``, ``power_of`` and ``function_of`` the arithmetic of constants."""
     tidy, power_of, function_of = staticmethod(tidy), staticmethod(real_power), staticmethod(real_function)
+    rounding = 2.0**-52
+    """By how much numbers may be rounded, as a part of them."""
 
     def __init__(self) -> None:
         self.work = limits.Work()

@@ -253,7 +253,8 @@ class NormalForms(SwitchForms):
         return self._make(Kind.POWER, None, (base, exponent))
 
     def function(self, name: str, arguments: Sequence[Node]) -> Node:
-        """An elementary function; of numbers, its value; ``sqrt`` is the power 1/2.
+        """An elementary function; of numbers, its value; ``sqrt`` is the power 1/2. A value that the rounding
+        of the number makes, as cos(pi/2), is 0.
 
         asin(z) is the angle of z and sqrt(1 - z^2), with a kink at w = 0 where this is |w|. So is acos(z).
         """
@@ -261,7 +262,9 @@ class NormalForms(SwitchForms):
         if name == "sqrt":
             return self.product([(arguments[0], 0.5)])
         if all(argument.kind is Kind.NUMBER for argument in arguments):
-            return self.constant(self.function_of(name, [argument.data for argument in arguments]))
+            value = self.function_of(name, [argument.data for argument in arguments])
+            is_zero = name in ("sin", "cos", "tan") and abs(value) <= self.rounding * abs(arguments[0].data)
+            return self.zero if is_zero else self.constant(value)
         if name in ("asin", "acos"):
             leg = self.product([(1.0 - arguments[0] * arguments[0], 0.5)])
             if not self._is_root(leg):

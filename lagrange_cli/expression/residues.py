@@ -29,6 +29,8 @@ MOST_PARTS = 60
 ADDED = (1, 2, PARTS, 2 * PARTS)
 """Multiples of two arguments whose sums are recognized."""
 
+NOTHING: Mapping[Node, int] = {}
+
 Element = tuple[int, ...]
 Step = tuple[Node, Kind, Sequence[int]]
 """A node, its kind, and the number that it is, or its coefficients and its constant."""
@@ -147,9 +149,11 @@ class Residues:
             found.append((node, node.kind, numbers))
         return found
 
-    def evaluated(self, steps: Iterable[Step], given: Mapping[str, int]) -> dict[Node, int]:
-        """The values of nodes that are ``prepared``, likewise."""
-        p, value = self.prime, dict[Node, int]()
+    def evaluated(
+        self, steps: Iterable[Step], given: Mapping[str, int], known: Mapping[Node, int] = NOTHING
+    ) -> dict[Node, int]:
+        """The values of nodes that are ``prepared``, likewise, in addition to ``known`` ones."""
+        p, value = self.prime, {**known}
         for node, kind, numbers in steps:
             a = node.arguments
             if kind is Kind.NUMBER:

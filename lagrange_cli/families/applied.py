@@ -121,10 +121,7 @@ def on_particles(builder: FamilyBuilder, spec: Spec, nodes: Sequence[Total]) -> 
         forces, positions = group_of(family, written), builder.positions[family.name]
         if positions.family.members != family.members:
             raise Unsuited
-        for which in alike(forces, positions):
-            domain = Domain(len(which))
-            given = builder.value(*forces.members(which, builder.sizes, domain))
-            place = builder.member(positions, which, domain)
+        for _, domain, given, place in builder.with_places(forces, positions):
             pairs = [(one if isinstance(one, tuple) else (one,)) for one in (given, place)]
             for component, x in zip(*pairs, strict=True):
                 for symbol, slot in builder.slots.inside(x):

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 
 import numpy as np
 
-from lagrange_cli.expression.algebra import Value
-from lagrange_cli.expression.index_arrays import Places, of_each_kind
+from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Chain, Domain, Source, Term, Total, equal
 from lagrange_cli.families.assembly import Assembly
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.groups import Group, alike, group_of, particle_families
+from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.joints import Articulation, Part
 from lagrange_cli.families.turning import Turned
 from lagrange_cli.spec.spec import Spec, grouped
@@ -89,21 +87,11 @@ def masses_of(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[Domain, int,
     """The components of all particles' places, with their axes, and the masses."""
     for family in grouped(spec.embedding, particle_families(spec)):
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
-        for some in reversed([*alike(group, masses)]):
-            for domain, mass, position in of_each_kind(some, partial(weighed, builder, group, masses)):
-                if isinstance(mass, tuple) or not constant(builder, mass):
-                    raise Unsuited
-                for axis, x in enumerate(position if isinstance(position, tuple) else (position,)):
-                    yield domain, axis, x, mass
-
-
-def weighed(
-    builder: FamilyBuilder, group: Group, masses: Group, which: Places
-) -> tuple[Domain, Value, Value]:
-    """The masses and places of some particles, which are written alike."""
-    domain = Domain(len(which))
-    mass = builder.value(*masses.members(which, builder.sizes, domain))
-    return domain, mass, builder.member(group, which, domain)
+        for _, domain, mass, position in builder.with_places(masses, group):
+            if isinstance(mass, tuple) or not constant(builder, mass):
+                raise Unsuited
+            for axis, x in enumerate(position if isinstance(position, tuple) else (position,)):
+                yield domain, axis, x, mass
 
 
 def chains_of(builder: FamilyBuilder, weights: Sequence[tuple[Domain, Node, Node]]) -> list[Chain]:

@@ -27,7 +27,7 @@ from lagrange_cli.expression.vocabulary import (
     velocity_name,
 )
 from lagrange_cli.families.arrays import Array, Chain, Domain, Slots, Source, Term, Total, Tree, total_of
-from lagrange_cli.families.groups import Group, Rows, group_of, particle_families
+from lagrange_cli.families.groups import Group, Rows, alike, group_of, particle_families
 from lagrange_cli.spec.content import groups_of, names_of
 from lagrange_cli.spec.spec import Parameter, Spec, grouped
 from lagrange_cli.spec.whole import WrittenFamily
@@ -203,6 +203,18 @@ class FamilyBuilder(ArrayBuilder):
             return domain, self.value(*group.members(which, self.sizes, domain)), which
 
         return of_each_kind(own, alike)
+
+    def with_places(self, group: Group, positions: Group) -> Iterator[tuple[Places, Domain, Any, Any]]:
+        """The values of the members of a group and the places of the same particles, of each kind by itself:
+        which they are, and their domain."""
+
+        def made(which: Places) -> tuple[Places, Domain, Any, Any]:
+            domain = Domain(len(which))
+            value = self.value(*group.members(which, self.sizes, domain))
+            return which, domain, value, self.member(positions, which, domain)
+
+        for some in alike(group, positions):
+            yield from of_each_kind(some, made)
 
     def added(self, count: int, terms: Sequence[Term], tree: Tree | None = None) -> Total:
         """A total, which can be computed from here on."""

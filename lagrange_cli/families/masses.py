@@ -10,7 +10,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.description import Component
-from lagrange_cli.families.groups import alike, group_of, particle_families
+from lagrange_cli.families.groups import group_of, particle_families
 from lagrange_cli.families.slopes import factors
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.spec.spec import Spec, grouped
@@ -24,10 +24,7 @@ def components(
     families = grouped(spec.embedding, particle_families(spec))
     for family in families:
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
-        for which in alike(group, masses):
-            domain = Domain(len(which))
-            values = [builder.value(*one.members(which, builder.sizes, domain)) for one in (group, masses)]
-            position, mass = values
+        for which, domain, mass, position in builder.with_places(masses, group):
             if not fixed(builder, mass):
                 raise Unsuited
             for axis, x in enumerate(position if isinstance(position, tuple) else (position,)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Generic, TypeVar
@@ -136,3 +137,7 @@ class Checkpointing(Generic[T]):
         began = time.monotonic()
         self._write(progress)
         self._clock.kept(done, began)
+
+
+UNKEPT: Checkpointing[Any] = Checkpointing(None, Schedule(math.inf, math.inf), lambda progress: None)
+"""No checkpoint is ever due, and none is written."""

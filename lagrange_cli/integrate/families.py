@@ -10,9 +10,10 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
+from lagrange_cli.families.poles import moving, poles
 from lagrange_cli.families.reactions import reactions
 from lagrange_cli.families.system import family_system
-from lagrange_cli.integrate.methods.table import METHODS, Needs
+from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.integrate.written_out import OTHER, WrittenOut, without_outputs
 from lagrange_cli.mechanics.defect import hides, shows
@@ -48,7 +49,7 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     system = family_system(spec)
     if system is None or system.bonds is not None or system.smooth is not None:
         return False
-    return not narrow(system) and not system.mixed
+    return not narrow(system, MANY_BODIES) and not system.mixed
 
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:
@@ -192,12 +193,13 @@ def held(system: FamilySystem) -> bool:
     return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.limits)
 
 
-def narrow(system: FamilySystem) -> bool:
-    """Whether forces may hide between the places where steps look at them."""
+def narrow(system: FamilySystem, method: str = TAYLOR) -> bool:
+    """Whether forces may hide between the places where steps of a method look at them."""
     smooth = system.smooth or system
     nodes = [*system.bonds.nodes] if system.bonds else []
     moved = system.joints.nodes if system.joints else ()
-    return hidden(system, [smooth.forces, *smooth.loads, *moved], nodes)
+    bounded = poles(smooth, needed([smooth.forces], smooth.slots)) if method == MANY_BODIES else {}
+    return hidden(system, [smooth.forces, *smooth.loads, *moved], nodes, bounded)
 
 
 def doubtful(system: FamilySystem) -> bool:
@@ -206,19 +208,15 @@ def doubtful(system: FamilySystem) -> bool:
     return modes is not None and hidden(system, modes.followed)
 
 
-def hidden(system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] = ()) -> bool:
+def hidden(
+    system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] = (), bounded: Collection[Node] = ()
+) -> bool:
     """Whether something may hide in totals, in what these are made of, or in further expressions; so may
-    places without a series on a side of a switch."""
+    places without a series on a side of a switch. Steps approach poles of what is ``bounded`` slowly."""
     terms = (term for total in needed(totals, system.slots) for term in total.terms)
     inside = reachable([*(term.node for term in terms), *nodes])
     sides = [side for one in inside if one.kind is Kind.SWITCH for side in one.arguments[1:]]
     variables, speeds = moving(system)
-    if hides(inside, variables, speeds, large=True):
+    if hides(inside, variables, speeds, large=True, bounded=bounded):
         return True
     return any(is_root(one) and not shows(one, variables, speeds) for one in reachable(sides))
-
-
-def moving(system: FamilySystem) -> tuple[int, int]:
-    """The symbols of t, q and v, and of what is made of them; those of v, and of what may contain them."""
-    speeds = system.slots.symbols_of(system.v, totals=True)
-    return system.time.symbols | system.slots.symbols_of(system.q) | speeds, speeds

@@ -59,7 +59,7 @@ def write_families(
     elif needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
     scheme = compilation.method if needs is Needs.STEPS else ""
-    hides = narrow(system)
+    hides = narrow(system, compilation.method)
     proven = needs is Needs.SERIES and not compilation.unproven and (hides or compilation.proven)
     if order > RATES and compilation.order is None and not integrands and not proven:
         order = int(min(order, max(STEPPING, order_of_all(system))))

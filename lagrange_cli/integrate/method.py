@@ -102,6 +102,21 @@ class CheckpointSink:
 NO_CHECKPOINTS = CheckpointSink(None, lambda steps: False, lambda snapshot: None)
 
 
+@dataclass(frozen=True)
+class Observer:
+    """What observes a motion. ``samples`` is given full chunks of samples, and at the end of the motion those
+    that are left, for whatever reason it ends; ``events`` is given what happens before them. ``interrupt`` is
+    called with the time several times a second; when it returns True, the motion ends there."""
+
+    samples: Accept = lambda times, states: None
+    interrupt: Interrupt = lambda t: False
+    events: EventSink = NO_EVENTS
+    checkpoints: CheckpointSink = NO_CHECKPOINTS
+
+
+UNOBSERVED = Observer()
+
+
 class Method(Protocol):
     """A way to follow a motion."""
 
@@ -110,18 +125,13 @@ class Method(Protocol):
         parameters: Array,
         state: Array,
         times: Times,
-        accept: Accept,
-        interrupt: Interrupt,
-        checkpoints: CheckpointSink = NO_CHECKPOINTS,
-        events: EventSink = NO_EVENTS,
+        observer: Observer = UNOBSERVED,
         threads: int | None = 1,
     ) -> End:
         """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
 
-        ``accept`` is given full chunks of samples, and at the end of the motion the samples that are left,
-        for whatever reason it ends. ``interrupt`` is called with the time several times a second; when it
-        returns True, the motion ends there. A method without snapshots ignores ``checkpoints``, and one that
-        finds no ``events`` is not used where there are any. So many ``threads`` may share the work, None for
-        one on each processor; the bits do not depend on them.
+        A method without snapshots ignores the ``observer``'s ``checkpoints``, and one that finds no events is
+        not used where there are any. So many ``threads`` may share the work, None for one on each processor;
+        the bits do not depend on them.
         """
         ...

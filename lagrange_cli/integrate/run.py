@@ -14,7 +14,7 @@ from lagrange_cli.integrate.background import Pipelined
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress
 from lagrange_cli.integrate.ending import Ending, State
 from lagrange_cli.integrate.event_log import EventLog
-from lagrange_cli.integrate.method import Cause, CheckpointSink, End, Snapshot
+from lagrange_cli.integrate.method import Cause, CheckpointSink, End, Observer, Snapshot
 from lagrange_cli.integrate.outcome import Estimated, Outcome
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.samples import samples_of
@@ -86,12 +86,8 @@ def integrate(
 
         samples = samples_of(prepared)(prepared, parameters, emit_pipelined)
         log = EventLog(prepared, samples, lambda chunk: pipeline.call(partial(emit_events, chunk)))
-        following = partial(
-            prepared.follower.follow, parameters, state, times, accept, interrupt, events=log, threads=threads
-        )
-        if checkpointing is None:
-            end = following()
-        else:
+        observer = Observer(accept, interrupt, log)
+        if checkpointing is not None:
 
             def keep(snapshot: Snapshot) -> None:
                 log.hand_over()
@@ -106,7 +102,8 @@ def integrate(
             if checkpointing.begin is not None:
                 begin = samples.restore(checkpointing.begin)
                 log.restore(checkpointing.begin.happened)
-            end = following(CheckpointSink(begin, checkpointing.due, keep, ends))
+            observer = replace(observer, checkpoints=CheckpointSink(begin, checkpointing.due, keep, ends))
+        end = prepared.follower.follow(parameters, state, times, observer, threads)
         log.hand_over()
     own_end = (end.ending is not Ending.COMPLETE and certificate is None) or samples.final is None
     if certificate is not None:

@@ -4,9 +4,10 @@ And whether it has to be bounded, since something may hide between the places th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from lagrange_cli.expression.node import Kind, Node, reachable, union
+from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.records import dataclass
@@ -75,11 +76,13 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
     return hides(nodes, residual.variables, speeds, large=len(nodes) > MANY)
 
 
-def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> bool:
+def hides(
+    nodes: list[Node], variables: int, speeds: int, *, large: bool, bounded: Collection[Node] = ()
+) -> bool:
     """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``, some
     of which are ``speeds``. In a ``large`` system no sum hides that something softens, and no chord of a
-    circle."""
-    degrees = growth(nodes, variables)
+    circle. Nor do poles hide where what is ``bounded`` becomes 0."""
+    degrees = growth(nodes, variables, bounded)
     for node in nodes:
         if not node.symbols & variables:
             continue
@@ -89,7 +92,7 @@ def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> boo
             return True
         if node.kind is Kind.PRODUCT:
             for base, exponent in zip(node.arguments, node.data):
-                if not base.symbols & variables:
+                if not base.symbols & variables or (exponent < 0 and base in bounded):
                     continue
                 steepness = abs(exponent) * degrees[base]
                 if steepness >= (HIGH if exponent > 0 else STEEP):
@@ -100,6 +103,39 @@ def hides(nodes: list[Node], variables: int, speeds: int, *, large: bool) -> boo
                 if singular and not softened and not shown:
                     return True
     return False
+
+
+def approached(nodes: list[Node], variables: int, places: int) -> list[Node]:
+    """What becomes 0 at poles, no earlier than its first derivatives tell (see ``families.poles``): what is
+    linear in ``places``, or a sum of squares of that."""
+    products = (node for node in nodes if node.kind is Kind.PRODUCT)
+    bases = dict.fromkeys(one for node in products for one, e in zip(node.arguments, node.data) if e < 0)
+    return [one for one in bases if is_approached(one, variables, places)]
+
+
+def is_approached(base: Node, variables: int, places: int) -> bool:
+    """Whether it is linear in ``places``, or a sum of squares of that and of what is not negative."""
+    if base.symbols & variables & ~places:
+        return False
+    if is_linear(base, variables):
+        return bool(base.symbols & variables)
+    if base.kind is Kind.PRODUCT:
+        moving = moving_factors(base, variables)
+        return (
+            all(exponent == 2 and is_linear(one, variables) for one, exponent in moving) and len(moving) == 1
+        )
+    listed = base.arguments if base.kind is Kind.SUM and signs(base, {}) is not Sign.ANY else ()
+    return bool(listed) and all(
+        is_approached(one, variables, places) and not is_linear(one, variables)
+        for one in listed
+        if one.symbols & variables
+    )
+
+
+def is_linear(node: Node, variables: int) -> bool:
+    """Whether it is linear in ``variables``, or has none."""
+    terms = node.arguments if node.kind is Kind.SUM else (node,)
+    return all(linear_in(one, variables) is not None for one in terms if one.symbols & variables)
 
 
 def shows(node: Node, variables: int, speeds: int) -> bool:
@@ -172,9 +208,9 @@ def is_square(node: Node, variables: int) -> bool:
     ) and bool(node.symbols & variables)
 
 
-def growth(nodes: list[Node], variables: int) -> dict[Node, float]:
+def growth(nodes: list[Node], variables: int, bounded: Collection[Node] = ()) -> dict[Node, float]:
     """For each node, the power of large coordinates with which it grows at most; these are among the
-    ``variables``. Arguments come first."""
+    ``variables``. Poles of what is ``bounded`` do not count. Arguments come first."""
     found: dict[Node, float] = {}
     for node in nodes:
         each = [found[argument] for argument in node.arguments]
@@ -183,7 +219,8 @@ def growth(nodes: list[Node], variables: int) -> dict[Node, float]:
         elif node.kind is Kind.SUM:
             found[node] = max(each)
         elif node.kind is Kind.PRODUCT:
-            found[node] = sum(abs(exponent) * degree for exponent, degree in zip(node.data, each))
+            powers = zip(node.arguments, node.data, each)
+            found[node] = sum(abs(e) * degree for base, e, degree in powers if e > 0 or base not in bounded)
         else:
             found[node] = 1.0
     return found

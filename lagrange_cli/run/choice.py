@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
-from lagrange_cli.integrate.methods.table import TAYLOR
+from lagrange_cli.integrate.methods.table import MANY_BODIES, TAYLOR
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
 
-MANY_BODIES = "ias15"
 FEWEST = 60
 """Coordinates below which a system is followed by Taylor series."""
 TERMS = 4

@@ -14,7 +14,7 @@ from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import End
+from lagrange_cli.integrate.method import End, Observer
 from lagrange_cli.integrate.methods import helping
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
@@ -81,7 +81,7 @@ def followed(
     values = resolve_values(read_spec(text, "system.yaml"), {})
     state: Array = np.concatenate([values.q, values.v])
     return prepared.follower.follow(
-        np.empty(0), state, Times(0.0, stop, 3, stop / 2), lambda t, x: None, interrupt, threads=threads
+        np.empty(0), state, Times(0.0, stop, 3, stop / 2), Observer(interrupt=interrupt), threads
     )
 
 

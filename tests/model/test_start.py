@@ -400,6 +400,9 @@ constraints:
     places = [float(one) for one in re.findall(r"px = (-?[\d.]+)", problem.message)]
     inverse = 1.7 * 3 / (1.7**2 + 0.4**2)  # |OB| |OP| = 2^2 - 1^2
     assert sorted(places) == pytest.approx([inverse, inverse, 1.7, 1.7], abs=1e-12)
+    shown = re.findall(r"px = (\S+), ax = (\S+),", problem.message)  # these two tell the four apart
+    assert len({(px, ax[:8]) for px, ax in shown}) == 4
+    assert re.search(r"--set px=\S+ --set ax=\S+$", problem.hint)
 
 
 def test_a_coordinate_that_nothing_determines_needs_a_value():

@@ -16,7 +16,8 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Section, Starts
-from lagrange_cli.integrate.ensemble.section import EVERY, SectionOneByOne
+from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
+from lagrange_cli.integrate.ensemble.section import EVERY
 from lagrange_cli.integrate.events import Crossings
 from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.prepared import Prepared
@@ -231,8 +232,7 @@ def test_crossings_lie_on_the_motion_that_solve_follows():
     state = np.pad([0.0, 0.1, 0.49, 0.05], (0, program.rows - 4))
     for k in (0, 12, 39):
         t = taken.t[0, k]
-        end = alone.follow(np.ones(len(program.parameters)), state, Times(0.0, t, 2, t),
-                           lambda t, x: None, lambda t: False)  # fmt: skip
+        end = alone.follow(np.ones(len(program.parameters)), state, Times(0.0, t, 2, t))
         assert np.abs(end.state[:4] - taken.states[0, :, k]).max() < 1e-11
         assert abs(taken.states[0, 0, k] + taken.states[0, 1, k] / 2) < 1e-15
 
@@ -270,7 +270,7 @@ def test_random_surfaces_have_the_crossings_that_events_have(seed):
     taken = take(system, where, states, 40, direction, stop=8.0, parameters=numbers)
     residual = derive_system(with_surface(spec, where, direction), resting=True)
     alone = prepare(residual, Compilation("taylor", FULL, frozenset("qv")))
-    method = SectionOneByOne(alone.follower, True, (SURFACE,))
+    method = OneByOne(alone.follower, True, (SURFACE,))
     rows = alone.machine.program.rows - len(states[0])
     starts = Starts(
         np.array(numbers, float).reshape(9, -1), np.pad(states, ((0, 0), (0, rows))), Times(0.0, 8.0, 2, 8.0),
@@ -287,7 +287,7 @@ def test_random_surfaces_have_the_crossings_that_events_have(seed):
 class Polled:
     """A method that finds a crossing in each step of length 1, and is polled after every one."""
 
-    def follow(self, parameters, state, times, accept, interrupt, checkpoints, events):
+    def follow(self, parameters, state, times, observer):
         for steps in range(1, 2 * EVERY):
             found = (
                 np.array([0]),
@@ -297,9 +297,9 @@ class Polled:
                 np.array([False]),
                 np.zeros(1),
             )
-            events.crossed(Crossings(*found))
-            due = checkpoints.due(steps)
-            if due or interrupt(float(steps)):
+            observer.events.crossed(Crossings(*found))
+            due = observer.checkpoints.due(steps)
+            if due or observer.interrupt(float(steps)):
                 return End(Ending.INTERRUPTED, float(steps), state, steps, steps)
         return End(Ending.COMPLETE, times.stop, state, steps, steps)
 
@@ -313,7 +313,7 @@ def test_an_interrupted_motion_ends_where_it_does_otherwise_or_has_not_ended(pol
     )  # fmt: skip
     left = iter([False] * (polls - 1) + [True] * EVERY)
     batches = []
-    SectionOneByOne(Polled(), False, (SURFACE,)).follow(starts, batches.append, lambda done: next(left), 1)
+    OneByOne(Polled(), False, (SURFACE,)).follow(starts, batches.append, lambda done: next(left), 1)
     if polls < EVERY:
         assert batches[0].ending == [Ending.INTERRUPTED]
     else:

@@ -26,6 +26,9 @@ ALL_PAIRS = "-sum(1/N**2/sqrt({r2} + eps**2) for i in range(N) for j in range(i)
     r2="dot(body[i] - body[j], body[i] - body[j])"
 )
 NEIGHBOURS = "sum((x[i] - x[i - 1])**2/2 for i in range(1, N))"
+STEEP = "sum(({r2})**-6 for i in range(N) for j in range(i))".format(
+    r2="dot(body[i] - body[j], body[i] - body[j])"
+)
 NARROW = ALL_PAIRS.replace("-sum(", "sum(exp(-1000*x[i]**2)*")
 
 
@@ -39,6 +42,7 @@ NARROW = ALL_PAIRS.replace("-sum(", "sum(exp(-1000*x[i]**2)*")
         (40, ALL_PAIRS, {"stop": -1.0}, "taylor"),
         (40, NEIGHBOURS, {}, "taylor"),
         (40, NARROW, {}, "taylor"),
+        (40, STEEP, {}, "ias15"),
         (40, f"abs(x[0]) + {ALL_PAIRS}", {}, "taylor"),
         (8, ALL_PAIRS, {}, "taylor"),
     ],

@@ -14,7 +14,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Work
 from lagrange_cli.integrate.event_log import EventLog
-from lagrange_cli.integrate.method import End, Method
+from lagrange_cli.integrate.method import End, Method, Observer
 from lagrange_cli.integrate.methods.backward import Backward
 from lagrange_cli.integrate.methods.stepper import Beside
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
@@ -94,14 +94,8 @@ class Companion:
                     pass
 
         try:
-            return self._method.follow(
-                self._parameters,
-                self._state,
-                self._times,
-                accept,
-                lambda t: self._over.is_set() or self._halted.is_set(),
-                events=self._log,
-            )
+            observer = Observer(accept, lambda t: self._over.is_set() or self._halted.is_set(), self._log)
+            return self._method.follow(self._parameters, self._state, self._times, observer)
         finally:
             put(None)
 

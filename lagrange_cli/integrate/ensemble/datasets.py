@@ -11,7 +11,6 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.batches import joined, unfinished
 from lagrange_cli.integrate.ensemble.method import EndedMembers, Section
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
 from lagrange_cli.integrate.events import Change, Happened
@@ -59,7 +58,8 @@ class EnsembleDatasets:
         self._alone, self._partial = section is not None and members == 1, False
         """Whether the motion is the only one: then crossings are kept where it is interrupted, too; and
         whether it was."""
-        count = times.count if sampled else 1 if section is None else section.count
+        self._count = times.count if sampled else None if section is None else section.count
+        """The samples of each motion."""
         self._endings = np.full(members, UNFINISHED, dtype=np.int8)
         self._failed: tuple[int, str] | None = None
         self._steps = 0
@@ -67,7 +67,7 @@ class EnsembleDatasets:
         self._unknown: dict[str, tuple[int, float]] = {}
         self._doubtful: dict[str, tuple[int, Happened]] = {}
         width = prepared.machine.program.rows + 2 * len(prepared.machine.program.observed)
-        self._most = max(1, MEMORY // (8 * width * count))
+        self._most = max(1, MEMORY // (8 * width * (self._count or 1)))
 
     def restore(self, outcome: EnsembleOutcome) -> None:
         """Continue where another run has stopped."""
@@ -88,11 +88,7 @@ class EnsembleDatasets:
         """Record members that do not begin, as their initial values do not satisfy the constraints."""
         index = np.intersect1d(np.array(members, dtype=np.int64) - self._first, self._missing)
         if len(index):
-            samples = None if self._times is None else len(self._times)
-            if self._section is not None:
-                samples = self._section.count
-            batch = unfinished(index, self._states.shape[1], samples, self._section is not None)
-            batch = replace(batch, ending=[Ending.INCONSISTENT] * len(index))
+            batch = self._unfinished(index, Ending.INCONSISTENT)
             self._note(batch)
             self._write(batch)
             self._missing = self.missing()
@@ -113,18 +109,18 @@ class EnsembleDatasets:
         """Write the remaining members, with nan for those that have not ended."""
         self.flush()
         missing = self.missing()[: 0 if self._partial else None]
-        width, samples = self._states.shape[1], None if self._times is None else len(self._times)
-        if self._section is not None:
-            samples = self._section.count
         for start in range(0, len(missing), self._most):
-            some = missing[start : start + self._most]
-            self._write(unfinished(some, width, samples, self._section is not None))
+            self._write(self._unfinished(missing[start : start + self._most], Ending.INTERRUPTED))
+
+    def _unfinished(self, index: Index, ending: Ending) -> EndedMembers:
+        section = self._section is not None
+        return EndedMembers.unfinished(index, ending, self._states.shape[1], self._count, section)
 
     def flush(self) -> None:
         """Write the members that have ended."""
         self._due = time.monotonic() + OFTEN
         if self._batches:
-            batch = joined(self._batches, self._alone)
+            batch = EndedMembers.joined(self._batches, self._alone)
             self._partial |= Ending.INTERRUPTED in batch.ending
             self._batches, self._gathered = [], 0
             if len(batch.index):
@@ -150,23 +146,20 @@ class EnsembleDatasets:
         names, parameters = program.observed, self._parameters[batch.index]
         starts = self._states[batch.index, :, None]
         first = self._observe(parameters, np.array([self._start]), starts)
-        if batch.samples is not None and batch.times is not None:
-            states, times = batch.samples, batch.times
-            observed = self._observe(parameters, times, states)
-        elif self._times is None or batch.samples is None:
-            states, times = batch.state[:, :, None], batch.t
-            observed = self._observe(parameters, times[:, None], states)
+        times: Array | None
+        if batch.samples is None:
+            states, times = batch.state[:, :, None], batch.t[:, None]
         else:
-            states, times = batch.samples, self._times
-            observed = self._observe(parameters, times, states)
-        n = states.shape[2]
+            times = self._times if batch.times is None else batch.times
+            states = batch.samples
+        assert times is not None
+        observed, n = self._observe(parameters, times, states), states.shape[2]
         first = np.repeat(first, n, axis=2)
         for k, log in enumerate(batch.logs):
             if log.changes:
-                when = times if times is self._times else np.atleast_1d(times[k])
-                observed[k], first[k] = self._with_changes(
-                    parameters[k], log.changes, starts[k], when, states[k]
-                )
+                when = times if times is self._times else times[k]
+                given = parameters[k], log.changes, starts[k], when, states[k]
+                observed[k], first[k] = self._with_changes(*given)
         series = self._recording.series(
             states.transpose(1, 0, 2).reshape(program.rows, count * n),
             program.integrals,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
-from lagrange_cli.integrate.checkpoint import Checkpointing
+from lagrange_cli.integrate.checkpoint import UNKEPT, Checkpointing
 from lagrange_cli.integrate.ensemble.datasets import MEMORY, EnsembleDatasets
 from lagrange_cli.integrate.ensemble.method import EnsembleMethod, Section, Starts
 from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lagrange_cli.integrate.ensemble.datasets import Emit
-    from lagrange_cli.integrate.ensemble.method import EnsembleMethod
+    from lagrange_cli.integrate.ensemble.method import EnsembleMethod, Kept
     from lagrange_cli.integrate.method import Method
     from lagrange_cli.native.interface import Interface
     from lagrange_cli.spec.ensemble import EnsembleValues, Number
@@ -113,13 +113,18 @@ def start_of(values: EnsembleValues, families: Sequence[Family], part: slice) ->
     return found
 
 
-def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> EnsembleMethod:
-    """The method of ``prepared`` for many motions; ``alone`` makes that of single ones where it is needed."""
+def ensemble_method(
+    prepared: Prepared, alone: Callable[[], Method], checkpointing: Checkpointing[Kept] | None = None
+) -> EnsembleMethod:
+    """The method of ``prepared`` for many motions: eight at once, or each alone. ``alone`` makes that of
+    single ones where it is needed. The only motion of a section may have checkpoints, by
+    ``checkpointing``."""
     if prepared.machine.follow is not None:
         from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 
-        return LanesMethod(prepared.machine, alone, prepared.compilation.backward)
+        return LanesMethod(prepared.machine, alone, prepared.compilation.backward, checkpointing)
     from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 
     names = tuple(name for group in prepared.recording.events for name in group.members)
-    return OneByOne(prepared.follower, METHODS[prepared.compilation.method].parallel, names)
+    parallel = METHODS[prepared.compilation.method].parallel
+    return OneByOne(prepared.follower, parallel, names, checkpointing or UNKEPT)

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.integrate.checkpoint import Checkpointing
+from lagrange_cli.integrate.checkpoint import UNKEPT, Checkpointing
 from lagrange_cli.integrate.ensemble.members import MOMENT, PACK, Members
 from lagrange_cli.integrate.ensemble.method import Accept, EndedMembers, Kept, Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
@@ -72,7 +72,7 @@ class LanesMethod:
         if stopped or not members.left:
             return not stopped
         # The snapshot of the lane is useless for the method that follows the motion from its start.
-        afresh = None if checkpointing is None else checkpointing.from_the_start()
+        afresh = UNKEPT if checkpointing is None else checkpointing.from_the_start()
         return self._alone(np.sort(members.left), starts, accept, interrupt, threads, afresh)
 
     def _seen(self, one: Seen) -> Seen:
@@ -86,17 +86,13 @@ class LanesMethod:
         accept: Accept,
         interrupt: Callable[[int], bool],
         threads: int,
-        checkpointing: Checkpointing[Kept] | None,
+        checkpointing: Checkpointing[Kept],
     ) -> bool:
         """Integrate the members ``index`` one by one: lanes cannot handle kinks, singularities and the
         like."""
         before = len(starts) - len(index)
-        method = OneByOne(self.alone(), parallel=True)
-        if starts.section is not None:
-            from lagrange_cli.integrate.ensemble.section import SectionOneByOne
-
-            events = (SURFACE,) if starts.section.periods is None else ()
-            method = SectionOneByOne(self.alone(), True, events, checkpointing)
+        surface = starts.section is not None and starts.section.periods is None
+        method = OneByOne(self.alone(), True, (SURFACE,) * surface, checkpointing)
         return method.follow(
             starts.only(index),
             lambda batch: accept(replace(batch, index=index[batch.index])),

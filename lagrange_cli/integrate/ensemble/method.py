@@ -4,7 +4,7 @@ members."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from lagrange_cli.records import dataclass, replace
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lagrange_cli.integrate.method import End
 
 Index: TypeAlias = "NDArray[np.int64]"
 
@@ -35,6 +36,19 @@ class MemberLog(HappenedSink):
 
     def changed(self, change: Change) -> None:
         self.changes.append(change)
+
+
+class SampleRows:
+    """The samples of a motion (rows, count) as far as they are ``reached``, nan behind."""
+
+    def __init__(self, rows: int, count: int) -> None:
+        self.rows, self.reached = np.full((rows, count), np.nan), 0
+
+    def take(self, times: Array, states: Array) -> None:
+        """The next ones; where there is no room for any, they are counted only."""
+        if self.rows.size:
+            self.rows[:, self.reached : self.reached + len(times)] = states
+        self.reached += len(times)
 
 
 @dataclass(frozen=True)
@@ -56,6 +70,48 @@ class EndedMembers:
     reached: Index
     logs: Sequence[MemberLog] = ()
     times: Array | None = None
+
+    @classmethod
+    def one(
+        cls, member: int, end: End, reached: int, samples: Array | None, logs: Sequence[MemberLog] = ()
+    ) -> EndedMembers:
+        """A single one with its ``samples`` (rows, n)."""
+        index, steps, count = (np.array([number], dtype=np.int64) for number in (member, end.steps, reached))
+        samples = None if samples is None else samples[None]
+        return cls(index, [end.ending], np.array([end.t]), end.state[None], steps, samples, count, logs)
+
+    @classmethod
+    def unfinished(
+        cls, index: Index, ending: Ending, width: int, samples: int | None, section: bool
+    ) -> EndedMembers:
+        """Members that did not end: nan throughout."""
+
+        def none(*shape: int) -> Array:
+            return np.full((len(index), *shape), np.nan)
+
+        zeros, made, times = np.zeros(len(index), dtype=np.int64), None, None
+        if samples is not None:
+            made, times = none(width, samples), none(samples) if section else None
+        endings = [ending] * len(index)
+        return cls(index, endings, none(), none(width), zeros, made, zeros, times=times)
+
+    @classmethod
+    def joined(cls, batches: Sequence[EndedMembers], interrupted: bool = False) -> EndedMembers:
+        """One batch of several, without members that were interrupted on the way, unless these are kept."""
+        endings = [ending for batch in batches for ending in batch.ending]
+        ended = np.array([interrupted or ending is not Ending.INTERRUPTED for ending in endings])
+
+        def gathered(name: str) -> Any:
+            parts = [part for batch in batches if (part := getattr(batch, name)) is not None]
+            return np.concatenate(parts)[ended] if parts else None
+
+        names = "index", "t", "state", "steps", "samples", "reached", "times"
+        logs = [log for batch in batches for log in batch.logs]
+        return cls(
+            ending=[ending for ending, here in zip(endings, ended) if here],
+            logs=[log for log, here in zip(logs, ended) if here],
+            **{name: gathered(name) for name in names},
+        )
 
     def known(self, count: int) -> NDArray[np.bool_]:
         """Which of so many samples, or ends, hold values (b, count)."""

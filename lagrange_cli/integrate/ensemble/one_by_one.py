@@ -6,12 +6,10 @@ from collections.abc import Callable
 from itertools import islice
 from threading import Event
 
-import numpy as np
-
-from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.checkpoint import UNKEPT, Checkpointing
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Accept, EndedMembers, MemberLog, Starts
-from lagrange_cli.integrate.method import Method
+from lagrange_cli.integrate.ensemble.method import Accept, EndedMembers, Kept, MemberLog, SampleRows, Starts
+from lagrange_cli.integrate.method import Interrupt, Method, Observer
 from lagrange_cli.records import dataclass
 
 POLL_SECONDS = 0.05
@@ -23,12 +21,14 @@ class OneByOne:
     """Integrates one member after another, or one in each thread, each as it would be alone.
 
     ``parallel`` tells that the method releases the interpreter's lock while it works. ``events`` are the
-    names of what may happen in each.
+    names of what may happen in each; that of a surface is the last one. The only motion of a section may have
+    checkpoints, by ``checkpointing``.
     """
 
     method: Method
     parallel: bool = False
     events: tuple[str, ...] = ()
+    checkpointing: Checkpointing[Kept] = UNKEPT
 
     def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
@@ -75,27 +75,16 @@ class OneByOne:
                 halted.set()
         return not stopped
 
-    def _one(self, member: int, starts: Starts, interrupt: Callable[[float], bool]) -> EndedMembers:
-        state, times = starts.states[member], starts.times
-        samples = np.full((len(state), times.count if starts.sampled else 0), np.nan)
-        reached = 0
+    def _one(self, member: int, starts: Starts, interrupt: Interrupt) -> EndedMembers:
+        if starts.section is not None:
+            from lagrange_cli.integrate.ensemble.section import through_section
 
-        def keep(when: Array, chunk: Array) -> None:
-            nonlocal reached
-            if starts.sampled:
-                samples[:, reached : reached + len(when)] = chunk
-            reached += len(when)
-
+            given = starts, member, self.checkpointing, interrupt
+            return through_section(self.method, self.events, *given)
+        state = starts.states[member]
+        samples = SampleRows(len(state), starts.times.count if starts.sampled else 0)
         log = MemberLog(self.events)
-        given = starts.parameters[member], state, times, keep, interrupt
-        end = self.method.follow(*given, events=log)
-        return EndedMembers(
-            index=np.array([member], dtype=np.int64),
-            ending=[end.ending],
-            t=np.array([end.t]),
-            state=end.state[None],
-            steps=np.array([end.steps], dtype=np.int64),
-            samples=samples[None] if starts.sampled else None,
-            reached=np.array([reached], dtype=np.int64),
-            logs=[log] if self.events else [],
-        )
+        observer = Observer(samples.take, interrupt, log)
+        end = self.method.follow(starts.parameters[member], state, starts.times, observer)
+        rows = samples.rows if starts.sampled else None
+        return EndedMembers.one(member, end, samples.reached, rows, [log] if self.events else [])

@@ -6,19 +6,20 @@ The surface is the last event of the program, whose crossings are recorded; othe
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import EndedMembers, Kept, MemberLog, Section, Starts
-from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
+from lagrange_cli.integrate.ensemble.method import EndedMembers, Kept, MemberLog, SampleRows, Section, Starts
 from lagrange_cli.integrate.events import Change, Crossings
-from lagrange_cli.integrate.method import CheckpointSink, Snapshot, Unfit
+from lagrange_cli.integrate.method import CheckpointSink, End, Interrupt, Method, Observer, Snapshot, Unfit
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import replace
 
 EVERY = 256
 """Whether a motion has crossed often enough is checked at multiples of so many steps."""
@@ -27,12 +28,54 @@ FAR = 2.0**40
 
 
 class SectionLog(MemberLog):
-    """Crossings of the last event, of which ``count`` are enough; and the changes before each."""
+    """Finds the samples of a section (rows, n), and knows when there are enough. ``due`` tells whether a
+    snapshot is wanted after so many steps. If ``every`` is not 0, that is checked at its multiples."""
 
-    def __init__(self, names: tuple[str, ...], section: Section, due: Callable[[int], bool]) -> None:
+    every = 0
+
+    def __init__(
+        self, names: tuple[str, ...], rows: int, section: Section, due: Callable[[int], bool]
+    ) -> None:
         super().__init__(names)
-        self._surface, self._section, self._due = len(names) - 1, section, due
-        self.found = 0
+        self._rows, self._section, self._due = rows, section, due
+
+    def sampled(self, times: Array, states: Array) -> None:
+        """The motion has come to sample times."""
+
+    def stepped(self, steps: int) -> bool:
+        """So many steps have been taken; whether a snapshot is wanted."""
+        return self._due(steps)
+
+    @property
+    def over(self) -> bool:
+        """Whether the motion is to end here."""
+        return False
+
+    def kept(self) -> dict[str, Array]:
+        """What has been found so far."""
+        return kept_changes(self.changes)
+
+    def restore(self, kept: Kept, samples: int) -> None:
+        """Go on with it after so many samples; raises ``Unfit``."""
+        self.changes = restored_changes(kept, self._rows)
+
+    @abstractmethod
+    def samples(self) -> tuple[Array, Array]:
+        """Times (n,) and states (rows, n), nan behind the last sample."""
+
+    def ended(self, end: End, *, endless: bool) -> End:
+        """How a motion that nothing else has ended is said to end; ``endless`` if it had no stop time."""
+        return end
+
+
+class CrossingLog(SectionLog):
+    """The crossings of the last event."""
+
+    every = EVERY
+
+    def __init__(self, names: tuple[str, ...], *given: Any) -> None:
+        super().__init__(names, *given)
+        self._surface, self.found = len(names) - 1, 0
         self._steps = self._since = self._seen = 0
 
     def crossed(self, crossings: Crossings) -> None:
@@ -47,11 +90,10 @@ class SectionLog(MemberLog):
         self.changes.append(replace(change, sample=self.found))
 
     def stepped(self, steps: int) -> bool:
-        """So many steps have been taken; whether a snapshot is wanted."""
         self._steps = steps
         if self._asked and self.found > self._seen:
             self._since, self._seen = steps, self.found
-        return self._due(steps)
+        return super().stepped(steps)
 
     @property
     def _asked(self) -> bool:
@@ -60,170 +102,122 @@ class SectionLog(MemberLog):
         return self._steps % EVERY == 0
 
     @property
-    def enough(self) -> bool:
-        """Whether all crossings have been found."""
+    def _enough(self) -> bool:
         return self.found >= self._section.count
 
     @property
     def over(self) -> bool:
         """Whether all have been found, or there has been none for too many steps."""
-        return self._asked and (self.enough or self._steps - self._since > self._section.patience)
+        return self._asked and (self._enough or self._steps - self._since > self._section.patience)
 
     def kept(self) -> dict[str, Array]:
-        """The crossings found so far."""
         count = np.array([self._steps, self._since, self._seen], dtype=np.float64)
         found = {"t": np.zeros(0), "low": np.zeros(0), "states": np.zeros((0, 0))}
         if self.crossings:
             found = {name: np.concatenate([getattr(one, name) for one in self.crossings]).T for name in found}
-        return {"counts": count, **found, **kept_changes(self.changes)}
+        return {"counts": count, **found, **super().kept()}
 
-    def restore(self, kept: Kept, rows: int) -> None:
-        """Go on with it; raises ``Unfit``."""
+    def restore(self, kept: Kept, samples: int) -> None:
         counts, t, low, states = (array_of(kept, name) for name in ("counts", "t", "low", "states"))
-        if (
-            counts.shape != (3,)
-            or t.ndim != 1
-            or low.shape != t.shape
-            or (len(t) and states.shape != (rows, len(t)))
-        ):
+        if counts.shape != (3,) or t.ndim != 1 or low.shape != t.shape:
+            raise Unfit
+        if len(t) and states.shape != (self._rows, len(t)):
             raise Unfit
         self._steps, self._since, self._seen = (whole(x) for x in counts)
         self.found = len(t)
         if self.found:
             surface, none = np.full(self.found, self._surface), np.zeros(self.found, dtype=bool)
             self.crossings = [Crossings(surface, t, low, states.T, none, np.zeros(self.found))]
-        self.changes = restored_changes(kept, rows)
+        super().restore(kept, samples)
 
-    def samples(self, rows: int) -> tuple[Array, Array]:
-        """Times (n,) and states (rows, n), nan behind the last crossing."""
+    def samples(self) -> tuple[Array, Array]:
         count = self._section.count
-        times, states = np.full(count, np.nan), np.full((rows, count), np.nan)
+        times, states = np.full(count, np.nan), np.full((self._rows, count), np.nan)
         if self.crossings:
             t, found = (np.concatenate([getattr(one, name) for one in self.crossings])[:count]
                         for name in ("t", "states"))  # fmt: skip
             times[: len(t)], states[:, : len(t)] = t, found.T
         return times, states
 
+    def ended(self, end: End, *, endless: bool) -> End:
+        if self._enough:  # else it has not come to the step at which it ends
+            when, states = self.samples()
+            return replace(end, t=float(when[-1]), state=states[:, -1], ending=Ending.COMPLETE)
+        without = end.ending is Ending.INTERRUPTED or (endless and end.ending is Ending.COMPLETE)
+        return replace(end, ending=Ending.NO_CROSSING) if without else end
 
-@dataclass(frozen=True)
-class SectionOneByOne(OneByOne):
-    """Follows one member after another through a section. The last of ``events`` is the surface. The only
-    motion may have checkpoints, by ``checkpointing``."""
 
-    checkpointing: Checkpointing[Kept] | None = None
+class StrobeLog(SectionLog):
+    """The states at ``times``, of which the first is the start: it is no sample of the section."""
 
-    def _one(self, member: int, starts: Starts, interrupt: Callable[[float], bool]) -> EndedMembers:
-        section = starts.section
-        assert section is not None
-        if section.periods is not None:
-            return self._strobed(member, starts, float(section.periods[member]), interrupt)
-        checkpointing = self.checkpointing
-        begin, due = (None, never) if checkpointing is None else (checkpointing.begin, checkpointing.due)
-        state, log, cut = starts.states[member], SectionLog(self.events, section, due), False
-        if begin is not None:
-            log.restore(begin, len(state))
+    def __init__(self, times: Times, *given: Any) -> None:
+        super().__init__(*given)
+        self._times = times.chunk(1, self._section.count)
+        self._found = SampleRows(self._rows, self._section.count + 1)
+        self.sampled = self._found.take  # type: ignore[method-assign]
 
-        def keep(snapshot: Snapshot) -> None:
-            if checkpointing is not None:
-                checkpointing.keep({**kept_snapshot(snapshot), **log.kept()}, snapshot.steps)
+    def changed(self, change: Change) -> None:
+        self.changes.append(replace(change, sample=max(0, change.sample - 1)))
 
-        def stop(t: float) -> bool:
-            nonlocal cut
-            cut = interrupt(t) and not log.over
-            return cut or log.over
+    def kept(self) -> dict[str, Array]:
+        return {"states": self._found.rows[:, 1 : self._found.reached], **super().kept()}
 
+    def restore(self, kept: Kept, samples: int) -> None:
+        states = array_of(kept, "states")
+        if states.shape != (self._rows, max(0, samples - 1)):
+            raise Unfit
+        self._found.rows[:, 1 : 1 + states.shape[1]], self._found.reached = states, samples
+        super().restore(kept, samples)
+
+    def samples(self) -> tuple[Array, Array]:
+        reached = self._times[: max(0, self._found.reached - 1)]
+        when = np.full(self._section.count, np.nan)
+        when[: len(reached)] = reached
+        return when, self._found.rows[:, 1:]
+
+
+def through_section(
+    method: Method,
+    names: tuple[str, ...],
+    starts: Starts,
+    member: int,
+    checkpointing: Checkpointing[Kept],
+    interrupt: Interrupt,
+) -> EndedMembers:
+    """Follow a member through a section; ``names`` are those of the events. Raises ``Unfit``."""
+    state, section, begin, cut = starts.states[member], starts.section, checkpointing.begin, False
+    assert section is not None
+    given = names, len(state), section, checkpointing.due
+    if section.periods is None:
         times = until(starts.times)
-        steps = CheckpointSink(self._begun(begin, times), log.stepped, keep, every=EVERY)
-        given = starts.parameters[member], state, times, lambda when, chunk: None, stop
-        end = self.method.follow(*given, steps, log)
-        cut = cut and end.ending is Ending.INTERRUPTED
-        if cut and end.snapshot is not None:
-            keep(end.snapshot)
-        when, states = log.samples(len(state))
-        endless = math.isinf(starts.times.stop)
-        t, at, ending = end.t, end.state, end.ending
-        if log.enough and not cut:  # else it has not come to the step at which it ends
-            t, at, ending = float(when[-1]), states[:, -1], Ending.COMPLETE
-        elif not cut and (ending is Ending.INTERRUPTED or (endless and ending is Ending.COMPLETE)):
-            ending = Ending.NO_CROSSING
-        return self._batch(member, ending, t, at, end.steps, when, states, log)
+        log: SectionLog = CrossingLog(*given)
+    else:
+        times = periodic(starts.times, float(section.periods[member]), section.count)
+        log = StrobeLog(times, *given)
+    begun = None
+    if begin is not None:
+        begun = restored_snapshot(begin, times)
+        log.restore(begin, begun.samples)
 
-    def _strobed(
-        self, member: int, starts: Starts, period: float, interrupt: Callable[[float], bool]
-    ) -> EndedMembers:
-        section, state, log = starts.section, starts.states[member], MemberLog(self.events)
-        assert section is not None
-        checkpointing = self.checkpointing
-        begin, due = (None, never) if checkpointing is None else (checkpointing.begin, checkpointing.due)
-        start, step = starts.times.start, math.copysign(period, starts.times.stop - starts.times.start)
-        room = (starts.times.stop - start) / step
-        count = section.count if room >= section.count else math.floor(room)
-        times = (
-            Times(start, start + count * step, count + 1, step) if count else replace(starts.times, count=1)
-        )
-        samples, reached = np.full((len(state), section.count + 1), np.nan), 0
+    def keep(snapshot: Snapshot) -> None:
+        checkpointing.keep({**kept_snapshot(snapshot), **log.kept()}, snapshot.steps)
 
-        def accept(when: Array, chunk: Array) -> None:
-            nonlocal reached
-            samples[:, reached : reached + len(when)] = chunk
-            reached += len(when)
+    def stop(t: float) -> bool:
+        nonlocal cut
+        cut = interrupt(t) and not log.over
+        return cut or log.over
 
-        def keep(snapshot: Snapshot) -> None:
-            if checkpointing is not None:
-                so_far = {"states": samples[:, 1:reached], **kept_changes(log.changes)}
-                checkpointing.keep({**kept_snapshot(snapshot), **so_far}, snapshot.steps)
-
-        begun = self._begun(begin, times)
-        if begin is not None and begun is not None:
-            states = array_of(begin, "states")
-            reached = begun.samples
-            if states.shape != (len(state), max(0, reached - 1)):
-                raise Unfit
-            samples[:, 1 : 1 + states.shape[1]] = states
-            log.changes = restored_changes(begin, len(state))
-        steps = CheckpointSink(begun, due, keep)
-        given = starts.parameters[member], state, times, accept, interrupt
-        end = self.method.follow(*given, steps, log)
-        if end.ending is Ending.INTERRUPTED and end.snapshot is not None:
-            keep(end.snapshot)
-        if not count:
-            samples[:], reached = np.nan, 1
-        log.changes = [replace(one, sample=max(0, one.sample - 1)) for one in log.changes]
-        when = np.full(section.count, np.nan)
-        when[: reached - 1] = times.chunk(1, section.count)[: reached - 1]
-        return self._batch(member, end.ending, end.t, end.state, end.steps, when, samples[:, 1:], log)
-
-    def _begun(self, begin: Kept | None, times: Times) -> Snapshot | None:
-        """The start of a motion from a checkpoint; raises ``Unfit``."""
-        return None if begin is None else restored_snapshot(begin, times)
-
-    def _batch(
-        self,
-        member: int,
-        ending: Ending,
-        t: float,
-        state: Array,
-        steps: int,
-        times: Array,
-        samples: Array,
-        log: MemberLog,
-    ) -> EndedMembers:
-        return EndedMembers(
-            index=np.array([member], dtype=np.int64),
-            ending=[ending],
-            t=np.array([t]),
-            state=state[None],
-            steps=np.array([steps], dtype=np.int64),
-            samples=samples[None],
-            reached=np.array([np.count_nonzero(~np.isnan(times))], dtype=np.int64),
-            logs=[log],
-            times=times[None],
-        )
-
-
-def never(steps: int) -> bool:
-    """No snapshot is wanted."""
-    return False
+    checkpoints = CheckpointSink(begun, log.stepped, keep, every=log.every)
+    observer = Observer(log.sampled, stop, log, checkpoints)
+    end = method.follow(starts.parameters[member], state, times, observer)
+    cut = cut and end.ending is Ending.INTERRUPTED
+    if cut and end.snapshot is not None:
+        keep(end.snapshot)
+    if not cut:
+        end = log.ended(end, endless=math.isinf(starts.times.stop))
+    when, states = log.samples()
+    batch = EndedMembers.one(member, end, int(np.count_nonzero(~np.isnan(when))), states, [log])
+    return replace(batch, times=when[None])
 
 
 def array_of(kept: Kept, name: str) -> Array:
@@ -290,3 +284,13 @@ def until(times: Times) -> Times:
     if math.isinf(stop):
         stop = times.start + math.copysign(FAR * max(1.0, abs(times.start)), stop)
     return Times(times.start, stop, 1, stop - times.start)
+
+
+def periodic(times: Times, period: float, count: int) -> Times:
+    """The start, and so many multiples of a period behind it, as far as they come before the stop."""
+    step = math.copysign(period, times.stop - times.start)
+    room = (times.stop - times.start) / step
+    count = count if room >= count else math.floor(room)
+    if not count:
+        return replace(times, count=1)
+    return Times(times.start, times.start + count * step, count + 1, step)

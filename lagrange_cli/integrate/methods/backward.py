@@ -8,16 +8,8 @@ from typing import TypeVar
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
-from lagrange_cli.integrate.events import NO_EVENTS, Crossings, EventSink
-from lagrange_cli.integrate.method import (
-    NO_CHECKPOINTS,
-    Accept,
-    CheckpointSink,
-    End,
-    Interrupt,
-    Method,
-    Snapshot,
-)
+from lagrange_cli.integrate.events import Crossings, EventSink
+from lagrange_cli.integrate.method import UNOBSERVED, CheckpointSink, End, Method, Observer, Snapshot
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.records import dataclass, replace
@@ -41,30 +33,18 @@ class Backward:
         parameters: Array,
         state: Array,
         times: Times,
-        accept: Accept,
-        interrupt: Interrupt,
-        checkpoints: CheckpointSink = NO_CHECKPOINTS,
-        events: EventSink = NO_EVENTS,
+        observer: Observer = UNOBSERVED,
         threads: int | None = 1,
     ) -> End:
         """See ``integrate.method.Method``."""
-        begin = None if checkpoints.begin is None else reversed_snapshot(checkpoints.begin)
-        keep, ends = checkpoints.keep, checkpoints.ends
-        end = self.method.follow(
-            parameters,
-            reversed_state(self.program, state),
-            reversed_times(times),
-            lambda when, states: accept(reversed_time(when), reversed_state(self.program, states)),
-            lambda s: interrupt(reversed_time(s)),
-            CheckpointSink(
-                begin,
-                checkpoints.due,
-                lambda snapshot: keep(reversed_snapshot(snapshot)),
-                None if ends is None else lambda snapshot: ends(reversed_snapshot(snapshot)),
-            ),
-            BackwardEvents(self.program, events),
-            threads,
+        reversed_observer = Observer(
+            lambda when, states: observer.samples(reversed_time(when), reversed_state(self.program, states)),
+            lambda s: observer.interrupt(reversed_time(s)),
+            BackwardEvents(self.program, observer.events),
+            reversed_checkpoints(observer.checkpoints),
         )
+        start, instants = reversed_state(self.program, state), reversed_times(times)
+        end = self.method.follow(parameters, start, instants, reversed_observer, threads)
         return replace(
             end,
             t=reversed_time(end.t),
@@ -108,6 +88,17 @@ def reversed_state(program: Interface, states: Array) -> Array:
         given, changed = (one[first : first + layout.rows][layout.v] for one in (states, found))
         np.subtract(0.0, given, out=changed)
     return found
+
+
+def reversed_checkpoints(sink: CheckpointSink) -> CheckpointSink:
+    """Snapshots of reversed time for a sink of the motion's."""
+    ends = sink.ends
+    return replace(
+        sink,
+        begin=None if sink.begin is None else reversed_snapshot(sink.begin),
+        keep=lambda snapshot: sink.keep(reversed_snapshot(snapshot)),
+        ends=None if ends is None else lambda snapshot: ends(reversed_snapshot(snapshot)),
+    )
 
 
 def reversed_snapshot(snapshot: Snapshot) -> Snapshot:

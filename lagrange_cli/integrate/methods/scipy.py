@@ -11,8 +11,7 @@ import scipy.integrate
 from lagrange_cli.integrate.arrays import Array, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.events import NO_EVENTS, EventSink
-from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink, End, Interrupt
+from lagrange_cli.integrate.method import UNOBSERVED, Accept, End, Observer
 from lagrange_cli.integrate.methods.equations import Equations, Singular
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
@@ -71,15 +70,12 @@ class ScipyMethod:
         parameters: Array,
         state: Array,
         times: Times,
-        accept: Accept,
-        interrupt: Interrupt,
-        checkpoints: CheckpointSink = NO_CHECKPOINTS,
-        events: EventSink = NO_EVENTS,
+        observer: Observer = UNOBSERVED,
         threads: int | None = 1,
     ) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)
-        collector = Collector(times, len(state), accept)
+        collector = Collector(times, len(state), observer.samples)
         t, y, steps, evaluations, still = times.start, state, 0, 0, 0
         mark, least = t, PACE * abs(times.stop - times.start)
         ending, detail = Ending.COMPLETE, ""
@@ -89,7 +85,7 @@ class ScipyMethod:
                 warnings.simplefilter("ignore")  # LSODA's; what went wrong is in its status
                 solver = self._solver(equations, times, state)
                 while solver.status == "running":
-                    if interrupt(t):
+                    if observer.interrupt(t):
                         ending = Ending.INTERRUPTED
                         break
                     message = solver.step()

@@ -44,6 +44,8 @@ class MethodRow:
 
 TAYLOR = "taylor"
 """The project's own method."""
+MANY_BODIES = "ias15"
+"""The one for sums of many terms."""
 AUTO = "auto"
 """The default: what suits the system (``run.choice``)."""
 OF_SCIPY = {DOUBLE: (100 * FULL_PRECISION, 1e-10)}
@@ -65,7 +67,7 @@ METHODS = {
             constrains=True,
         ),
         MethodRow(
-            "ias15",
+            MANY_BODIES,
             "taylor",
             Needs.STEPS,
             {DOUBLE: (FULL_PRECISION, FULL_PRECISION)},

@@ -9,8 +9,8 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.events import NO_EVENTS, EventSink, Judge, no_energy
-from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink, End, Interrupt, Snapshot
+from lagrange_cli.integrate.events import Judge, no_energy
+from lagrange_cli.integrate.method import UNOBSERVED, End, Observer, Snapshot
 from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.methods.stepper import Beside, Stepper
 from lagrange_cli.integrate.times import Times
@@ -48,10 +48,7 @@ class TaylorMethod:
         parameters: Array,
         state: Array,
         times: Times,
-        accept: Accept,
-        interrupt: Interrupt,
-        checkpoints: CheckpointSink = NO_CHECKPOINTS,
-        events: EventSink = NO_EVENTS,
+        observer: Observer = UNOBSERVED,
         threads: int | None = 1,
     ) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts series, one a step."""
@@ -65,23 +62,15 @@ class TaylorMethod:
             size,
             self.recompilation,
             beside=self.beside,
-            events=events,
+            events=observer.events,
             jumping=self.jumping,
-            every=checkpoints.every,
+            every=observer.checkpoints.every,
         )
         with stepper.heard(), stepper.helped(threads):
-            return self._follow(stepper, size, times, accept, interrupt, checkpoints)
+            return self._follow(stepper, size, times, observer)
 
-    def _follow(
-        self,
-        stepper: Stepper,
-        size: int,
-        times: Times,
-        accept: Accept,
-        interrupt: Interrupt,
-        checkpoints: CheckpointSink,
-    ) -> End:
-        program, first = self.machine.program, 0
+    def _follow(self, stepper: Stepper, size: int, times: Times, observer: Observer) -> End:
+        program, checkpoints, first = self.machine.program, observer.checkpoints, 0
         if checkpoints.begin is not None:
             first = checkpoints.begin.samples
             stepper.restore(checkpoints.begin)
@@ -94,7 +83,7 @@ class TaylorMethod:
 
         def halt(t: float) -> bool:
             nonlocal halted
-            halted = halted or interrupt(t)
+            halted = halted or observer.interrupt(t)
             return halted
 
         def pause(t: float) -> bool:
@@ -110,14 +99,14 @@ class TaylorMethod:
             samples = stepper.space.taken(done)
             if before_end and stop is Stop.SAMPLES:
                 kept = int(np.count_nonzero(stepper.space.passed(wanted)))
-                accept(wanted[:kept], samples[:, :kept])
+                observer.samples(wanted[:kept], samples[:, :kept])
                 begin = first - done
                 known = kept > 0 or begin == 0 or bool(stepper.space.passed(times.chunk(begin - 1, 1))[0])
                 if checkpoints.ends is not None and known and not stepper.limited:
                     checkpoints.ends(stepper.snapshot(begin + kept))
                 wanted, samples, done = wanted[kept:], samples[:, kept:], done - kept
                 stop, _ = stepper.fill(wanted[done:], first, True, pause, halt)
-            accept(wanted[:done], samples)
+            observer.samples(wanted[:done], samples)
             if stepper.finished is not None:
                 ending, detail = stepper.finished.ending, stepper.finished.detail
                 return end(ending, stepper.space.t, stepper.space.state, detail)

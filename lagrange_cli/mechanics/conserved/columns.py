@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 from lagrange_cli.expression.modular import Equations
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.residues import LARGE, SMALL
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.mechanics.conserved.ansatz import Powers, Term, Variables
@@ -26,6 +26,7 @@ PRODUCTS = 4
 MOST_SOLVED, MOST_COORDINATES = 10, 3
 """Terms of a sum whose coefficients are found by elimination, and coordinates of its system."""
 
+VALUE, RATE = 0, 1
 Moving = tuple[int, int]
 """A value and its rate of change."""
 
@@ -39,25 +40,47 @@ class Columns:
     ansatz: Sequence[Term]
 
     @cached_property
-    def _rates(self) -> Mapping[Node, tuple[Node, Sequence[Node]]]:
-        """The rates of the variables and functions: a part without accelerations, and the factors of
-        these."""
+    def _made_of(self) -> Sequence[Node]:
+        """The variables and functions."""
         functions = (one for term in self.ansatz for one in term.functions)
-        h, zero = self.states.noether.energy, self.states.graph.zero
-        found = {one: self.states.rate(one) for one in (*self.given.places, *self.given.speeds, *functions)}
-        return {one: (zero, ()) if one is h else rate for one, rate in found.items()}
+        return [*dict.fromkeys((*self.given.places, *self.given.speeds, *functions))]
+
+    @cached_property
+    def _rates(self) -> Mapping[Node, tuple[Node, Sequence[Node]]]:
+        """Their rates: a part without accelerations, and the factors of these. That of a momentum is known
+        from Lagrange's equations."""
+        states, zero = self.states, self.states.graph.zero
+        noether, free = states.noether, union(states.model.v)
+        known: dict[Node, tuple[Node, Sequence[Node]]] = {noether.energy: (zero, ())}
+        if not states.model.constraints:
+            pairs = zip(noether.energetics.momenta, noether.torques)
+            known |= {p: (torque, ()) for p, torque in pairs if p.symbols & free}
+        found = {one: known.get(one) or states.rate(one) for one in self._made_of}
+        return {
+            one: (rest, slopes if any(not slope.is_zero for slope in slopes) else ())
+            for one, (rest, slopes) in found.items()
+        }
+
+    @cached_property
+    def _accelerated(self) -> bool:
+        """Whether accelerations are in the rates."""
+        return any(slopes for _, slopes in self._rates.values())
 
     @cached_property
     def nodes(self) -> Sequence[Node]:
         """The nodes that are evaluated at each state."""
-        return [*self._rates, *(one for rest, slopes in self._rates.values() for one in (rest, *slopes))]
+        return [*self._made_of, *(one for rest, slopes in self._rates.values() for one in (rest, *slopes))]
 
     @cached_property
     def parameters(self) -> Sequence[Node]:
-        """The parameters that the terms and accelerations depend on."""
+        """The parameters that the terms and their rates depend on."""
+        return self._parameters(self.nodes, accelerated=self._accelerated)
+
+    def _parameters(self, nodes: Sequence[Node], *, accelerated: bool) -> Sequence[Node]:
+        """Those in ``nodes``, and in constraints and accelerations where these are needed."""
         model = self.states.model
         moving = {*model.q, *model.v, model.time}
-        below = reachable([*self.nodes, *self.states.needed])
+        below = reachable([*nodes, *(self.states.needed if accelerated or model.constraints else ())])
         return [one for one in below if one.kind is Kind.SYMBOL and one not in moving]
 
     def node(self, term: Term) -> Node:
@@ -65,13 +88,18 @@ class Columns:
         factors = [*zip(self.given.places, term.places), *zip(self.given.speeds, term.speeds)]
         return self.states.graph.product([*factors, *((one, 1) for one in term.functions)])
 
-    def at(self, state: State, p: int) -> list[Moving]:
-        """The terms at a state, with their rates of change."""
+    def _known(self, state: State, which: int) -> dict[Node, Moving]:
+        """The variables and functions at a state, with their rates of change if these are wanted."""
         value = state.values
-        known = {
+        if which == VALUE:
+            return {one: (value[one], 0) for one in self._made_of}
+        return {
             one: (value[one], value[rest] + sum(value[s] * a for s, a in zip(slopes, state.accelerations)))
             for one, (rest, slopes) in self._rates.items()
         }
+
+    def _row(self, known: Mapping[Node, Moving], p: int) -> list[Moving]:
+        """The terms, with their rates of change, made of variables and functions."""
         x, v = ([known[one] for one in some] for some in (self.given.places, self.given.speeds))
         speeds = {one: monomial(v, one, p) for one in dict.fromkeys(term.speeds for term in self.ansatz)}
         places = {
@@ -84,32 +112,49 @@ class Columns:
 
     def solutions(self, prime: int, parameters: Mapping[str, int] | None = None) -> list[dict[int, int]]:
         """Coefficients of sums that are constant, where the parameters have these values, or random ones."""
-        return self._equations(prime, 1, parameters).solutions()
+        equations = self._equations(prime, RATE, parameters)
+        return [] if equations is None else equations.solutions()
 
     def vanishing(self, prime: int) -> list[int]:
-        """Terms that are sums of those before them at every state that constraints allow."""
-        return self._equations(prime, 0, None).free
+        """Terms that are sums of those before them at every state that constraints allow; all, if there are
+        no states."""
+        equations = self._equations(prime, VALUE, None)
+        return [*range(len(self.ansatz))] if equations is None else equations.free
 
     def constants(self, recognition: Recognition) -> dict[Node, int]:
         """Functions of parameters, such as sin(alpha), with the values that they have there."""
+        prime, values = recognition.prime, recognition.values
+        state = next(self.states.random(prime, self.nodes, values, accelerated=self._accelerated), None)
         moving = state_symbols(self.states.model)
-        state = next(self.states.random(recognition.prime, self.nodes, recognition.values), None)
         known = {} if state is None else state.values
         fixed = {one: value for one, value in known.items() if not one.symbols & moving}
         return {one: value for one, value in fixed.items() if one.kind is Kind.FUNCTION}
 
-    def _equations(self, prime: int, which: int, parameters: Mapping[str, int] | None) -> Equations:
+    def _equations(self, prime: int, which: int, given: Mapping[str, int] | None) -> Equations | None:
         count, work = len(self.ansatz), self.states.graph.work
         equations, idle, source = Equations(count, prime), 0, random.Random(count)
-        if parameters is None:
-            parameters = {str(one.data): source.randrange(1, prime) for one in self.parameters}
-        for state in self.states.random(prime, self.nodes, parameters):
+        nodes, accelerated = (self._made_of, False) if which == VALUE else (self.nodes, self._accelerated)
+        if given is None:
+            parameters = self._parameters(nodes, accelerated=accelerated)
+            given = {str(one.data): source.randrange(1, prime) for one in parameters}
+        states = self.states.random(prime, nodes, given, accelerated=accelerated)
+        state = sent(states, None)
+        if state is None:
+            return None
+        while state is not None and idle < SPARE and len(equations) < count:
             work.charge((len(equations) + 4) * count * (1 + prime.bit_length() // BITS) // PRODUCTS)
-            row = [moving[which] for moving in self.at(state, prime)]
-            idle = 0 if equations.add(row) else idle + 1
-            if idle == SPARE or len(equations) == count:
-                break
+            new = equations.add([moving[which] for moving in self._row(self._known(state, which), prime)])
+            idle = 0 if new else idle + 1
+            state = sent(states, new)
         return equations
+
+
+def sent(states: Generator[State, bool | None, None], stay: bool | None) -> State | None:
+    """The next of random states, at the same place if told to stay there; None where there are no more."""
+    try:
+        return states.send(stay)
+    except StopIteration:
+        return None
 
 
 def conserved_sums(

@@ -16,6 +16,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import conservation
 from lagrange_cli.mechanics.conserved.ansatz import Term, Variables, powers, split
 from lagrange_cli.mechanics.conserved.combinations import elementary, scaled
+from lagrange_cli.mechanics.conserved.curvature import may_be_uniform
 from lagrange_cli.mechanics.conserved.displacements import displacements
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.noether import Change
@@ -46,6 +47,8 @@ def products_of_symmetries(states: States) -> Iterator[tuple[Variables, list[Ter
     ):
         return
     if not all(map(is_zero, states.noether.energetics.applied)):
+        return
+    if not model.constraints and not may_be_uniform(states):
         return
     changes = symmetries_of_free_motion(model, lagrangian - still)
     if len(changes) != freedoms * (freedoms + 1) // 2:

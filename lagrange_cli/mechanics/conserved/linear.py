@@ -16,6 +16,7 @@ from lagrange_cli.expression.text import joined
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.mechanics.conserved.ansatz import has_constant_masses
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.reasons import term
 from lagrange_cli.mechanics.conserved.residue_states import States
@@ -36,6 +37,8 @@ def of_derivatives(found: Found) -> None:
     if not all(map(is_zero, found.noether.energetics.applied)):
         return
     states = States(model, found.noether)
+    if not has_constant_masses(model, states.matrix):
+        return
     system = LinearSystem(found, states)
     if not system.possible:
         return
@@ -60,9 +63,9 @@ class LinearSystem:
 
     @property
     def possible(self) -> bool:
-        """Whether the coefficients are constants."""
+        """Whether the coefficients are constants; those of M are."""
         moving = variables(self.model)
-        every = [one for part in (self.masses, self.springs, self.turning) for row in part for one in row]
+        every = [one for part in (self.springs, self.turning) for row in part for one in row]
         return not any(one.symbols & moving for one in (*every, *self._constant))
 
     @property

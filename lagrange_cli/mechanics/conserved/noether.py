@@ -55,7 +55,7 @@ class Noether(OfModel):
         return Energetics(self.model)
 
     @cached_property
-    def _torques(self) -> list[Node]:
+    def torques(self) -> list[Node]:
         """dL/dq_k and applied forces."""
         rates = map(self.energetics.lagrangian_rate, self.model.q)
         return [rate + force for rate, force in zip(rates, self.energetics.applied)]
@@ -159,7 +159,7 @@ class Noether(OfModel):
         terms: list[tuple[Node, float]] = []
         rates = {k: self.rate(xi) for k, xi in change.directions.items()}
         for k, xi in change.directions.items():
-            terms += [(xi * self._torques[k], 1.0), (rates[k] * energetics.momenta[k], 1.0)]
+            terms += [(xi * self.torques[k], 1.0), (rates[k] * energetics.momenta[k], 1.0)]
         stretch = graph.zero if change.time is None else self.rate(change.time)
         if change.time is not None:
             terms += [(stretch * self.energy, -1.0), (change.time * self._energy_rate, -1.0)]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, islice
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import solved
-from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.expression.residues import LARGE, NoValue, Residues
+from lagrange_cli.expression.node import Kind, Node, reachable, union
+from lagrange_cli.expression.residues import LARGE, NoValue, Residues, Step
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import OfModel, variables
@@ -104,15 +104,22 @@ class States(OfModel):
         return count == PROOFS
 
     def random(
-        self, prime: int, nodes: Iterable[Node], parameters: Mapping[str, int] | None = None
-    ) -> Iterator[State]:
+        self,
+        prime: int,
+        nodes: Iterable[Node],
+        parameters: Mapping[str, int] | None = None,
+        *,
+        accelerated: bool = True,
+    ) -> Generator[State, bool | None, None]:
         """Random ones with values of ``nodes``; parameters are random, too, but for given ones. Functions of
-        these have the same values in all states."""
-        graph, known = self.graph, self.eliminated
+        these have the same values in all states. If True is sent, only the velocities of the next state are
+        others. Without ``accelerated`` there are no accelerations."""
+        graph, known, free = self.graph, self.eliminated, union(self.model.v)
         if known is None:
             return
-        first, inside = reachable(known.values()), reachable([*nodes, *self.needed])
-        names = {one.data for one in (*first, *inside) if one.kind is Kind.SYMBOL}
+        first, inside = reachable(known.values()), reachable([*nodes, *(self.needed if accelerated else ())])
+        names = dict.fromkeys(one.data for one in (*first, *inside) if one.kind is Kind.SYMBOL)
+        speeds = [one.data for one in self.model.v if one.data in names]
         source, fails = random.Random(len(inside)), 0
         fixed, moving = Residues(prime, source), variables(self.model)
         try:
@@ -122,22 +129,42 @@ class States(OfModel):
                 fixed.evaluated(constant, {**dict.fromkeys(names, 1), **parameters})
         except NoValue:
             return
+        placed, here = ([one for one in steps if not one[0].symbols & free] for steps in (before, within))
+        pushed, there = ([one for one in steps if one[0].symbols & free] for steps in (before, within))
+        each = 2 + prime.bit_length() // BITS
         while fails < TRIES:
-            graph.work.charge(len(inside) * (2 + prime.bit_length() // BITS))
-            residues = fixed.again()
+            graph.work.charge(len(here) * each)
+            residues, stay = fixed.again(), True
             given = {**{name: residues.random() for name in names}, **(parameters or {})}
             try:
-                solution = residues.evaluated(before, given)
-                given |= {str(symbol.data): solution[node] for symbol, node in known.items()}
-                values = residues.evaluated(within, given)
-                accelerations = self._accelerations(values, prime)
+                place, values = self._at(residues, (placed, here), given, {}, {})
+                while stay:
+                    graph.work.charge(len(there) * each)
+                    again = residues.again()
+                    given |= {name: again.random() for name in speeds}
+                    _, every = self._at(again, (pushed, there), given, place, values)
+                    accelerations = self._accelerations(every, prime) if accelerated else ()
+                    if accelerations is None:
+                        return
+                    fails, stay = 0, bool((yield State(every, accelerations)))
             except NoValue:
                 fails += 1
-                continue
-            fails = 0
-            if accelerations is None:
-                return
-            yield State(values, accelerations)
+
+    def _at(
+        self,
+        residues: Residues,
+        steps: tuple[Sequence[Step], Sequence[Step]],
+        given: dict[str, int],
+        place: Mapping[Node, int],
+        values: Mapping[Node, int],
+    ) -> tuple[Mapping[Node, int], Mapping[Node, int]]:
+        """The values of further nodes, first those that the eliminated ones are expressed by, in addition to
+        known ones; in ``given`` those of the eliminated ones are set."""
+        solution = residues.evaluated(steps[0], given, place)
+        given |= {
+            str(one.data): solution[node] for one, node in (self.eliminated or {}).items() if node in solution
+        }
+        return solution, residues.evaluated(steps[1], given, values)
 
     def _accelerations(self, values: Mapping[Node, int], prime: int) -> list[int] | None:
         n, rows = len(self.model.q), self.noether.constraints.slopes

@@ -1,9 +1,9 @@
 """Terms of conserved quantities of first and second degree in the velocities, along constraints on them.
 
 They are momenta and angular momenta times functions of place. Along the displacements that the constraints
-allow, momenta change in proportion to each other and to the rates of such functions; sums that do not change are
-elementary for a skate, an upright disc, and a ball in a vertical cylinder (Ju. I. Neimark and N. A. Fufaev,
-Dynamics of Nonholonomic Systems, 1972, chapter III).
+allow, momenta change in proportion to each other and to the rates of such functions. Sums that do not change
+are elementary for a skate, an upright disc, and a ball in a vertical cylinder (Ju. I. Neimark and N. A.
+Fufaev, Dynamics of Nonholonomic Systems, 1972, chapter III).
 """
 
 from __future__ import annotations

@@ -18,6 +18,8 @@ from lagrange_cli.spec.values import initial_hint
 SATISFIED = 1e-12
 """A constraint that is off by less, relative to its terms, is not listed."""
 MOST_SHOWN = 4
+TOLD_APART = 6
+"""Decimals in which the values of a coordinate differ where they are not the same."""
 FOUR_COMPONENTS = "let its four components be coordinates, or give the orientation by angles or by a matrix"
 """What to do where a quaternion cannot turn."""
 
@@ -184,19 +186,41 @@ class Refusal:
     def _choice(self, found: Sequence[Mapping[int, float]], said: str) -> SpecError:
         """One of these states must be chosen."""
 
-        same = [k for k, x in found[0].items() if all(one[k] == x for one in found)]
-        told = found[0].keys() - same if len(found[0]) > MOST_SHOWN else found[0].keys()
+        names = {k: self.spec.coordinates[k].name for k in found[0]}
+        telling = distinguishing(found)
+        told = [k for k in names if kinds(found, [k]) > 1]
+        if len(names) <= MOST_SHOWN:
+            told = [*names]
+        elif len(told) > MOST_SHOWN:
+            told = [*telling, *(k for k in told if k not in telling)]
 
         def shown(one: Mapping[int, float]) -> str:
-            listed = [f"{self.spec.coordinates[k].name} = {digits(one[k])}" for k in sorted(told)]
-            return ", ".join(listed[:MOST_SHOWN]) + (", ..." if len(listed) > MOST_SHOWN else "")
+            most = max(MOST_SHOWN, len(telling))
+            listed = [f"{names[k]} = {digits(one[k])}" for k in told[:most]]
+            return ", ".join(listed) + (", ..." if len(told) > most else "")
 
         first = self.spec.coordinates[next(iter(found[0]))]
         listed = "".join([":", *(f"\n    {shown(one)}" for one in found)])
-        differs = next(k for k in found[0] if k not in same)
-        name, value = self.spec.coordinates[differs].name, digits(found[0][differs])
-        hint = f"give one of them, as in --set {name}={value} or {name}: {{initial: {value}}}"
+        options = " ".join(f"--set {names[k]}={digits(found[0][k])}" for k in telling)
+        hint = f"give one of them, as in {options}"
+        if len(telling) == 1:
+            hint += f" or {names[telling[0]]}: {{initial: {digits(found[0][telling[0]])}}}"
         return self.source.error(first.place, said + listed, hint)
+
+
+def distinguishing(states: Sequence[Mapping[int, float]]) -> list[int]:
+    """A few coordinates whose values tell these states apart, the earliest ones."""
+    telling: list[int] = []
+    for k in states[0]:
+        if kinds(states, [*telling, k]) > kinds(states, telling):
+            telling.append(k)
+    return telling
+
+
+def kinds(states: Sequence[Mapping[int, float]], numbers: Sequence[int]) -> int:
+    """How many states these coordinates tell apart; values that differ by rounding are the same."""
+    sizes = {k: max(abs(one[k]) for one in states) or 1.0 for k in numbers}
+    return len({tuple(round(one[k] / sizes[k], TOLD_APART) for k in numbers) for one in states})
 
 
 def enumerated(words: Sequence[str]) -> str:

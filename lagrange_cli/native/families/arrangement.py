@@ -10,6 +10,7 @@ import numpy as np
 
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, total_of
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.poles import nearing
 from lagrange_cli.native.families.balance import Balance
 from lagrange_cli.native.families.closed_projection import Residuals
 from lagrange_cli.native.families.closure import Closure
@@ -28,6 +29,7 @@ from lagrange_cli.native.llvm.vector import Pointer
 from lagrange_cli.native.motions import RATES, highest
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.schemes import scheme_of
 from lagrange_cli.records import replace
 from lagrange_cli.spec.content import names_of
 
@@ -146,6 +148,14 @@ class Arrangement:
                     for one in both:
                         if one is not None:
                             self.lasting.arranged(one)
+        self.poles: list[Term] = []
+        """How much nearer a step may bring the motion to poles, with the array of ``bounds`` and the
+        ``span`` of ``families.poles``."""
+        self.bounds, self.span = Array(Source.TOTAL, self.degrees), self.graph.symbol("span")
+        if scheme and scheme_of(scheme).approaches:
+            forces = needed([system.forces], self.slots)
+            nearer = nearing(system, forces, self.bounds, self.span)
+            self.poles = [replace(one, node=self.lasting.with_arrays(one)) for one in nearer]
         everyone = np.arange(self.degrees)
         force, mass = (
             self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, self.lasting.masses)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TypeAlias
 
+from lagrange_cli.native.families.approach import approach
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
@@ -146,6 +147,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             texts.append(made.text)
         families = related(self.system.spec)
         given = replace(self.given(interface, own, floors), rates=name, related=families)
+        if self.poles:
+            given = replace(given, approach=approach(self, self.poles, self.bounds, self.span))
         work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
         return work, [*texts, steps]
 

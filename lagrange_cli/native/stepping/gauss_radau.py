@@ -40,6 +40,9 @@ LEAST = 0.8
 BESIDE = 2.0**-10
 """Beside constraints a velocity is measured by this part of the largest one at least: the accelerations of
 what rests are rounding errors of its forces of constraint. So it is where joints have several coordinates."""
+NEARER = 0.5
+"""The part by which the square of a distance with a pole may become less in a step: its force is seen
+at nodes before it matters between them."""
 UNMOVED = 2.0**-52
 """No velocity is measured by less than the one that changes its coordinate by this part within a step."""
 AHEAD = 8.0
@@ -49,7 +52,7 @@ AHEAD = 8.0
 class GaussRadauSteps(RateSteps):
     """Steps of ``ias15``."""
 
-    order, compares = ORDER, True
+    order, compares, approaches = ORDER, True, True
     most, shorter = 2.0, 0.0625
 
     @staticmethod
@@ -84,6 +87,8 @@ class GaussRadauSteps(RateSteps):
         self._predict(f, h, ratio)
         regular = self._iterate(f, t, low, h)
         factor, finite = self.judged(f, doubtful & regular, LEAST, lambda: self._factor(f))
+        if self.given.approach:
+            factor = f.smaller(factor, self._approached(f, t + low, h))
         return Trial(factor, factor < LEAST, regular & finite)
 
     def _term(self, f: Function, first: int, k: int, i: Integer) -> Real:
@@ -217,6 +222,20 @@ class GaussRadauSteps(RateSteps):
             exponents.append((log2_roughly(largest) * -1.0) * (1.0 / order) + goal / TERMS)
         factor = exp2_roughly(f.smaller(*exponents))
         return factor, f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
+
+    def _approached(self, f: Function, t: Real, h: Real) -> Real:
+        """By what the step should be longer, by how near it may bring the motion to a pole."""
+        at, lanes, degrees = self._places, self.lengths.lanes, self.lengths.degrees
+        square = f.splat(h * h, lanes)
+        with self._each(f, degrees) as i:
+            bound = f.magnitude(self._term(f, at.begin, 0, i)) * 0.5
+            for k in range(TERMS):
+                b = f.magnitude(self._term(f, self.terms, k, i))
+                bound = f.fused(b, 1.0 / ((k + 2) * (k + 3)), bound)
+            f.store_row(bound * square, "%work", i + at.spare)
+        bounds = f.place("%work", at.spare, "double")
+        part = f.call(Real, "approach", f.pointer("%constants"), t, f.pointer("%state"), bounds, h)
+        return f.constant(NEARER) / f.larger(part, f.constant(SMALLEST))
 
     @property
     def _last_term(self) -> float:

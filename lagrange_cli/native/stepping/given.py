@@ -38,6 +38,10 @@ class Given:
     related: Sequence[tuple[int, int]] = ()
     """The first coordinate and the number of those of each family, if velocities of its members are measured
     by the fastest one, too (``related``)."""
+    approach: str = ""
+    """The text of ``@approach(constants, t, state, bounds, h)``, if forces have poles: by what part
+    that which is 0 there may become less within a step, if coordinates are no farther from a straight motion
+    than the bounds."""
     coupling: Coupling | None = None
     """Which rates depend on which coordinates, for implicit steps."""
     rates: str = "jet"

@@ -54,6 +54,8 @@ class RateSteps(RatesAtNodes):
     """Whether it needs ``Given.coupling``."""
     patience = 0
     """How often a step is taken again before rounding errors of rates are measured."""
+    approaches = False
+    """Whether it takes short steps near poles (``Given.approach``)."""
     compares = False
     """Whether rates at the end of a step are compared with those that its polynomials have there."""
     most: float
@@ -82,7 +84,7 @@ class RateSteps(RatesAtNodes):
             self._tried(),
             self._carry(),
         ]
-        texts = [clear_function(), self.given.project, self.given.floors]
+        texts = [clear_function(), self.given.project, self.given.floors, self.given.approach]
         if self.guards and self.watching:
             texts += self.guards.functions()
             texts += self.watching.tables()

@@ -180,8 +180,7 @@ def steps_of(ensemble: Ensemble, prepared: Prepared) -> float:
     for part in PARTS:
         length = (stop - start) * part
         times = Times(start, start + length, 2, length)
-        given = parameters[0], states[0], times, lambda when, chunk: None, lambda t: False
-        steps = prepared.follower.follow(*given).steps
+        steps = prepared.follower.follow(parameters[0], states[0], times).steps
         if steps >= SOME_STEPS:
             break
     return members * steps / part

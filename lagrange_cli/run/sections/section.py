@@ -3,7 +3,7 @@ output."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -24,10 +24,7 @@ from lagrange_cli.spec.spec import SURFACE
 if TYPE_CHECKING:
     import numpy as np
 
-    from lagrange_cli.integrate.checkpoint import Checkpointing
-    from lagrange_cli.integrate.ensemble.method import EnsembleMethod, Kept
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
-    from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.request import Request
     from lagrange_cli.run.sections.files import SectionFile
@@ -127,21 +124,6 @@ def prepare(ensemble: Ensemble, request: Request, monitor: Monitor) -> Prepared:
         raise
 
 
-def method_of(
-    prepared: Prepared, alone: Callable[[], Method], checkpointing: Checkpointing[Kept] | None
-) -> EnsembleMethod:
-    """The method that follows the motions: eight at once, or each alone; a single one may have
-    checkpoints."""
-    if prepared.machine.follow is not None:
-        from lagrange_cli.integrate.ensemble.lanes import LanesMethod
-
-        return LanesMethod(prepared.machine, alone, prepared.compilation.backward, checkpointing)
-    from lagrange_cli.integrate.ensemble.section import SectionOneByOne
-
-    names = tuple(name for group in prepared.recording.events for name in group.members)
-    return SectionOneByOne(prepared.follower, True, names, checkpointing)
-
-
 def follow_and_write(
     ensemble: Ensemble,
     prepared: Prepared,
@@ -154,7 +136,7 @@ def follow_and_write(
     """Follow all motions and write what is found, however they end."""
     from lagrange_cli.integrate.checkpoint import Schedule
     from lagrange_cli.integrate.ending import Ending
-    from lagrange_cli.integrate.ensemble.follow import follow_ensemble
+    from lagrange_cli.integrate.ensemble.follow import ensemble_method, follow_ensemble
     from lagrange_cli.integrate.method import Unfit
 
     assert ensemble.cut is not None
@@ -178,7 +160,7 @@ def follow_and_write(
                 with stage("integrate"):
                     outcome = follow_ensemble(
                         prepared,
-                        method_of(prepared, partial(alone, ensemble, request), motion),
+                        ensemble_method(prepared, partial(alone, ensemble, request), motion),
                         ensemble.values,
                         ensemble.families,
                         ensemble.times,

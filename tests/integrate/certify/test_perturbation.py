@@ -9,6 +9,7 @@ import pytest
 from lagrange_cli.integrate.certify.certificate import AS_RUN, FOLDER
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.method import Observer
 from lagrange_cli.integrate.methods.perturbation import perturb
 from lagrange_cli.integrate.methods.stepper import Beside
 from lagrange_cli.integrate.times import Times
@@ -94,9 +95,8 @@ def test_a_companion_takes_part_of_the_first_step_and_then_usual_ones(stop):
         found = []
         keep = found.append
         method = replace(ready.follower, beside=Beside(number) if number else None)
-        end = method.follow(
-            np.empty(0), state, times, lambda t, x, keep=keep: keep(x[:6].copy()), lambda t: False
-        )
+        observer = Observer(lambda t, x, keep=keep: keep(x[:6].copy()))
+        end = method.follow(np.empty(0), state, times, observer)
         assert end.ending is Ending.COMPLETE
         steps.append(end.steps)
         motions.append(np.concatenate(found, axis=1))

@@ -1,0 +1,60 @@
+"""Poles of forces, such as r^-13, and by how much a step may bring a motion nearer to them.
+
+Where bodies are far from each other a steep or weak force is less than rounding, and where they meet it is a
+wall. So a step could end behind the wall and nothing would have been seen of it.
+
+What becomes 0 at the pole, b, is a sum of squares of what is linear in places. With |q(s) - q - s v| <= d
+within a step of length h, b is at least b - h max(0, -db/dt) - sum_k |db/dq_k| d_k at each place in it, as
+squares of changes only add to that; the sum is at most the root of sum (db/dq_k)^2 sum d_k^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.families.arrays import Array, Domain, Term, Total
+from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.mechanics.defect import approached, is_linear
+
+
+def moving(system: FamilySystem) -> tuple[int, int]:
+    """The symbols of t, q and v, and of what is made of them; those of v, and of what may contain them."""
+    speeds = system.slots.symbols_of(system.v, totals=True)
+    return places(system) | speeds, speeds
+
+
+def places(system: FamilySystem) -> int:
+    """The symbols of t and q."""
+    return system.time.symbols | system.slots.symbols_of(system.q)
+
+
+def poles(system: FamilySystem, totals: Iterable[Total]) -> dict[Node, Domain]:
+    """What becomes 0 at each pole in the terms of ``totals``, if that can be told, and whose it is."""
+    found = dict[Node, Domain]()
+    if system.joints is None and system.bonds is None:
+        variables = moving(system)[0]
+        for term in (term for total in totals for term in total.terms):
+            listed = approached(reachable([term.node]), variables, places(system))
+            found |= dict.fromkeys(listed, term.domain)
+    return found
+
+
+def nearing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: Node) -> list[Term]:
+    """For each pole the part of b by which it may become less in a step of the length ``span``, in which q
+    is not straight by up to ``bounds``. The targets mean nothing."""
+    slots, graph, found = system.slots, system.slots.graph, list[Term]()
+    for base, domain in poles(system, totals).items():
+        b = base * base if is_linear(base, places(system)) else base
+        rate, slope, size = graph.diff(b, system.time), graph.zero, graph.zero
+        for symbol, slot in slots.inside(base):
+            if slot.array is system.q:
+                one = graph.diff(b, symbol)
+                bound = slots.symbol(domain, bounds, slot.table)
+                rate += one * slots.symbol(domain, system.v, slot.table)
+                slope, size = slope + one * one, size + bound * bound
+        less = (slope * size) ** graph.number(0.5) - span * rate
+        found.append(Term(domain, less / b, np.zeros(domain.count, dtype=np.int64)))
+    return found
