@@ -117,7 +117,7 @@ def pytest_collection_finish(session):
     """What has been imported and collected stays: it is not looked through for garbage again and again."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(100_000)  # as the command has it
+    gc.set_threshold(200_000)  # as the command has it
 
 
 def pytest_terminal_summary(terminalreporter, config):

@@ -224,14 +224,16 @@ _QUANTITY = (
     rf"(?P<unit>{_FACTOR}(?:{_BETWEEN}{_FACTOR})*"
     rf"(?:\s*/\s*\({_FACTOR}(?:{_BETWEEN}{_FACTOR})*\))?)\s*"
 )
-"""Compiled for the first mistake."""
+"""Compiled for the first text that begins with a number and has letters."""
+_BEGINNINGS = {*"0123456789."}
 _LONGEST = 100
 """Characters of a number with a unit."""
 
 
 def quantity(text: str) -> tuple[str, str] | None:
     """The number and the unit of ``9.81 m/s^2``, or None where a text is no number with a unit."""
-    match = re.fullmatch(_QUANTITY, text) if len(text) <= _LONGEST else None
+    number = text.lstrip().lstrip("+-")[:1] in _BEGINNINGS and any(map(str.isalpha, text))
+    match = re.fullmatch(_QUANTITY, text) if number and len(text) <= _LONGEST else None
     if match is None:
         return None
     power = match["exponent"] or match["raised"]

@@ -107,13 +107,11 @@ class Residues:
         return found
 
     def exponential(self, argument: int) -> int:
-        return self._multiple(self._exponentials, argument, self._multiplied, (self.random(),))[0]
+        return self._multiple(self._exponentials, argument, self._multiplied, lambda: (self.random(),))[0]
 
     def angle(self, argument: int) -> Element:
-        """cos and sin of it: with random t, (1 - t^2)/(1 + t^2) and 2t/(1 + t^2)."""
-        t = self.random()
-        below = pow(1 + t * t, -1, self.prime)
-        return self._multiple(self._angles, argument, self._turned, ((1 - t * t) * below, 2 * t * below))
+        """cos and sin of it."""
+        return self._multiple(self._angles, argument, self._turned, self._direction)
 
     def function(self, name: str, arguments: Sequence[int]) -> int:
         """A function's value."""
@@ -180,12 +178,18 @@ class Residues:
             self._known[key] = self.random()
         return self._known[key]
 
+    def _direction(self) -> Element:
+        """cos and sin of an angle: with random t, (1 - t^2)/(1 + t^2) and 2t/(1 + t^2)."""
+        t = self.random()
+        below = pow(1 + t * t, -1, self.prime)
+        return (1 - t * t) * below, 2 * t * below
+
     def _multiple(
         self,
         known: list[tuple[int, Element]],
         argument: int,
         combine: Callable[[Element, Element], Element],
-        fresh: Element,
+        fresh: Callable[[], Element],
     ) -> Element:
         """The element of a group for an argument: a product of known ones, or a power of a ``fresh`` one."""
         p, argument = self.prime, argument % self.prime
@@ -203,10 +207,11 @@ class Residues:
                         if (rest - again * other) % p == 0:
                             first = self._repeated(element, times, combine)
                             return combine(first, self._repeated(second, again, combine))
+        new = fresh()
         if argument == 0:
-            return self._repeated(fresh, 0, combine)
-        known.append((argument * pow(PARTS, -1, p) % p, fresh))
-        return self._repeated(fresh, PARTS, combine)
+            return self._repeated(new, 0, combine)
+        known.append((argument * pow(PARTS, -1, p) % p, new))
+        return self._repeated(new, PARTS, combine)
 
     def _repeated(
         self, element: Element, times: int, combine: Callable[[Element, Element], Element]
@@ -216,8 +221,10 @@ class Residues:
         if times < 0:
             element, times = (element[0], -element[1] % self.prime), -times
         result: Element = (1, 0)
-        for _ in range(times):
-            result = combine(result, element)
+        while times:
+            if times % 2:
+                result = combine(result, element)
+            element, times = combine(element, element), times // 2
         return result
 
     def _multiplied(self, one: Element, other: Element) -> Element:

@@ -32,7 +32,7 @@ FACTS = {
     "pendulum": (1, True, [], {"h"}),
     "double_pendulum": (2, True, [], {"h"}),
     "atwood": (1, True, [], {"h", "C_1", "C_2"}),
-    "incline": (1, True, [], {"h", "C_1"}),
+    "incline": (1, True, [], {"h", "C_1", "C_2"}),
     "henon_heiles": (2, True, [], {"h"}),
     "parabola_bead": (1, True, [], {"h"}),
     "rotating_hoop": (1, False, [], {"h"}),

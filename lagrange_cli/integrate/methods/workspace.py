@@ -127,7 +127,7 @@ class Workspace:
     def taken(self, done: int) -> Array:
         """The first samples: rows q, v and the integrals, of every part."""
         samples = self.samples[:, :done]
-        if not self.machine.program.auxiliary:
+        if len(self.outer) == self.layout.rows:
             return samples
         parts = self.machine.program.parts
         rows = samples.reshape(parts, self.layout.rows, done)[:, self.outer]
@@ -147,5 +147,5 @@ def padded(wanted: Array) -> Array:
 def outer_rows(program: Interface) -> NDArray[np.intp]:
     """The rows of q, v and the integrals among those that steps have."""
     inner, own = program.inner, program.degrees
-    integrals = np.arange(inner.integrals.start, inner.rows)
+    integrals = np.arange(inner.integrals.start + program.arguments, inner.rows)
     return np.concatenate([np.arange(own), inner.degrees + np.arange(own), integrals])

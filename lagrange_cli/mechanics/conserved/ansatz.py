@@ -61,12 +61,6 @@ class Term:
     functions: tuple[Node, ...] = ()
 
 
-def has_constant_masses(model: Model[Node], matrix: Sequence[Sequence[Node]]) -> bool:
-    """Whether the mass matrix is constant."""
-    moving = variables(model)
-    return not any(m.symbols & moving for row in matrix for m in row)
-
-
 def own_variables(model: Model[Node]) -> Variables:
     """The coordinates."""
     names = [velocity_name(name) for name in model.coordinates]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import TypeVar
 
 from lagrange_cli.expression.modular import Equations
 from lagrange_cli.expression.node import Kind, Node, reachable, union
@@ -12,7 +13,6 @@ from lagrange_cli.expression.residues import LARGE, SMALL
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.mechanics.conserved.ansatz import Powers, Term, Variables
 from lagrange_cli.mechanics.conserved.reasons import without_denominators
-from lagrange_cli.mechanics.conserved.recognition import Recognition
 from lagrange_cli.mechanics.conserved.residue_states import BITS, State, States
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.relations import Relations
@@ -29,6 +29,9 @@ MOST_SOLVED, MOST_COORDINATES = 10, 3
 VALUE, RATE = 0, 1
 Moving = tuple[int, int]
 """A value and its rate of change."""
+Factors = tuple[Powers, tuple[Node, ...]]
+"""The powers of places and the functions in a term."""
+Key = TypeVar("Key")
 
 
 @dataclass(frozen=True)
@@ -94,21 +97,31 @@ class Columns:
         if which == VALUE:
             return {one: (value[one], 0) for one in self._made_of}
         return {
-            one: (value[one], value[rest] + sum(value[s] * a for s, a in zip(slopes, state.accelerations)))
+            one: (value[one], value[rest] + sum([value[s] * a for s, a in zip(slopes, state.accelerations)]))
             for one, (rest, slopes) in self._rates.items()
         }
 
-    def _row(self, known: Mapping[Node, Moving], p: int) -> list[Moving]:
-        """The terms, with their rates of change, made of variables and functions."""
+    @cached_property
+    def _factors(self) -> tuple[Sequence[Powers], Sequence[Factors], Sequence[tuple[int, int]]]:
+        """The different monomials in the speeds, the other factors of terms, and of which two of them, by
+        number, each term is the product."""
+        speeds = numbers_of(term.speeds for term in self.ansatz)
+        others = numbers_of((term.places, term.functions) for term in self.ansatz)
+        pairs = [(speeds[term.speeds], others[term.places, term.functions]) for term in self.ansatz]
+        return [*speeds], [*others], pairs
+
+    def _row(self, state: State, which: int, p: int) -> list[int]:
+        """The terms at a state, or their rates of change."""
+        known, (speeds, others, pairs) = self._known(state, which), self._factors
         x, v = ([known[one] for one in some] for some in (self.given.places, self.given.speeds))
-        speeds = {one: monomial(v, one, p) for one in dict.fromkeys(term.speeds for term in self.ansatz)}
-        places = {
-            (powers, functions): product([monomial(x, powers, p), *(known[one] for one in functions)], p)
-            for powers, functions in dict.fromkeys((term.places, term.functions) for term in self.ansatz)
-        }
-        return [
-            product((speeds[term.speeds], places[term.places, term.functions]), p) for term in self.ansatz
+        first = [monomial(v, powers, p) for powers in speeds]
+        second = [
+            product([monomial(x, powers, p), *(known[one] for one in functions)], p)
+            for powers, functions in others
         ]
+        if which == VALUE:
+            return [first[i][0] * second[j][0] for i, j in pairs]
+        return [first[i][0] * second[j][1] + first[i][1] * second[j][0] for i, j in pairs]
 
     def solutions(self, prime: int, parameters: Mapping[str, int] | None = None) -> list[dict[int, int]]:
         """Coefficients of sums that are constant, where the parameters have these values, or random ones."""
@@ -121,10 +134,9 @@ class Columns:
         equations = self._equations(prime, VALUE, None)
         return [*range(len(self.ansatz))] if equations is None else equations.free
 
-    def constants(self, recognition: Recognition) -> dict[Node, int]:
+    def constants(self, prime: int, parameters: Mapping[str, int]) -> dict[Node, int]:
         """Functions of parameters, such as sin(alpha), with the values that they have there."""
-        prime, values = recognition.prime, recognition.values
-        state = next(self.states.random(prime, self.nodes, values, accelerated=self._accelerated), None)
+        state = next(self.states.random(prime, self.nodes, parameters, accelerated=self._accelerated), None)
         moving = state_symbols(self.states.model)
         known = {} if state is None else state.values
         fixed = {one: value for one, value in known.items() if not one.symbols & moving}
@@ -143,7 +155,7 @@ class Columns:
             return None
         while state is not None and idle < SPARE and len(equations) < count:
             work.charge((len(equations) + 4) * count * (1 + prime.bit_length() // BITS) // PRODUCTS)
-            new = equations.add([moving[which] for moving in self._row(self._known(state, which), prime)])
+            new = equations.add(self._row(state, which, prime))
             idle = 0 if new else idle + 1
             state = sent(states, new)
         return equations
@@ -162,6 +174,8 @@ def conserved_sums(
 ) -> Iterator[tuple[list[Term], list[Node]]]:
     """The terms of sums that are constant, short ones first, with coefficients in terms of the parameters."""
     for vector in sorted(Columns(states, given, ansatz).solutions(SMALL), key=len):
+        from lagrange_cli.mechanics.conserved.recognition import Recognition  # most searches find nothing
+
         some = [ansatz[i] for i in vector]
         columns = Columns(states, given, some)
         recognition = Recognition(states.graph, columns.parameters, LARGE)
@@ -171,7 +185,7 @@ def conserved_sums(
             values = [solutions[0].get(i, 0) for i in range(len(some))]
             coefficients = recognition.coefficients(values)
             if coefficients is None:
-                coefficients = recognition.coefficients(values, columns.constants(recognition))
+                coefficients = recognition.coefficients(values, columns.constants(LARGE, recognition.values))
         if coefficients is None and 1 < len(some) <= MOST_SOLVED:
             coefficients = by_elimination(columns)
         if coefficients is not None:
@@ -185,9 +199,11 @@ def by_elimination(columns: Columns) -> list[Node] | None:
     n = len(model.q)
     if model.constraints or n > MOST_COORDINATES:
         return None
-    below = determinant(graph, states.matrix)
+    below = determinant(graph, states.noether.matrix)
     accelerations = [  # by Cramer's rule, times the determinant
-        determinant(graph, [[*row[:k], f, *row[k + 1 :]] for row, f in zip(states.matrix, states.forces)])
+        determinant(
+            graph, [[*row[:k], f, *row[k + 1 :]] for row, f in zip(states.noether.matrix, states.forces)]
+        )
         for k in range(n)
     ]
     rates = [states.rate(columns.node(term)) for term in columns.ansatz]
@@ -219,6 +235,11 @@ def name_of(term: Term, given: Variables) -> str:
 def factor_text(node: Node) -> str:
     """An expression as a factor of a product."""
     return f"({text_of(node)})" if node.kind is Kind.SUM else text_of(node)
+
+
+def numbers_of(keys: Iterable[Key]) -> dict[Key, int]:
+    """The different ones, numbered."""
+    return {one: number for number, one in enumerate(dict.fromkeys(keys))}
 
 
 def monomial(x: Sequence[Moving], powers: Powers, p: int) -> Moving:

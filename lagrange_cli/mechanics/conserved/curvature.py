@@ -40,7 +40,7 @@ def curvatures(states: States, count: int) -> Iterator[tuple[int, int]]:
     parameters. None where M depends on more than the coordinates, has no values, or no inverse."""
     graph, model, n = states.graph, states.model, len(states.model.q)
     moving, pairs = variables(model), [*product(range(n), repeat=2)]
-    metric = {(i, j): states.matrix[i][j] for i, j in pairs}
+    metric = {(i, j): states.noether.matrix[i][j] for i, j in pairs}
     if union(metric.values()) & moving & ~union(model.q):
         return
     slopes = {(*pair, k): graph.diff(m, q) for pair, m in metric.items() for k, q in enumerate(model.q)}

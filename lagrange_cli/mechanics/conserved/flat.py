@@ -23,7 +23,6 @@ from lagrange_cli.expression.written import as_written
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.conserved.ansatz import Term, Variables
 from lagrange_cli.mechanics.conserved.columns import conserved_sums, independent
-from lagrange_cli.mechanics.conserved.curvature import may_be_flat
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.reasons import is_plain
 from lagrange_cli.mechanics.conserved.residue_states import States
@@ -45,10 +44,9 @@ def flat_space(model: Model[Node]) -> Model[Node] | None:
     """The same system as one particle in a plane or in space; None where none is found."""
     noether, graph = Noether(model), graph_of(model)
     momenta, lagrangian = noether.energetics.momenta, noether.energetics.lagrangian
-    states = States(model, noether)
-    matrix = states.matrix
+    matrix = noether.matrix
     moving = variables(model) & ~sum(q.symbols for q in model.q)
-    if any(m.symbols & moving for row in matrix for m in row) or not may_be_flat(states):
+    if any(m.symbols & moving for row in matrix for m in row):
         return None
     kinetic = kinetic_energy(model, matrix)
     still, *linear = substituted(graph, [lagrangian, *momenta], dict.fromkeys(model.v, graph.zero))

@@ -16,7 +16,6 @@ from lagrange_cli.expression.text import joined
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved
-from lagrange_cli.mechanics.conserved.ansatz import has_constant_masses
 from lagrange_cli.mechanics.conserved.found import Found
 from lagrange_cli.mechanics.conserved.reasons import term
 from lagrange_cli.mechanics.conserved.residue_states import States
@@ -37,8 +36,6 @@ def of_derivatives(found: Found) -> None:
     if not all(map(is_zero, found.noether.energetics.applied)):
         return
     states = States(model, found.noether)
-    if not has_constant_masses(model, states.matrix):
-        return
     system = LinearSystem(found, states)
     if not system.possible:
         return
@@ -56,7 +53,7 @@ class LinearSystem:
 
     def __init__(self, found: Found, states: States) -> None:
         self.graph, self.model, self.count = found.graph, found.model, len(found.model.q)
-        graph, self.masses = found.graph, states.matrix
+        graph, self.masses = found.graph, found.noether.matrix
         self.forces = states.forces
         self.springs = [[-graph.diff(force, q) for q in self.model.q] for force in self.forces]
         self.turning = [[-graph.diff(force, v) for v in self.model.v] for force in self.forces]

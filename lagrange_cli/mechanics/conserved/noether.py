@@ -22,7 +22,7 @@ from lagrange_cli.expression.zero import branching, deciding, is_zero, zeros
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.relations import Relations
-from lagrange_cli.mechanics.variables import OfModel, numbered, state_symbols
+from lagrange_cli.mechanics.variables import OfModel, numbered, state_symbols, variables
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
@@ -59,6 +59,17 @@ class Noether(OfModel):
         """dL/dq_k and applied forces."""
         rates = map(self.energetics.lagrangian_rate, self.model.q)
         return [rate + force for rate, force in zip(rates, self.energetics.applied)]
+
+    @cached_property
+    def matrix(self) -> Sequence[Sequence[Node]]:
+        """The mass matrix dp_k/dv_l."""
+        return [[self.graph.diff(p, v) for v in self.model.v] for p in self.energetics.momenta]
+
+    @cached_property
+    def has_constant_masses(self) -> bool:
+        """Whether the mass matrix is constant."""
+        moving = variables(self.model)
+        return not any(m.symbols & moving for row in self.matrix for m in row)
 
     @cached_property
     def energy(self) -> Node:

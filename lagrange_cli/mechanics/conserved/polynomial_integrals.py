@@ -23,7 +23,6 @@ from lagrange_cli.mechanics.conserved.ansatz import (
     Powers,
     Term,
     Variables,
-    has_constant_masses,
     has_smooth_forces,
     material_of,
     own_variables,
@@ -34,7 +33,6 @@ from lagrange_cli.mechanics.conserved.ansatz import (
 from lagrange_cli.mechanics.conserved.columns import Columns, conserved_sums, independent, name_of
 from lagrange_cli.mechanics.conserved.curved import products_of_symmetries
 from lagrange_cli.mechanics.conserved.noether import Noether
-from lagrange_cli.mechanics.conserved.pairs import sums_of_pairs
 from lagrange_cli.mechanics.conserved.reasons import term as term_text
 from lagrange_cli.mechanics.conserved.residue_states import States
 from lagrange_cli.mechanics.conserved.rolling import terms_along_constraints
@@ -85,14 +83,13 @@ class PolynomialIntegrals:
         if self.states.eliminated is None or not has_smooth_forces(model, self.noether):
             return
         self.known += self._uniform()
-        rank = self.rank(self.known)
-        if rank is None:
-            return
         for one in self.of_pairs():
             yield one
             if one.degree == freedoms:  # as many as there are degrees of freedom
                 return
-        rank = self.rank(self.known) or rank
+        rank = self.rank(self.known)
+        if rank is None:
+            return
         places = len(model.q) - sum(one.holonomic for one in model.constraints)
         for given, ansatz in self._tried(integrable=rank >= freedoms):
             if rank >= places + freedoms - 1:
@@ -108,7 +105,11 @@ class PolynomialIntegrals:
         """Those of many equal particles that act on each other in pairs."""
         if self.states.eliminated is None or not has_smooth_forces(self.model, self.noether):
             return
-        for degree, node in sums_of_pairs(self.model, self.states.matrix):
+        if not self.noether.has_constant_masses:
+            return
+        from lagrange_cli.mechanics.conserved.pairs import sums_of_pairs  # of particles on a line
+
+        for degree, node in sums_of_pairs(self.model, self.noether.matrix):
             if not self.states.conserves(node):
                 return
             self.known.append(node)
@@ -116,11 +117,6 @@ class PolynomialIntegrals:
             yield Integral(node, f"{text}-V_ij/m in place of v_i*v_j, where U = sum of V_ij", degree)
 
     # ------------------------------------------------------------------ what is tried
-
-    @cached_property
-    def _steady(self) -> bool:
-        """Whether masses are constant."""
-        return has_constant_masses(self.model, self.states.matrix)
 
     @cached_property
     def _is_odd(self) -> bool:
@@ -132,12 +128,12 @@ class PolynomialIntegrals:
 
     def _uniform(self) -> list[Node]:
         """t p_k - sum_l M_kl q_l of coordinates that change uniformly, which need not be reported."""
-        if not self._steady:
+        if not self.noether.has_constant_masses:
             return []
         model, graph = self.model, self.graph
         moves = [
             model.time * p - graph.sum([(m * q, 1.0) for m, q in zip(row, model.q)])
-            for p, row in zip(self.noether.energetics.momenta, self.states.matrix)
+            for p, row in zip(self.noether.energetics.momenta, self.noether.matrix)
         ]
         return [one for one in moves if self.states.conserves(one)]
 
@@ -149,7 +145,7 @@ class PolynomialIntegrals:
             for given_here, ansatz in terms_along_constraints(self.states):
                 if len(ansatz) <= MOST_TERMS:
                     yield given_here, independent(self.states, given_here, ansatz)
-        given = own_variables(model) if self._steady else variables_in_space(model)
+        given = own_variables(model) if self.noether.has_constant_masses else variables_in_space(model)
         if not (given and given.flat):
             for given_here, ansatz in products_of_symmetries(self.states):
                 if len(ansatz) <= MOST_FUNCTIONS:
@@ -160,8 +156,12 @@ class PolynomialIntegrals:
         if given is not None and material is not None and len(given.places) <= MOST_PLACES:
             for ansatz in self._polynomials(given, material):
                 yield given, ansatz
-        if not self._steady and not model.constraints and not any(one.body for one in model.particles):
-            functions = functions_of(model, self.states.matrix)
+        if (
+            not self.noether.has_constant_masses
+            and not model.constraints
+            and not any(one.body for one in model.particles)
+        ):
+            functions = functions_of(model, self.noether.matrix)
             if len(functions) <= MOST_TERMS:
                 given, _ = separable(model, self.noether, ())
                 singles = [Term((0,) * len(model.q), (), (one,)) for one in functions]
@@ -194,7 +194,7 @@ class PolynomialIntegrals:
         """Energies of coordinates with constant masses, which constraints on velocities may leave alone: that
         of a ball that rolls in a horizontal cylinder, across its axis."""
         model, moving = self.model, variables(self.model)
-        rows = zip(model.coordinates, model.v, self.states.matrix)
+        rows = zip(model.coordinates, model.v, self.noether.matrix)
         steady = [
             (v, velocity_name(name)) for name, v, row in rows if not any(m.symbols & moving for m in row)
         ]
@@ -242,7 +242,7 @@ class PolynomialIntegrals:
         bound = [one.expression for one in model.constraints if one.holonomic]
         bound += self.noether.constraints.speeds
         rows = [[graph.diff(one, x) for x in (*model.q, *model.v)] for one in (*bound, *nodes)]
-        state = next(self.states.random(SMALL, chain.from_iterable(rows)), None)
+        state = next(self.states.random(SMALL, chain.from_iterable(rows), accelerated=False), None)
         if state is None:
             return None
         equations = Equations(2 * len(model.q), SMALL)

@@ -113,12 +113,12 @@ class Units:
             drag = rate
         still = dict.fromkeys(model.v, graph.zero)
         rest, *linear = substituted(graph, [energetics.lagrangian, *energetics.momenta], still)
-        entries = [m for row in states.matrix for m in row if not m.is_zero]
+        entries = [m for row in states.noether.matrix for m in row if not m.is_zero]
         if not all(map(is_zero, linear)) or any(m.symbols & v.symbols for m in entries for v in model.v):
             return None
         mu, _ = in_time(graph, entries[0], time, moving)
         below = product(graph, mu, -1.0)
-        matrix = [[below * m for m in row] for row in states.matrix]
+        matrix = [[below * m for m in row] for row in states.noether.matrix]
         if any(m.symbols & time for row in matrix for m in row) or not homogeneous(found, matrix, lengths):
             return None
         growth = in_time(graph, graph.function("exp", (drag * model.time,)), time, moving)[0]

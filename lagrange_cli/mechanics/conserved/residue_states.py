@@ -39,11 +39,6 @@ class States(OfModel):
     noether: Noether
 
     @cached_property
-    def matrix(self) -> Sequence[Sequence[Node]]:
-        """The mass matrix dp_k/dv_l."""
-        return [[self.graph.diff(p, v) for v in self.model.v] for p in self.noether.energetics.momenta]
-
-    @cached_property
     def forces(self) -> Sequence[Node]:
         """The mass matrix times the accelerations, without forces of constraint."""
         energetics = self.noether.energetics
@@ -85,7 +80,7 @@ class States(OfModel):
     def needed(self) -> Sequence[Node]:
         """The nodes from which accelerations are computed."""
         slopes = [slope for row in self.noether.constraints.slopes for slope in row.values()]
-        return [*chain.from_iterable(self.matrix), *self.forces, *self._turning, *slopes]
+        return [*chain.from_iterable(self.noether.matrix), *self.forces, *self._turning, *slopes]
 
     def rate(self, node: Node) -> tuple[Node, list[Node]]:
         """df/dt of a function of the state: a part without accelerations, and the factors of these."""
@@ -146,7 +141,8 @@ class States(OfModel):
                     accelerations = self._accelerations(every, prime) if accelerated else ()
                     if accelerations is None:
                         return
-                    fails, stay = 0, bool((yield State(every, accelerations)))
+                    stay = bool((yield State(every, accelerations)) and there)
+                    fails = 0
             except NoValue:
                 fails += 1
 
@@ -168,7 +164,7 @@ class States(OfModel):
 
     def _accelerations(self, values: Mapping[Node, int], prime: int) -> list[int] | None:
         n, rows = len(self.model.q), self.noether.constraints.slopes
-        matrix = [[values[m] for m in row] + [0] * len(rows) for row in self.matrix]
+        matrix = [[values[m] for m in row] + [0] * len(rows) for row in self.noether.matrix]
         for i, slopes in enumerate(rows):
             for k, slope in slopes.items():
                 matrix[k][n + i] = -values[slope]

@@ -56,7 +56,7 @@ def functions_of(states: States) -> Iterator[Node]:
     inside = union(x for one in still for x in one.position) if len(still) < len(model.particles) else ~0
     places = [q for q in model.q if q.symbols & inside]
     yield from places
-    rows = [*states.noether.constraints.slopes, *(dict(enumerate(row)) for row in states.matrix)]
+    rows = [*states.noether.constraints.slopes, *(dict(enumerate(row)) for row in states.noether.matrix)]
     for factor in (one for row in rows for slope in row.values() for one in factors(slope)):
         moving = [q for q in model.q if factor.symbols & q.symbols]
         if len(moving) == 1 and moving[0] in places:

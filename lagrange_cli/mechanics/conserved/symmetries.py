@@ -115,7 +115,8 @@ def parts(found: Found) -> None:
 
 def hidden(found: Found) -> None:
     """Quadratic functions of the velocities, of one particle or two."""
-    if "h" in found.names and len(found.model.q) > 1:
+    components = sum(len(one.position) for one in found.model.particles)
+    if "h" in found.names and len(found.model.q) == components > 1:
         from lagrange_cli.mechanics.conserved.hidden import hidden  # in a plane or in space
 
         hidden(found)
@@ -123,7 +124,9 @@ def hidden(found: Found) -> None:
 
 def linear(found: Found) -> None:
     """Energies of the derivatives of the motion of a linear system."""
-    if not found.model.constraints and "h" in found.names and 2 <= len(found.model.q) <= MOST_OSCILLATORS:
+    if found.model.constraints or "h" not in found.names or not 2 <= len(found.model.q) <= MOST_OSCILLATORS:
+        return
+    if found.noether.has_constant_masses:
         from lagrange_cli.mechanics.conserved.linear import of_derivatives  # of few coordinates
 
         of_derivatives(found)
@@ -169,6 +172,11 @@ def in_space(model: Model[Node]) -> tuple[Model[Node], str] | None:
     if model.constraints or len(model.q) not in (2, 3) or size == len(model.q):
         return None
     if any(one.body for one in model.particles):
+        return None
+    from lagrange_cli.mechanics.conserved.curvature import may_be_flat
+    from lagrange_cli.mechanics.conserved.residue_states import States
+
+    if not may_be_flat(States(model, Noether(model))):
         return None
     from lagrange_cli.mechanics.conserved.flat import as_text, flat_space
 
@@ -222,6 +230,8 @@ def polynomials(found: Found) -> None:
 def in_other_axes(found: Found) -> None:
     """Polynomials along the axes in which the potential is written."""
     if "h" not in found.names or found.model.constraints or not 2 <= len(found.model.q) <= MOST_TURNED:
+        return
+    if not found.noether.has_constant_masses:
         return
     from lagrange_cli.mechanics.conserved.turned import integrals  # of potentials with parameters in sums
 

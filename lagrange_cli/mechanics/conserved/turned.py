@@ -15,7 +15,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import text_of
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.mechanics.conserved.ansatz import degree_of, has_constant_masses
+from lagrange_cli.mechanics.conserved.ansatz import degree_of
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.polynomial_integrals import Integral, PolynomialIntegrals
 from lagrange_cli.mechanics.conserved.reasons import without_denominators
@@ -46,7 +46,7 @@ class Turned:
 def integrals(model: Model[Node], noether: Noether, known: Sequence[Node]) -> Iterator[Integral]:
     """Conserved polynomials in the velocities along other axes, beyond the ``known`` conserved functions."""
     states, graph = States(model, noether), graph_of(model)
-    along = turned(model, noether, states.matrix) if has_constant_masses(model, states.matrix) else None
+    along = turned(model, noether)
     if along is None:
         return
     there = substituted(graph, known, along.there)
@@ -56,8 +56,8 @@ def integrals(model: Model[Node], noether: Noether, known: Sequence[Node]) -> It
             yield replace(one, node=node, note=f"; {along.text}")
 
 
-def turned(model: Model[Node], noether: Noether, matrix: Sequence[Sequence[Node]]) -> Turned | None:
-    """The ``model`` along the axes in which its potential is written; its mass ``matrix`` is constant. None
+def turned(model: Model[Node], noether: Noether) -> Turned | None:
+    """The ``model`` along the axes in which its potential is written; its masses are constant. None
     where the potential is written in its own coordinates, apart from polynomials, or where there is more than
     T and a potential."""
     graph, lagrangian = graph_of(model), noether.energetics.lagrangian
@@ -68,7 +68,7 @@ def turned(model: Model[Node], noether: Noether, matrix: Sequence[Sequence[Node]
     if any(not is_zero(graph.diff(lagrangian - still, q)) for q in model.q):
         return None
     forms = [one for one in reachable([still]) if is_form(model, one)]
-    axes = orthogonal(model, matrix, [*forms, *model.q]) if forms else []
+    axes = orthogonal(model, noether.matrix, [*forms, *model.q]) if forms else []
     taken = {*model.coordinates, *model.parameters}
     free = next((some for some in NAMES if taken.isdisjoint(some)), ())
     if not axes or not free:

@@ -23,8 +23,9 @@ from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.records import replace
 
 HEAD = "define internal i1 @{}(ptr noalias %constants, {}, ptr noalias %state, ptr noalias %work) #0"
-JET, BRIEF, BESIDE = "jet", "accelerations", "beside"
-"""The names of the functions: all of a step's series, accelerations alone, and series beside the motion's."""
+JET, MOTION, BRIEF, BESIDE = "jet", "motion", "accelerations", "beside"
+"""The names of the functions: all of a step's series, or the motion's alone, if others have a function of
+their own; accelerations alone; and series beside the motion's."""
 
 
 def velocity_planes(rows: int) -> tuple[int, int]:
@@ -43,6 +44,8 @@ class SeriesPlaces:
     own. (Double-double numbers have these: to compute them again and again takes longer.)"""
     tiled = True
     """Whether blocks of members may be taken through all orders one after the other."""
+    head = HEAD
+    """The head of the function."""
     shared = False
     """Whether several threads may compute them."""
 
@@ -60,7 +63,7 @@ class SeriesPlaces:
         self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
         self.slots: Slots = system.slots
         self.kind, self.lasts = kind, places
-        self.enter(Function(HEAD.format(name, kind.times)))
+        self.enter(Function(self.head.format(name, kind.times)))
         self.local = self.local and kind.parts == 1
         self.width, self.degrees, self.rates = layout.width, system.q.count, layout.rows - layout.degrees
         self.work = 0

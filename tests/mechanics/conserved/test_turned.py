@@ -55,7 +55,7 @@ def test_published_integrals_are_found_in_turned_axes(case):
     (found,) = integrals(model, search.noether, search.known)
     assert search.rank([*search.known, found.node]) == 2
     assert search.rank([*search.known, found.node, published]) == 2
-    along = turned(model, search.noether, search.states.matrix)
+    along = turned(model, search.noether)
     (written,) = substituted(graph, [build(parse(found.text), graph.symbol, model.algebra)], along.here)
     assert is_zero(written - found.node)
     assert found.note == f"; {along.text}" and "X = x*cos(alpha) - y*sin(alpha)" in found.note
@@ -65,7 +65,7 @@ def test_masses_turn_the_axes():
     """Axes are orthogonal in the metric of the masses, and T is a sum of squares along them."""
     text = GREENE.replace("masses: {p: m}", "masses: {p: m, q: n}").replace("[x, y]", "[x, 0], q: [0, y]")
     search = searched(text.replace("+ 2*b**3", "").replace("a**2*b", "a**4").replace("B*b**2", "0"))
-    along = turned(search.model, search.noether, search.states.matrix)
+    along = turned(search.model, search.noether)
     other = Noether(along.model).energetics.lagrangian
     (again,) = substituted(search.graph, [other], along.here)
     assert is_zero(again - search.noether.energetics.lagrangian)
@@ -78,7 +78,7 @@ def test_masses_turn_the_axes():
 def test_what_is_not_found(potential, expected):
     """Where it is not integrable, or not written along axes."""
     search = searched(TURNED.format(potential, "0*x"))
-    assert (turned(search.model, search.noether, search.states.matrix) is None) == (expected is None)
+    assert (turned(search.model, search.noether) is None) == (expected is None)
     assert not [*integrals(search.model, search.noether, search.known)]
 
 
