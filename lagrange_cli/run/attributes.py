@@ -28,8 +28,8 @@ MOST_NAMES = 4
 """Quantities that a warning names."""
 
 SHARED = (
-    " (where several forces of friction hold what constraints join, or constraints depend on each other there,"
-    " only a sum of these forces is determined)"
+    " (where several forces of friction hold what constraints join, or constraints depend on each other there"
+    ", only a sum of these forces is determined)"
 )
 """Why forces of constraint may have no value while the motion goes on."""
 
