@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -34,6 +34,7 @@ class SpecWith:
     events: tuple = ()
     all_constraints: tuple = ()
     coordinates: tuple = ()
+    families: dict = field(default_factory=dict)
 
 
 def resolve(file=SolveDefaults(stop=10.0), options=SolveDefaults(), **spec):  # noqa: B008 - frozen
