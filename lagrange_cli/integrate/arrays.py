@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import accumulate
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -36,6 +37,16 @@ def beside_one_another(*sizes: int) -> list[Array]:
     buffer = np.zeros(count + (2 * HUGE if count >= HUGE else LINE))
     first = (-buffer.ctypes.data % (8 * boundary)) // 8
     return [buffer[first + place : first + place + size] for place, size in zip(places, sizes)]
+
+
+def at_one_state(
+    function: Callable[..., None], constants: Array, times: Array, state: Array, count: int
+) -> Array:
+    """So many numbers that a function of compiled code (``native.observation``) computes at one state."""
+    found = np.empty(count)
+    places = (one.ctypes.data for one in (constants, times, state, found))
+    function(*places, 1, 1)
+    return found
 
 
 def with_modes(program: Interface, parameters: Array) -> Array:

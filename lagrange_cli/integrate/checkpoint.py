@@ -128,9 +128,9 @@ class Checkpointing(Generic[T]):
         self.begin, self._clock, self._write = begin, clock, write
         self.due = clock.due
 
-    def from_the_start(self) -> Checkpointing[T]:
-        """The same for a run that begins at the start, whatever has been kept."""
-        return Checkpointing(None, self._clock, self._write)
+    def beginning(self, begin: T | None) -> Checkpointing[T]:
+        """The same for a run that begins elsewhere, or at the start."""
+        return Checkpointing(begin, self._clock, self._write)
 
     def keep(self, progress: T, done: int) -> None:
         """Write a checkpoint after this amount of work."""

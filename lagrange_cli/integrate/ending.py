@@ -84,6 +84,14 @@ WAYS_OUT = {
 
 
 @dataclass(frozen=True)
+class Finished:
+    """The end of a motion at an event."""
+
+    ending: Ending
+    detail: str = ""
+
+
+@dataclass(frozen=True)
 class State:
     """The state of a motion at time ``t``: coordinates and velocities, both by coordinate."""
 

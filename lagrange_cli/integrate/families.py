@@ -16,7 +16,8 @@ from lagrange_cli.families.system import family_system
 from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.integrate.written_out import OTHER, WrittenOut, without_outputs
-from lagrange_cli.mechanics.defect import hides, shows
+from lagrange_cli.mechanics.defect import hides, is_distance, shows
+from lagrange_cli.mechanics.switching.lengths import bases
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.members import SECTION
 from lagrange_cli.records import replace
@@ -50,6 +51,18 @@ def suits(spec: Spec, outputs: Collection[str]) -> bool:
     if system is None or system.bonds is not None or system.smooth is not None:
         return False
     return not narrow(system, MANY_BODIES) and not system.mixed
+
+
+def dragged(spec: Spec) -> FamilySystem | None:
+    """The system as one of families, if it has drag along a vector of velocities, which may be 0."""
+    system = family_system(spec)
+    if system is None or system.impacts is not None:
+        return None
+    smooth = system.smooth or system
+    totals = needed([smooth.forces, *smooth.loads], smooth.slots)
+    nodes = [term.node for total in totals for term in total.terms]
+    variables, speeds = moving(smooth)
+    return system if any(is_distance(one, variables) for one in bases(nodes, speeds)) else None
 
 
 def known(spec: Spec, outputs: Collection[str]) -> bool:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lagrange_cli.integrate.arrays import aligned
+from lagrange_cli.integrate.arrays import Array, at_one_state
 from lagrange_cli.integrate.methods.settling import Settling
-from lagrange_cli.integrate.methods.workspace import outer_rows
+from lagrange_cli.integrate.methods.workspace import Workspace, accelerated
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.elimination import reduced
@@ -17,7 +16,6 @@ from lagrange_cli.native.orders import order_for
 from lagrange_cli.native.program import write_program
 from lagrange_cli.outputs.plan import make_plan
 
-Array = NDArray[np.float64]
 CompiledValues = Callable[
     [Sequence[float], float, Sequence[float], Sequence[float]], tuple[Array, Array, float, Array, Array]
 ]
@@ -46,24 +44,15 @@ def compiled_values(residual: Residual) -> CompiledValues:
     def values(
         parameters: Sequence[float], t: float, q: Sequence[float], v: Sequence[float]
     ) -> tuple[Array, Array, float, Array, Array]:
-        layout = program.inner
-        constants, memory, work = (
-            aligned(size) for size in (max(1, program.constants), layout.memory, program.work)
-        )
         given, state = np.array(parameters, dtype=np.float64), np.zeros(program.rows)
         state[program.state.motion] = [*q, *v]
-        memory[outer_rows(program)] = state
-        memory[layout.time] = t
+        space = Workspace(machine, state, t, 0)
         if program.guards:
-            Settling(machine, constants, memory, work).begin(given)
+            Settling(machine, space.constants, space.memory, space.work).begin(given)
         else:
-            machine.prepare(given.ctypes.data, constants.ctypes.data)
-        rates = np.empty(layout.rows - layout.degrees)
-        regular = machine.accelerate(
-            constants.ctypes.data, t, memory.ctypes.data, work.ctypes.data, rates.ctypes.data
-        )
-        when, results = np.array([t]), np.empty(len(places))
-        machine.observe(constants.ctypes.data, when.ctypes.data, state.ctypes.data, results.ctypes.data, 1, 1)
+            machine.prepare(given.ctypes.data, space.constants.ctypes.data)
+        rates, regular = accelerated(machine, space.constants, space.memory, space.work)
+        results = at_one_state(machine.observe, space.constants, np.array([t]), state, len(places))
         accelerations = rates[:n] if regular else np.full(n, np.nan)
         return accelerations, results[:n], float(results[n]), results[bound[0]], results[bound[1]]
 

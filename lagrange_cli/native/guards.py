@@ -6,8 +6,9 @@ Compiled code and its callers agree on this, as on all of the state (``native.st
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import cached_property
 
-from lagrange_cli.native.state import Clock, StateLayout
+from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.records import dataclass
 
 AT_REST = 2.0**-80
@@ -141,6 +142,13 @@ class GuardRows:
     def first_event(self) -> int:
         """The guard of the first event."""
         return next(j for j, one in enumerate(self.guards) if one.role in EVENTS)
+
+    @cached_property
+    def side_by_side(self) -> int:
+        """How many guards, the first ones, have arguments side by side, in whole vectors."""
+        first = self.guards[0].row
+        beside = next((j for j, one in enumerate(self.guards) if one.row != first + j), self.count)
+        return beside - beside % LANES
 
     def settings(self, parts: int) -> int:
         """Doubles that parameters, modes, times of events and marks take."""

@@ -71,17 +71,16 @@ class Interface:
 
     ``order`` is that of q's series, ``degrees`` the number of coordinates. ``observed`` names the
     quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures carried along,
-    whose values follow q and v in the state, the last ``stored`` of them constants of the motion. ``lanes``
-    is what eight motions at once work on; 0 where the
-    program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
-    parameters are ``given`` in so many.
+    whose values follow q and v in the state, the last ``stored`` of them constants of the motion. (Where
+    there are guards, steps have integrals of their arguments before these, whose values nobody needs.)
+    ``lanes`` is what eight motions at once work on; 0 where the program has no code for them. A number is the
+    sum of ``parts`` doubles: rows of high parts come first; parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary
     coordinate, or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``;
     ``limits`` are those whose multipliers are forces up to a limit, ``vectors`` those of lengths, with the
     number of their parts; ``events`` for each event its direction, its role, and that number for resting
     contact, ``EXPLICIT`` where its force follows from other forces alone, ``LOOSE`` for an impact without
-    contact, or ``SIMPLE``.
-    The integrals of their arguments are the first. ``changed`` are the new values that actions give: the
+    contact, or ``SIMPLE``. ``changed`` are the new values that actions give: the
     event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple
     action, and what it changes the argument of. ``@act`` computes new values, two sizes of each event's
     argument, and the ``masses`` that actions change, of these particles.
@@ -131,9 +130,10 @@ class Interface:
     @cached_property
     def inner(self) -> StateLayout:
         """Where steps have the state's parts: with auxiliary coordinates and, where there are guards, with
-        settings."""
+        integrals of their arguments and settings."""
         settings = self.rows_of_guards.settings(self.given) if self.guarded else 0
-        degrees, quadratures = self.degrees + self.auxiliary, len(self.integrals) - self.stored
+        degrees = self.degrees + self.auxiliary
+        quadratures = self.arguments + len(self.integrals) - self.stored
         return StateLayout(
             degrees, quadratures, self.stored, set=settings, carried=self.carried, parts=self.parts
         )
@@ -142,6 +142,11 @@ class Interface:
     def guarded(self) -> bool:
         """Whether steps end at something."""
         return bool(self.guards or self.events)
+
+    @property
+    def arguments(self) -> int:
+        """How many integrals of guards' arguments steps have before others."""
+        return self.rows_of_guards.arguments if self.guarded else 0
 
     @cached_property
     def rows_of_guards(self) -> GuardRows:
@@ -221,7 +226,8 @@ class Interface:
     @property
     def records(self) -> int:
         """Where records of crossings are behind it, each the state's memory."""
-        return records_at(self.inner, self.work, self.parts if self.integrals else 0)
+        followed = self.inner.quadratures + self.inner.cyclic
+        return records_at(self.inner, self.work, self.parts if followed else 0)
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""

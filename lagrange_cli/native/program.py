@@ -110,7 +110,7 @@ def write_program(
         order=order,
         degrees=len(model.q),
         parameters=tuple(model.parameters),
-        integrals=tuple(more.integrands),
+        integrals=tuple(more.integrands)[len(more.arguments) :],
         stored=more.stored,
         observed=tuple(observed),
         constants=0,

@@ -27,6 +27,12 @@ what rounding of a state changes."""
 MOST_NAMES = 4
 """Quantities that a warning names."""
 
+SHARED = (
+    " (where several forces of friction hold what constraints join, or constraints depend on each other there,"
+    " only a sum of these forces is determined)"
+)
+"""Why forces of constraint may have no value while the motion goes on."""
+
 UNDETECTED = {
     "narrow": "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh, high powers or quotients: "
     "compare with the Taylor method, which does",
@@ -134,7 +140,9 @@ def without_value(unknown: Mapping[str, str]) -> str | None:
     """The warning for integrals and other quantities that are not finite at some of the samples; of each,
     where the first of these is."""
     listed = [f"/{path} (first {where})" for path, where in unknown.items()]
-    return f"not a finite number at some of the samples: {some(listed)}" if unknown else None
+    told = f"not a finite number at some of the samples: {some(listed)}" if unknown else None
+    forces = any(path.startswith(("multipliers/", "reactions/")) for path in unknown)
+    return told and told + SHARED * forces
 
 
 def some(names: Sequence[str]) -> str:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress, Schedule
-from lagrange_cli.integrate.run import integrate
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import origin
 from lagrange_cli.run.monitor import SILENT, Monitor
-from lagrange_cli.run.motion import Ready, certificate_of, initial_state
+from lagrange_cli.run.motion import Ready, initial_state
+from lagrange_cli.run.motion import follow as follow_motion
 from lagrange_cli.run.request import CSV
 from lagrange_cli.run.resume import Start, take_up
 from lagrange_cli.run.writing import complete, layout_of
@@ -87,27 +87,10 @@ def follow(
 
     Raises ``MemoryError`` where the samples do not fit.
     """
-    samples, crossings, progress = Collector(), Collector(), monitor.progress()
+    samples, crossings = Collector(), Collector()
     whole = None if demand is not None else Checkpointing[Progress](None, Schedule(inf, inf), ignore)
-    with (
-        monitor.interrupts() as interrupted,
-        monitor.stage("integrate"),
-        certificate_of(ready, demand) as certificate,
-    ):
-        outcome = integrate(
-            ready.prepared,
-            ready.motion.values,
-            ready.times,
-            samples.add,
-            interrupted,
-            progress.show,
-            whole,
-            certificate,
-            ready.motion.cause,
-            crossings.add,
-            ready.threads,
-        )
-    progress.clear()
+    with monitor.interrupts() as interrupted:
+        outcome = follow_motion(ready, demand, monitor, samples.add, interrupted, crossings.add, whole)
     layout = layout_of(ready, units)
     return Followed(ready.motion, ready.times, layout, outcome, samples.whole(), crossings.whole(), demand)
 

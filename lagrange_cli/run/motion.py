@@ -11,15 +11,19 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.jumps import check_energies
-from lagrange_cli.run.monitor import Stage, untimed
+from lagrange_cli.run.monitor import Monitor, Stage, untimed
 from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.request import HDF5
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values, rounding_of_run
 from lagrange_cli.run.strength import with_proofs
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from lagrange_cli.integrate.certify.certificate import Certificate
+    from lagrange_cli.integrate.checkpoint import Checkpointing, Progress
     from lagrange_cli.integrate.method import Cause, End
+    from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.certify import Demand
@@ -187,3 +191,27 @@ def certificate_of(ready: Ready, demand: Demand | None) -> AbstractContextManage
     assert ready.rounding is not None
     given = ready.companions, ready.motion.values, ready.rounding, ready.times
     return Certificate(*given, demand.digits, demand.target)
+
+
+def follow(
+    ready: Ready,
+    demand: Demand | None,
+    monitor: Monitor,
+    emit: Callable[[dict[str, np.ndarray]], None],
+    interrupted: Callable[[], bool],
+    emit_events: Callable[[dict[str, np.ndarray]], None] = lambda chunk: None,
+    checkpointing: Checkpointing[Progress] | None = None,
+) -> Outcome:
+    """Integrate a motion (see ``integrate.run.integrate``), with an estimate of its errors if there is a
+    ``demand``."""
+    from lagrange_cli.integrate.run import integrate
+
+    progress = monitor.progress()
+    with monitor.stage("integrate"), certificate_of(ready, demand) as certificate:
+        outcome = integrate(
+            ready.prepared, ready.motion.values, ready.times, emit, interrupted,
+            progress=progress.show, checkpointing=checkpointing, certificate=certificate,
+            explain=ready.motion.cause, emit_events=emit_events, threads=ready.threads,
+        )  # fmt: skip
+    progress.clear()
+    return outcome

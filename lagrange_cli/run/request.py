@@ -74,7 +74,7 @@ class Request:
             from lagrange_cli.run.times import with_times
 
             asked = with_times(asked, self.times, spec, parameters, exact=exact)
-        return resolve_settings(spec, asked, self.precision, self.portable, self.proven)
+        return resolve_settings(spec, asked, self.precision, self.portable, self.proven, self.cache)
 
 
 def check_page(name: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import origin, units_of
 from lagrange_cli.run.monitor import SILENT, Monitor
-from lagrange_cli.run.motion import Motion, Ready, certificate_of, initial_state, prepare_all
+from lagrange_cli.run.motion import Motion, Ready, follow, initial_state, prepare_all
 from lagrange_cli.run.request import CSV
 from lagrange_cli.run.resume import Start, begun
 from lagrange_cli.run.settings.settings import tell_empty
@@ -107,12 +107,9 @@ def record(
 ) -> tuple[Outcome, Target]:
     """Integrate into an HDF5 file, with checkpoints."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
-    from lagrange_cli.integrate.run import integrate
     from lagrange_cli.store.writer import Writer
 
-    prepared, values, settings = ready.prepared, ready.motion.values, ready.motion.settings
-    times, stage = ready.times, monitor.stage
-    progress = monitor.progress()
+    prepared, times, stage = ready.prepared, ready.times, monitor.stage
     with monitor.interrupts() as interrupted:
         with stage("write"):
             writer = Writer(start.target, layout, times)
@@ -137,23 +134,9 @@ def record(
             steps = 0 if begin is None else begin.snapshot.steps
             schedule = Schedule(request.checkpoint, request.checkpoint_count, steps)
             checkpointing = None if demand is not None else Checkpointing(begin, schedule, write_checkpoint)
-            with stage("integrate"), certificate_of(ready, demand) as certificate:
-                outcome = integrate(
-                    prepared,
-                    values,
-                    times,
-                    emit_chunk,
-                    interrupted,
-                    progress.show,
-                    checkpointing,
-                    certificate,
-                    ready.motion.cause,
-                    emit_events,
-                    ready.threads,
-                )
-            progress.clear()
+            outcome = follow(ready, demand, monitor, emit_chunk, interrupted, emit_events, checkpointing)
             with stage("write"):
-                complete(writer, start, outcome, settings)
+                complete(writer, start, outcome, ready.motion.settings)
     return outcome, writer.target
 
 

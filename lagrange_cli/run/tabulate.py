@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, BinaryIO
 
-from lagrange_cli.integrate.run import integrate
-from lagrange_cli.run.motion import certificate_of
+from lagrange_cli.run.motion import follow
 from lagrange_cli.store.csv_file import CsvFile
 
 if TYPE_CHECKING:
@@ -30,8 +29,7 @@ def tabulate(
 ) -> tuple[Outcome | None, Target]:
     """Integrate chunk by chunk into the table, however the motion ends; None where it was streamed to a
     reader that has hung up."""
-    values, times, stage = ready.motion.values, ready.times, monitor.stage
-    progress = monitor.progress()
+    stage = monitor.stage
     if ready.motion.spec.events:
         monitor.tell(f"{ready.motion.spec.name}: events are written to HDF5 files only, not to tables")
     with monitor.interrupts() as interrupted:
@@ -43,19 +41,7 @@ def tabulate(
                 table.append(chunk)
 
         with table:
-            with stage("integrate"), certificate_of(ready, demand) as certificate:
-                outcome = integrate(
-                    ready.prepared,
-                    values,
-                    times,
-                    emit_chunk,
-                    lambda: interrupted() or table.gone,
-                    progress.show,
-                    certificate=certificate,
-                    explain=ready.motion.cause,
-                    threads=ready.threads,
-                )
-            progress.clear()
+            outcome = follow(ready, demand, monitor, emit_chunk, lambda: interrupted() or table.gone)
             with stage("write"):
                 table.close(outcome.ending.status)
     return None if table.gone else outcome, table.target or target

@@ -14,7 +14,7 @@ import yaml
 
 import lagrange_cli as lagrange
 import lagrange_cli.integrate.program as program
-import lagrange_cli.run.memory as memory
+import lagrange_cli.integrate.run as running
 import lagrange_cli.spec.read as reading
 from lagrange_cli.api import kept
 from lagrange_cli.api.system import content_of
@@ -217,9 +217,9 @@ def test_warnings_are_pythons():
 def interrupting(monkeypatch, after):
     """Have the integration of a motion send Ctrl-C to this process after so many looks outside."""
     looks = 0
-    integrate = memory.integrate
+    integrate = running.integrate
 
-    def slow(prepared, values, times, emit, interrupted, *rest):
+    def slow(prepared, values, times, emit, interrupted, **rest):
         def watched():
             nonlocal looks
             looks += 1
@@ -227,9 +227,9 @@ def interrupting(monkeypatch, after):
                 os.kill(os.getpid(), signal.SIGINT)
             return interrupted()
 
-        return integrate(prepared, values, times, emit, watched, *rest)
+        return integrate(prepared, values, times, emit, watched, **rest)
 
-    monkeypatch.setattr(memory, "integrate", slow)
+    monkeypatch.setattr(running, "integrate", slow)
 
 
 def test_a_motion_that_is_interrupted_keeps_what_was_computed(monkeypatch, tmp_path):
@@ -247,13 +247,13 @@ def test_a_motion_that_is_interrupted_keeps_what_was_computed(monkeypatch, tmp_p
 
 
 def test_handlers_of_the_program_stay(monkeypatch):
-    handlers, integrate = [], memory.integrate
+    handlers, integrate = [], running.integrate
 
-    def watched(*given):
+    def watched(*given, **more):
         handlers.append((signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)))
-        return integrate(*given)
+        return integrate(*given, **more)
 
-    monkeypatch.setattr(memory, "integrate", watched)
+    monkeypatch.setattr(running, "integrate", watched)
     own, term = (lambda *_: None), signal.getsignal(signal.SIGTERM)
     before = signal.signal(signal.SIGINT, own)
     try:

@@ -106,6 +106,25 @@ def test_a_quantity_without_a_value_is_told_wherever_that_is(folder, command, to
         assert NO_VALUE.endswith("warning: " + file.attrs["warning"].partition("/")[0])
 
 
+def test_of_shares_of_friction_that_are_undetermined_it_is_told_why(folder, capsys):
+    """Two blocks on a rod begin to move at t = 1.5, when the force on one exceeds the friction on both."""
+    (folder / "pair.yaml").write_text("""
+coordinates: {x: {initial: 0}, y: {initial: 1}}
+masses: {a: 1, b: 1}
+positions: {a: x, b: y}
+potential: 0
+generalized_forces: {x: t - sign(x_dot), y: -0.5*sign(y_dot)}
+constraints: {rod: y - x - 1}
+""")
+    assert main(["solve", "pair.yaml", "--stop", "3", "--step", "0.5", "--outputs", "q,multipliers"]) == 0
+    told = capsys.readouterr().err
+    assert "/multipliers/rod (first at t = 0) (where several forces of friction hold" in told
+    with h5py.File("pair.h5") as file:
+        t, rod = file["t"][:], file["multipliers/rod"][:]
+        assert file["q/x"][:] == pytest.approx(np.maximum(t - 1.5, 0) ** 3 / 12, abs=1e-14)
+        assert rod[t > 1.5] == pytest.approx(t[t > 1.5] / 2 - 0.25, abs=1e-14)
+
+
 def test_it_is_told_again_of_a_run_that_is_continued(folder, capsys):
     (folder / "passing.yaml").write_text(PASSING)
     command = ["solve", "passing.yaml", "--step", "0.5", "--outputs", "q,observables", "-o", "out.h5"]

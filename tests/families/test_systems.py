@@ -87,8 +87,9 @@ def drawn(chance: random.Random) -> str:
     pieces = chance.sample(known, chance.randint(2, 4))
     potential = " + ".join(f"({PIECES[name].format(**numbers)})" for name in pieces)
     if chance.random() < 0.5:
+        mass = chance.choice(["1 + i/7", "where(i % 3 == 1, k, 1 + i/7)"])
         kinetic = (
-            "masses: {'bead[i in range(N)]': '1 + i/7', 'other[i in range(N)]': 2.0}\n"
+            f"masses: {{'bead[i in range(N)]': '{mass}', 'other[i in range(N)]': 2.0}}\n"
             "embedding: {'bead[i in range(N)]': ['u[i]', 3.0], 'other[i in range(N)]': 'k*w[i] - i'}\n"
             f"potential: {potential}"
         )

@@ -18,6 +18,7 @@ import numpy as np
 
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.method import Snapshot
+from lagrange_cli.integrate.methods.compiled import CompiledEquations
 from lagrange_cli.integrate.methods.stepper import Stepper
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.times import Times
@@ -108,7 +109,7 @@ def stepper(case: Case, machine: Machine, size: int) -> Stepper:
     given = [values] if values.remainder is None else [values, values.remainder]
     parameters = np.array([one.parameters[name] for one in given for name in program.parameters], np.float64)
     state = np.concatenate([x for one in given for x in (one.q, one.v, np.zeros(len(program.integrals)))])
-    made = Stepper(machine, parameters, state, case.times(), size)
+    made = Stepper(CompiledEquations(machine), parameters, state, case.times(), size)
     made.space.work[:] = made.space.trial[:] = np.nan
     return made
 

@@ -8,6 +8,8 @@ import pytest
 
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.method import CheckpointSink, Observer
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 from tests.support.motion import (
     FULL,
@@ -155,3 +157,17 @@ def test_a_singularity_in_the_past_is_said_with_its_time():
     assert abs(motion.outcome.t + np.pi / np.sqrt(8)) < 1e-6
     assert "at t = -1.11" in motion.outcome.message and "x_dot = " in motion.outcome.message
     assert motion["v/x"][-1] > 0  # it comes out of the centre
+
+
+def test_a_motion_backward_is_asked_about_at_the_same_steps_as_one_forward():
+    """A section ends at a multiple of so many steps, however fast the machine is."""
+    system = "coordinates: {x: {initial: 1, velocity: 0.3}}\nlagrangian: x_dot**2/2 - x**2/2 - abs(x)\n"
+    asked = []
+    for stop in (40.0, -40.0):
+        steps: list[int] = []
+        checkpoints = CheckpointSink(None, steps.append, lambda snapshot: None, every=16)
+        method = prepared(system, "taylor", FULL, ("q",), backward=stop < 0).follower
+        state = np.array([1.0, np.copysign(0.3, stop)])
+        method.follow(np.empty(0), state, Times(0.0, stop, 2, stop), Observer(checkpoints=checkpoints))
+        asked.append([number for number in steps if number % 16 == 0])
+    assert asked[0] == asked[1] and len(asked[0]) > 2

@@ -63,6 +63,27 @@ def test_it_begins_to_slide_where_the_force_exceeds_the_limit() -> None:
     assert motion["q/y"] == pytest.approx(0.8 * 5 * past**3 / 6, abs=1e-13)
 
 
+@pytest.mark.parametrize("stop", [0.6, 0.52])
+@pytest.mark.parametrize(
+    ("method", "precision", "bound"),
+    [("taylor", "double", 1e-14), ("taylor", "double-double", 1e-30), ("DOP853", "double", 1e-13)],
+)
+def test_ledgers_balance_while_it_is_held_and_when_it_is_let_go(
+    method: str, precision: str, bound: float, stop: float
+) -> None:
+    """What holds it cancels the force but for rounding; DOP853's steps would be as long as 1e11 here. The
+    motion may end on the way on which sliding begins."""
+    motion = lagrange.solve(
+        "coordinates: {x: {initial: 0}, y: {initial: 0}}\nmasses: {puck: 1}\n"
+        "positions: {puck: [x, y]}\npotential: 0\n"
+        'definitions: {v: "(x_dot, y_dot)"}\nforces: {puck: "(3*t, 0) - 1.5*v/norm(v)"}',
+        stop=stop, samples=5, outputs="q,ledger", method=method, precision=precision,
+    )  # fmt: skip
+    assert motion.q["x"] == pytest.approx(np.maximum(motion.t - 0.5, 0) ** 3 / 2, abs=1e-15)
+    for name in ("h", "p/x", "p/y"):
+        assert np.max(np.abs(motion.datasets[f"diagnostics/ledger/{name}"])) < bound
+
+
 def test_a_force_that_turns_lets_it_go_alike_by_other_methods() -> None:
     force = "3*t*cos(t), 3*t*sin(t), 0"
     by_series, by_rates = (puck((0, 0, 0), force, method=m) for m in ("taylor", "Radau"))

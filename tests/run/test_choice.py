@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+import lagrange_cli
 from lagrange_cli.run.settings.settings import resolve_settings
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults
 from tests.support.command import lagrange
+from tests.test_imports import modules_imported_by
 
 BODIES = """
 name: cluster
@@ -59,6 +62,75 @@ def test_the_summary_says_why(tmp_path) -> None:
     told = lagrange("solve", "cluster.yaml", cwd=tmp_path)
     assert told.returncode == 0
     assert "method ias15, as its sums have 780 terms for 120 coordinates" in told.stdout
+
+
+GRAINS = """
+name: grains
+sizes: {N: 60}
+parameters: {c: 0.1}
+coordinates: {"x[i in range(N)]": {initial: i}, "y[i in range(N)]": {initial: 0}}
+masses: {"grain[i in range(N)]": 1 + i/10}
+embedding: {"grain[i in range(N)]": ["x[i]", "y[i]"]}
+potential: sum((1 + i/10)*grain[i].y for i in range(N))
+forces: {"grain[i in range(N)]": "-c*norm((x_dot[i], y_dot[i]))*(x_dot[i], y_dot[i])"}
+solve: {stop: 2, samples: 3}
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("", ""),
+        ("norm((x_dot[i], y_dot[i]))", "sqrt(grain[i].vx**2 + grain[i].vy**2)"),
+        ("norm((x_dot[i], y_dot[i]))", "dot((x_dot[i], y_dot[i]), (x_dot[i], y_dot[i]))**0.5"),
+    ],
+)
+def test_grains_fall_from_rest_with_drag(old: str, new: str) -> None:
+    """v = -u tanh(t/tau) with u^2 = m g/c, where Taylor series in loops have no series at the start."""
+    motion = lagrange_cli.solve(GRAINS.replace(old, new) if old else GRAINS)
+    assert motion.attributes["method"] == "ias15"
+    i = np.arange(60)
+    mass = 1 + i / 10
+    u = np.sqrt(mass / 0.1)
+    assert motion.v["y"][-1] == pytest.approx(-u * np.tanh(2 / u), rel=1e-13)
+    assert motion.q["y"][-1] == pytest.approx(-u * u * np.log(np.cosh(2 / u)), rel=1e-13)
+
+
+CHAIN = """
+name: chain
+sizes: {N: 12}
+coordinates: {"a[i in range(N)]": {initial: 0.5}}
+masses: {"bob[i in range(N)]": 1}
+embedding:
+  bob[i in range(N)]: ["sum(sin(a[j]) for j in range(i + 1))", "-sum(cos(a[j]) for j in range(i + 1))"]
+potential: "sum(9.81*bob[i].y for i in range(N))"
+forces: {"bob[i in range(N)]": "-0.1*norm((bob[i].vx, bob[i].vy))*(bob[i].vx, bob[i].vy)"}
+solve: {stop: 0.5, samples: 3}
+"""
+BOUNCING = GRAINS.replace("for i in range(N))", "+ 1e4*max(0, -grain[i].y - 1)**2.5 for i in range(N))")
+
+
+@pytest.mark.parametrize("text", [CHAIN, BOUNCING])
+def test_chains_and_bouncing_grains_pass_with_drag(text: str) -> None:
+    found, expected = (lagrange_cli.solve(text, method=one, tolerance=1e-9) for one in ("auto", "Radau"))
+    assert (found.attributes["method"], found.status) == ("DOP853", "complete")
+    name = next(iter(found.q))
+    assert found.q[name] == pytest.approx(expected.q[name], abs=1e-6)
+
+
+def test_damping_and_small_systems_keep_series() -> None:
+    for text in (GRAINS.replace("norm((x_dot[i], y_dot[i]))", "2"), GRAINS.replace("N: 60", "N: 3")):
+        settings = resolve_settings(read_spec(text, "grains.yaml"), SolveDefaults(), cached=False)
+        assert settings.method == "taylor"
+
+
+def test_the_choice_is_kept(tmp_path) -> None:
+    """A command whose program is in the cache does not derive anything to choose its method."""
+    (tmp_path / "grains.yaml").write_text(GRAINS)
+    command = ["solve", "grains.yaml", "--force"]
+    modules_imported_by(command, tmp_path)
+    modules = modules_imported_by(command, tmp_path)
+    assert not modules & {"lagrange_cli.expression.graph", "lagrange_cli.families.system"}
 
 
 @pytest.mark.exhaustive(keep=0.35)

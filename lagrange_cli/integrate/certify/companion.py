@@ -16,7 +16,7 @@ from lagrange_cli.integrate.background import Work
 from lagrange_cli.integrate.event_log import EventLog
 from lagrange_cli.integrate.method import End, Method, Observer
 from lagrange_cli.integrate.methods.backward import Backward
-from lagrange_cli.integrate.methods.stepper import Beside
+from lagrange_cli.integrate.methods.compiled import Beside
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.samples import Samples

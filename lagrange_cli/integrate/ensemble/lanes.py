@@ -72,7 +72,7 @@ class LanesMethod:
         if stopped or not members.left:
             return not stopped
         # The snapshot of the lane is useless for the method that follows the motion from its start.
-        afresh = UNKEPT if checkpointing is None else checkpointing.from_the_start()
+        afresh = UNKEPT if checkpointing is None else checkpointing.beginning(None)
         return self._alone(np.sort(members.left), starts, accept, interrupt, threads, afresh)
 
     def _seen(self, one: Seen) -> Seen:

@@ -12,14 +12,13 @@ from lagrange_cli.integrate.methods.crossing import FELT, Crossing
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.trial_states import TOLD
 from lagrange_cli.native.guards import AT_REST, Role
-from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.noise import LASTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.native.compilation.machine import Machine
 
 LARGER = 2.0**4
 """How much larger it must be before it is told from 0."""
@@ -42,11 +41,9 @@ BLUR = 4.0
 class AtZero(Crossing):
     """The modes of such guards, which are 0."""
 
-    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        super().__init__(machine, constants, memory, work)
-        self.left: tuple[Array, int] | None = None
-        """The memory before a guard was left last that had rested at 0, and which one."""
-        self._blurred: tuple[float, ...] = ()
+    left: tuple[Array, int] | None = None
+    """The memory before a guard was left last that had rested at 0, and which one."""
+    _blurred: tuple[float, ...] = ()
 
     def let_rest(self, guards: Sequence[int]) -> None:
         """Set the modes of guards to 0 whose arguments stay 0. If they do so up to rounding, forces act as
@@ -58,7 +55,7 @@ class AtZero(Crossing):
         while still:
             self.modes[still] = 0.0  # a force from a depth that is rounding would seem to end the contact
             self._series()
-            found = self._coefficients_of(self._rows.first, self._rows.first + self.count)[still]
+            found = self._coefficients_of_arguments()[still]
             stay, values = self._stay(found[:, 1:]), np.abs(found[:, 0])
             self.modes[still] = modes[still]
             if np.any(values[stay]):
@@ -93,7 +90,7 @@ class AtZero(Crossing):
         modes = own[zero].copy()
         own[zero] = 0.0
         self._series()
-        rates = self._coefficients_of(self._rows.first, self._rows.first + self.count)[zero, 1:]
+        rates = self._coefficients_of_arguments()[zero, 1:]
         still = small[zero] & self._stay(rates)
         own[zero[~still]] = modes[~still]
         self.marks[zero[still]] = -LARGER * noise[zero[still]]
@@ -191,8 +188,7 @@ class AtZero(Crossing):
         first = layout.errors + layout.v.start
         self.memory[first : first + own] = BLUR * found
         self.memory[layout.errors] = LASTS
-        for number in BEGINNING:
-            self.memory[layout.at(number)] = 0.0
+        self.begin_steps()
         self.prepare()
         return bool(np.any(found))
 
@@ -201,7 +197,7 @@ class AtZero(Crossing):
         forces beyond have not been felt since they were 0; whether there are any."""
         noise, own = self._noise(), self.modes[: self.count]
         self._series()
-        first = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, :2]
+        first = self._coefficients_of_arguments()[:, :2]
         values, rates = np.abs(first.T)
         length = float(self.memory[self._layout.at(Clock.LENGTH)])
         found = list[int]()
@@ -216,8 +212,8 @@ class AtZero(Crossing):
             found.append(j)
         own[found] = 0.0
         self.marks[found] = -LARGER * np.fmax(values, noise)[found]
-        for number in BEGINNING if found else ():
-            self.memory[self._layout.at(number)] = 0.0
+        if found:
+            self.begin_steps()
         self.prepare()
         self._crossed = ()
         return bool(found)

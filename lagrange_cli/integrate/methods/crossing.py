@@ -17,12 +17,11 @@ import numpy as np
 
 from lagrange_cli.integrate.methods.gauss import gauss
 from lagrange_cli.integrate.methods.trial_states import TrialStates
-from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.native.compilation.machine import Machine
 
 WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4)]
 """The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
@@ -72,15 +71,13 @@ class Way:
 class Crossing(TrialStates):
     """The way across a place where a force has no series."""
 
-    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        super().__init__(machine, constants, memory, work)
-        self._crossed: tuple[float, ...] = ()
-        self._way: Way | None = None
-        self.span = 0.0
-        """The duration of the motion: the scale of times where it begins at rest, at t = 0. (Nothing much
-        shorter can: coefficients of series would overflow.)"""
-        self.limited = False
-        """Whether this scale was needed, so that steps depend on it."""
+    _crossed: tuple[float, ...] = ()
+    _way: Way | None = None
+    span = 0.0
+    """The duration of the motion: the scale of times where it begins at rest, at t = 0. (Nothing much shorter
+    can: coefficients of series would overflow.)"""
+    limited = False
+    """Whether this scale was needed, so that steps depend on it."""
 
     def cross(self) -> bool:
         """Take the motion a little way across u = 0. Returns whether the error is negligible.
@@ -94,7 +91,7 @@ class Crossing(TrialStates):
         self._crossed = now
         self._series()
         free = [j for j in range(self.count) if self.modes[j] != 0.0]
-        own = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, :2]
+        own = self._coefficients_of_arguments()[:, :2]
         u = {j: own[j] for j in free}
         marked = [j for j in range(self.count) if self.marks[j] > 0.0]
         ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
@@ -189,8 +186,7 @@ class Crossing(TrialStates):
             moved = self._moved(left, left + longest * way, begin, mode, j, (usual, float(v)))
             if moved and (not farther or self._agrees()):
                 self.marks[:] = np.minimum(self.marks, 0.0)
-                for number in BEGINNING:
-                    self.memory[layout.at(number)] = 0.0
+                self.begin_steps()
                 self._way = Way(self.now, memory, [*j], left, begin.copy(), mode.copy(), way)
                 return True
         self.memory[:] = memory

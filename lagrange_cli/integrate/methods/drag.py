@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from lagrange_cli.integrate.methods.onset import SOON, Onset
 from lagrange_cli.native.guards import SMALLEST
-from lagrange_cli.native.state import BEGINNING
 
 APART, LARGER = 2.0**-40, 2.0**4
 """Drag acts from so long after u = 0 on, as part of the time, so that steps lead on; how much larger the
@@ -40,7 +39,6 @@ class Drag(Onset):
             self.modes[j] = 1.0
         else:
             self.marks[j] = -LARGER * square
-        for number in BEGINNING:
-            self.memory[self._layout.at(number)] = 0.0
+        self.begin_steps()
         self.prepare()
         return True

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.integrate.arrays import Array, aligned, at_one_state
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.records import dataclass
 
@@ -63,8 +63,7 @@ class Equations:
         n, layout = program.degrees, program.state
         states = np.concatenate([y[layout.motion], self.rates(t, y)[layout.v]])
         count = 3 * n * n + len(program.integrals) * 2 * n
-        values, when = np.empty(count), np.array([t])
-        evaluate(self.constants.ctypes.data, when.ctypes.data, states.ctypes.data, values.ctypes.data, 1, 1)
+        values = at_one_state(evaluate, self.constants, np.array([t]), states, count)
         by_q, by_v, mass = values[: 3 * n * n].reshape(3, n, n)
         result = np.zeros((layout.rows, layout.rows))
         result[layout.q, layout.v] = np.eye(n)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ending import Ending, Finished
 from lagrange_cli.integrate.events import Change, Crossings, parameters_in
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.resting import Impact, Resting
@@ -20,7 +20,6 @@ from lagrange_cli.integrate.methods.standstill import Moving, Standstill
 from lagrange_cli.limits import limit
 from lagrange_cli.native.guards import AFTER, NOTES, RECORDED, SAMPLE, Role
 from lagrange_cli.native.state import Clock
-from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,14 +38,6 @@ ALIKE, BLURRED = 8.0, 2.0**-37
 of no account."""
 NO_TIME, AGAIN = 2.0**-50, 1000
 """So many actions within this fraction of the time count as infinitely many."""
-
-
-@dataclass(frozen=True)
-class Finished:
-    """The end of a motion at an event."""
-
-    ending: Ending
-    detail: str
 
 
 def blur(noise: float, rates: Array) -> tuple[int, float]:
@@ -241,20 +232,11 @@ class Happenings:
         memory = sides.memory.copy()
         if not sides.put(event, values):
             return Finished(Ending.NOT_A_NUMBER, f"the action of event {self._names[event]!r}")
-        if not sides.close(event):
+        refused = self._refused(event, parameters)
+        if refused is not None:
             sides.memory[:] = memory
             sides.settling.prepare()
-            return Finished(Ending.OFF_CONSTRAINTS, f"event {self._names[event]!r}")
-        lost = self._without_mass()
-        if lost:
-            sides.memory[:] = memory
-            sides.settling.prepare()
-            return Finished(Ending.NO_MASS, f"event {self._names[event]!r} makes {lost}")
-        jumps = "" if np.array_equal(parameters, sides.parameters()) else self._jumping(sides.parameters())
-        if jumps:
-            sides.memory[:] = memory
-            sides.settling.prepare()
-            return Finished(Ending.JUMP, f"event {self._names[event]!r} makes {jumps!r} jump")
+            return refused
         sides.settling.marks[: len(switches)][sides.switches() != switches] = 0.0  # these were 0, perhaps
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
@@ -283,6 +265,17 @@ class Happenings:
         self._sink.changed(Change(sample, now, before, sides.state(sides.memory), changed))
         return ended
 
+    def _refused(self, event: int, parameters: Array) -> Finished | None:
+        """Why the motion cannot go on from where an action has put it, which had these ``parameters``."""
+        name, now = f"event {self._names[event]!r}", self._sides.parameters()
+        if not self._sides.close(event):
+            return Finished(Ending.OFF_CONSTRAINTS, name)
+        lost = self._sides.without_mass()
+        if lost:
+            return Finished(Ending.NO_MASS, f"{name} makes {lost}")
+        jumps = "" if np.array_equal(parameters, now) else self._jumping(now)
+        return Finished(Ending.JUMP, f"{name} makes {jumps!r} jump") if jumps else None
+
     def _drags(self, event: int, before: Array) -> bool:
         """Whether an impact that has no speed would change velocities, too, beside what they were ``before``
         the last one: where infinitely many do so, the limit is not that of those that are counted."""
@@ -292,17 +285,6 @@ class Happenings:
         least = ROUNDING * float(np.max(np.abs(before[n : 2 * n])))
         own = [(i, place) for i, place in sides.sets[event] if n <= place < 2 * n]
         return any(abs(values[i] - there[place]) > least for i, place in own)
-
-    def _without_mass(self) -> str:
-        """The first mass that actions have made 0 or negative, or nothing."""
-        masses = zip(self._program.masses, self._sides.masses()) if self._program.masses else ()
-        for name, mass in masses:
-            if not mass > 0.0:
-                body, _, axes = name.partition(" ")
-                if axes:  # a part of its inertia
-                    return f"the moments of inertia of {body!r} those of no body"
-                return f"the mass of {name!r} {mass:.6g}"
-        return ""
 
     def _recurs(self, event: int, now: float) -> Finished | None:
         """Whether infinitely many actions happen at one time."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import at_one_state
 from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
@@ -89,13 +90,12 @@ class Impulses:
         """Constraints, their rates, and the entries of the matrix of the equations, at a state."""
         machine, program = self._settling.machine, self._program
         assert machine.constrain is not None
-        found = np.empty(program.parts * (2 * program.constraints + len(program.pattern)))
+        count = program.parts * (2 * program.constraints + len(program.pattern))
         state = np.zeros(program.parts * program.rows)
         state[: program.rows] = high
         when = self._memory[[self._layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
-        place = self._settling.constants.ctypes.data
-        machine.constrain(place, when.ctypes.data, state.ctypes.data, found.ctypes.data, 1, 1)
-        return found[: len(found) // program.parts]
+        found = at_one_state(machine.constrain, self._settling.constants, when, state, count)
+        return found[: count // program.parts]
 
     def _polished(self) -> bool:
         """Newton's method to the last digit; whether it ends."""

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
+from lagrange_cli.integrate.methods.workspace import accelerated
 from lagrange_cli.native.guards import SMALLEST
-from lagrange_cli.native.state import Clock
+from lagrange_cli.native.state import BEGINNING, Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -65,6 +66,10 @@ class Modes:
         """The arguments of these are 0 now."""
         self.marks[list(guards)] = max(self.memory[self._layout.at(Clock.LENGTH)], SMALLEST)
 
+    def begin_steps(self) -> None:
+        """Forget what steps before tell of the next one."""
+        self.memory[[self._layout.at(one) for one in BEGINNING]] = 0.0
+
     def prepare(self) -> None:
         """Compute the constants of the equations from parameters and modes."""
         settings = self.memory[self._layout.settings]
@@ -77,15 +82,7 @@ class Modes:
             if np.array_equal(seen.memory.view(np.int64), self.memory.view(np.int64)):
                 self._here = seen
                 return seen.rates
-        self._work[:] = 0.0  # what is not finite would spread
-        rates = np.empty(self._layout.rows)
-        self.machine.accelerate(
-            self.constants.ctypes.data,
-            float(self.memory[self._layout.time]),
-            self.memory.ctypes.data,
-            self._work.ctypes.data,
-            rates.ctypes.data,
-        )
+        rates, _ = accelerated(self.machine, self.constants, self.memory, self._work)
         first, step, term = self.machine.program.series_at
         start = first + step * self._layout.v.start + term
         shape, strides = (self._layout.rows - self._layout.v.start, len(ORDERS)), (8 * step, 8 * term)
@@ -97,7 +94,7 @@ class Modes:
     def _arguments(self) -> Array:
         """The values of all guards' arguments."""
         self._series()
-        found: Array = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, 0]
+        found: Array = self._coefficients_of_arguments()[:, 0]
         return found
 
     def _coefficients(self, row: int) -> Array:
@@ -110,6 +107,10 @@ class Modes:
         last."""
         first = self._layout.v.start
         return self._here.coefficients[start - first : stop - first]
+
+    def _coefficients_of_arguments(self) -> Array:
+        """Those of the arguments of switches."""
+        return self._coefficients_of(self._rows.first, self._rows.first + self.count)
 
     def coefficients_of(self, *rows: int) -> list[Array]:
         """The coefficients of rows at the present place of the motion."""

@@ -8,61 +8,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial.legendre import legint, legvander
 
-from lagrange_cli.integrate.methods.gauss import gauss
+from lagrange_cli.integrate.methods.collocation import STAGES, rule
 from lagrange_cli.integrate.methods.leading import Leading
 from lagrange_cli.native.guards import HELD
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.native.compilation.machine import Machine
 
 SOON = 2.0**-30
 """A velocity that becomes 0 within this fraction of the time is set to 0."""
-STAGES, ROUNDS, TURNS = 8, 12, 3
-"""Gauss's nodes; iterations of Newton's method, at most; and of directions before it."""
+ROUNDS, TURNS = 12, 3
+"""Iterations of Newton's method, at most; and of directions before it."""
 EXACT, ROUNDED = 2.0**-48, (2.0**-48, 2.0**-100)
 """Changes in the last iteration and the last coefficient of polynomials: of accelerations, beside that of
 friction or, where its direction has low parts, beside their sum; or of velocities, beside these."""
 NUDGE = 2.0**-10
 """By which part of |u| velocities are changed to find how forces depend on them."""
-
-
-@dataclass(frozen=True)
-class Rule:
-    """Collocation at Gauss's ``nodes`` on [0, 1]: ``series`` gives the coefficients of Legendre's polynomials
-    from values there, ``once`` and ``twice`` their integrals up to the nodes."""
-
-    nodes: Array
-    series: Array
-    once: Array
-    twice: Array
-
-    def until(self, end: float) -> tuple[Array, Array]:
-        """The weights of the integral from 0 to some part, and of the integral of that."""
-        return up_to(np.array([end]), self.series, 1)[0], up_to(np.array([end]), self.series, 2)[0]
-
-
-def up_to(ends: Array, series: Array, times: int) -> Array:
-    """The weights of integrals from 0 to some parts, repeated some times."""
-    integrals = legint(np.eye(STAGES), times, lbnd=-1, scl=0.5)
-    weights: Array = legvander(2.0 * ends - 1.0, STAGES - 1 + times) @ integrals @ series
-    return weights
-
-
-@cache
-def rule() -> Rule:
-    """That of all ways."""
-    nodes, weights = (np.array(one) for one in zip(*gauss(STAGES)))
-    values = legvander(2.0 * nodes - 1.0, STAGES - 1) * weights[:, None]
-    series = (values * (2.0 * np.arange(STAGES) + 1.0)).T
-    return Rule(nodes, series, up_to(nodes, series, 1), up_to(nodes, series, 2))
 
 
 @dataclass(frozen=True)
@@ -110,10 +76,8 @@ class Way:
 class Onset(Leading):
     """Motions that begin to slide."""
 
-    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        super().__init__(machine, constants, memory, work)
-        self.onset: Way | None = None
-        """How sliding has begun last, until this is forgotten."""
+    onset: Way | None = None
+    """How sliding has begun last, until this is forgotten."""
 
     @property
     def _own(self) -> slice[int, int, None]:

@@ -20,11 +20,10 @@ from lagrange_cli.integrate.methods.pivoting import Pivoting, dip
 from lagrange_cli.integrate.methods.sliding import Sliding
 from lagrange_cli.native.guards import HELD, SMALLEST, TRIED, Role
 from lagrange_cli.native.interface import Stop
-from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.native.compilation.machine import Machine
 
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
@@ -32,8 +31,6 @@ ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
-EXACT = 2
-"""How often a velocity that is 0 up to rounding is set to 0."""
 ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
@@ -41,9 +38,7 @@ ROUNDS = 8
 class Settling(Sliding):
     """The choice of the modes of switches."""
 
-    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        super().__init__(machine, constants, memory, work)
-        self._attempts, self._latest = 0, np.nan
+    _attempts, _latest = 0, np.nan
 
     def begin(self, parameters: Array) -> None:
         """Choose the modes of all switches where the motion begins."""
@@ -129,8 +124,7 @@ class Settling(Sliding):
             self.modes[due] = -before  # it has not come through 0, but jumped
             self.prepare()
             return True
-        for number in BEGINNING:
-            self.memory[self._layout.at(number)] = 0.0
+        self.begin_steps()
         fresh = (self.marks[: self.count] > 0.0) & (self.modes[: self.count] != 0.0)
         marked = [j for j in np.flatnonzero(fresh).tolist() if j != due]
         if (
@@ -152,7 +146,7 @@ class Settling(Sliding):
         sqrt(|v|); whether there is one that stays 0."""
         self._series()
         soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
-        arguments = self._coefficients_of(self._rows.first, self._rows.first + self.count)[:, :2]
+        arguments = self._coefficients_of_arguments()[:, :2]
         for j, (u, rate) in enumerate(arguments.tolist()):
             if self.modes[j] * rate < 0.0 < abs(u) <= abs(rate) * soon and self._rests(j, u):
                 return True
@@ -170,8 +164,7 @@ class Settling(Sliding):
         coefficients = self._coefficients(self._rows.first + j)
         if np.all(np.abs(coefficients) <= ROUNDING * self.scale()[: len(coefficients)]):
             self.marks[j] = 0.0
-            for number in BEGINNING:
-                self.memory[layout.at(number)] = 0.0
+            self.begin_steps()
             return True
         self.memory[:] = memory
         return False
@@ -209,7 +202,7 @@ class Settling(Sliding):
         if not guards or self.machine.program.carried:
             return
         self._series()
-        arguments = self._coefficients_of(self._rows.first, self._rows.first + self.count)[guards]
+        arguments = self._coefficients_of_arguments()[guards]
         speeds = np.abs(self.memory[self._layout.part(0)][self._layout.v])
         least = 2.0 * ROUNDED_OFF[self.machine.program.parts - 1] * float(np.max(speeds))
         placed = {j for j in guards if self._rows.guards[j].placed}
@@ -271,46 +264,9 @@ class Settling(Sliding):
                 guards = [one for one in guards if one not in touching]
         return False, entered
 
-    def _stop_at(self, j: int) -> None:
-        """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
-        which the force jumps: v - a' u'/u'', where a' and u'' are the jumps of the accelerations and of
-        u''."""
-        found = []
-        for mode in (1.0, -1.0):
-            self.modes[j] = mode
-            accelerations = self._series()[: self._layout.degrees]
-            found.append((accelerations, self._coefficients(self._rows.first + j)))
-        (first, u), (second, other) = found
-        jump = 2.0 * (u[2] - other[2])
-        if u[1] == other[1] and jump != 0.0:
-            self._take_away((first - second) * (u[1] / jump), exactly=True)
-            self.memory[self._layout.at(Clock.PASSES)] = 0.0
-
     def _sides(self, guards: Sequence[int]) -> dict[int, float]:
         """Where guards go that are let go: with their velocities if these are not 0, or else as they are
         pushed."""
         rates = self._passing(guards)
         pushes = np.where(rates != 0.0, rates, self._multipliers(guards))
         return {j: 1.0 if one > 0.0 else -1.0 for j, one in zip(guards, pushes.tolist())}
-
-    def _take_to(self, j: int, value: float) -> None:
-        """Set the argument of a guard that may hold the motion, or its rate if it is a place, to a value that
-        it has up to rounding: by a change of velocities in the direction of the force that holds."""
-        own, order = float(self.modes[j]), int(self._rows.guards[j].placed)
-        for _ in range(EXACT):
-            self._series()
-            off = float(self._coefficients(self._rows.first + j)[order]) - value
-            if off == 0.0:
-                return
-            accelerations: list[Array] = []
-            slopes: list[float] = []
-            for mode in (1.0, -1.0):
-                self.modes[j] = mode
-                accelerations.append(self._series()[: self._layout.degrees])
-                u = self._coefficients(self._rows.first + j)
-                slopes.append((order + 1) * float(u[order + 1]))
-            self.modes[j] = own
-            change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
-            if not np.all(np.isfinite(change)):
-                return
-            self._take_away(change, exactly=value == 0.0)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import at_one_state
 from lagrange_cli.integrate.events import parameters_in
 from lagrange_cli.integrate.methods.impulses import Impulses
 from lagrange_cli.integrate.methods.modes import ROUNDING
-from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,20 +98,30 @@ class Sides:
         count, events = len(self.program.changed), len(self.program.events)
         return rows[:, :count], rows[0, count : count + 2 * events].reshape(events, 2)
 
-    def masses(self) -> Array:
+    def _masses(self) -> Array:
         """The present values of the masses that actions change."""
         rows = self._acted(self.state(self.memory))
         return rows[0, rows.shape[1] - len(self.program.masses) :]
+
+    def without_mass(self) -> str:
+        """The first mass that actions have made 0 or negative, or nothing."""
+        masses = zip(self.program.masses, self._masses()) if self.program.masses else ()
+        for name, mass in masses:
+            if not mass > 0.0:
+                body, _, axes = name.partition(" ")
+                if axes:  # a part of its inertia
+                    return f"the moments of inertia of {body!r} those of no body"
+                return f"the mass of {name!r} {mass:.6g}"
+        return ""
 
     def _acted(self, state: Array) -> Array:
         """All that ``@act`` computes (parts, values)."""
         machine, program = self.settling.machine, self.program
         assert machine.act is not None
-        found = np.empty(program.parts * program.acted)
         when = self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
         self.settling.prepare()
-        place = self.settling.constants.ctypes.data
-        machine.act(place, when.ctypes.data, state.ctypes.data, found.ctypes.data, 1, 1)
+        count = program.parts * program.acted
+        found = at_one_state(machine.act, self.settling.constants, when, state, count)
         return found.reshape(program.parts, -1)
 
     def put(self, event: int, values: Array) -> bool:
@@ -142,8 +153,7 @@ class Sides:
         layout = self.layout
         for start in (0, layout.width, layout.third):
             self.memory[start + layout.cyclic_momenta.start : start + layout.cyclic_momenta.stop] = 0.0
-        for number in BEGINNING:
-            self.memory[layout.at(number)] = 0.0
+        self.settling.begin_steps()
         self.settling.prepare()
 
     def choose_side(self, event: int, values: Array, noise: float, rate: float) -> bool:

@@ -13,16 +13,17 @@ from lagrange_cli.integrate.methods.drag import Drag
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.onset import SOON, inverse_of
 from lagrange_cli.native.guards import SMALLEST
-from lagrange_cli.native.state import BEGINNING
+from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.native.compilation.machine import Machine
 
 LONGEST, SHORTER, LEAST = (2.0**-4, 2.0**-12), 2.0**-2, (2.0**-40, 2.0**-80)
 """The longest way, as part of the time in which forces change: accelerations are known to doubles there; how
 much shorter the next one is; and the shortest, as part of the time."""
 
+EXACT = 2
+"""How often a velocity that is 0 up to rounding is set to 0."""
 FEW = 4.0
 """A velocity of so many rounding errors may be 0."""
 
@@ -30,12 +31,10 @@ FEW = 4.0
 class Sliding(Drag):
     """The modes of lengths of vectors."""
 
-    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        super().__init__(machine, constants, memory, work)
-        self.end = np.inf
-        """The time at which the motion ends, which no way goes beyond."""
-        self.undetermined = False
-        """Whether several forces have held the motion last, whose sum alone follows from the equations."""
+    end = np.inf
+    """The time at which the motion ends, which no way goes beyond."""
+    undetermined = False
+    """Whether several forces have held the motion last, whose sum alone follows from the equations."""
 
     def vectors(self) -> list[int]:
         """The guards of lengths of vectors that friction may hold."""
@@ -61,8 +60,7 @@ class Sliding(Drag):
         """Choose the mode of a length that has become 0, or whose force has reached its limit; whether the
         motion goes on."""
         before, reached = self.memory.copy(), self.modes[j] == 0.0
-        for number in BEGINNING:
-            self.memory[self._layout.at(number)] = 0.0
+        self.begin_steps()
         self._stop(j)
         self.modes[j] = 0.0
         for k in self.vectors():  # with it, or at the same time
@@ -121,6 +119,43 @@ class Sliding(Drag):
         stopped = np.abs(self.memory[layout.part(0)][layout.v]) <= ROUNDING * np.abs(change) * exactly
         for begin in (0, layout.width, layout.third)[: self.machine.program.parts + 1]:
             self.memory[begin:][layout.v][stopped] = 0.0
+
+    def _stop_at(self, j: int) -> None:
+        """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
+        which the force jumps: v - a' u'/u'', where a' and u'' are the jumps of the accelerations and of
+        u''."""
+        found = []
+        for mode in (1.0, -1.0):
+            self.modes[j] = mode
+            accelerations = self._series()[: self._layout.degrees]
+            found.append((accelerations, self._coefficients(self._rows.first + j)))
+        (first, u), (second, other) = found
+        jump = 2.0 * (u[2] - other[2])
+        if u[1] == other[1] and jump != 0.0:
+            self._take_away((first - second) * (u[1] / jump), exactly=True)
+            self.memory[self._layout.at(Clock.PASSES)] = 0.0
+
+    def _take_to(self, j: int, value: float) -> None:
+        """Set the argument of a guard that may hold the motion, or its rate if it is a place, to a value that
+        it has up to rounding: by a change of velocities in the direction of the force that holds."""
+        own, order = float(self.modes[j]), int(self._rows.guards[j].placed)
+        for _ in range(EXACT):
+            self._series()
+            off = float(self._coefficients(self._rows.first + j)[order]) - value
+            if off == 0.0:
+                return
+            accelerations: list[Array] = []
+            slopes: list[float] = []
+            for mode in (1.0, -1.0):
+                self.modes[j] = mode
+                accelerations.append(self._series()[: self._layout.degrees])
+                u = self._coefficients(self._rows.first + j)
+                slopes.append((order + 1) * float(u[order + 1]))
+            self.modes[j] = own
+            change = (accelerations[0] - accelerations[1]) * (off / (slopes[0] - slopes[1] or np.inf))
+            if not np.all(np.isfinite(change)):
+                return
+            self._take_away(change, exactly=value == 0.0)
 
     def _slide(self, loose: dict[int, float]) -> bool:
         """Begin to slide where the forces of some guards exceed their limits, with those that would exceed

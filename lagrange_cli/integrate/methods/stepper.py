@@ -10,21 +10,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
-from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.events import NO_EVENTS, EventSink, Judge, no_energy
-from lagrange_cli.integrate.method import Interrupt, Snapshot, Unfit
+from lagrange_cli.integrate.ending import Ending, Finished
+from lagrange_cli.integrate.method import UNOBSERVED, Interrupt, Observer, Snapshot, Unfit
+from lagrange_cli.integrate.methods.compiled import CompiledEquations
 from lagrange_cli.integrate.methods.crawling import crawls, steps_to_mark
-from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.methods.workspace import MOST_STEPS, Workspace, padded
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.guards import DUE, HALTED, Role
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import CARRIED_COUNT, Clock
-from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.methods.happenings import Finished, Happenings
+    from lagrange_cli.integrate.methods.happenings import Happenings
     from lagrange_cli.integrate.methods.helping import Helpers
     from lagrange_cli.integrate.methods.passing import EarlierTimes
     from lagrange_cli.integrate.methods.settling import Settling
@@ -39,36 +36,22 @@ FIRST = 256
 """Steps that are taken before the first."""
 
 
-@dataclass(frozen=True)
-class Beside:
-    """How the ``number``-th companion of a run differs from it (see ``integrate.certify.companion``): its
-    first step is shorter, the momenta that it keeps are rounded otherwise (``perturbation``), and it begins
-    ``late`` by so little time."""
-
-    number: int
-    late: float = 0.0
-
-
 class Stepper:
-    """Steps the motion in a workspace (``space``); ``fill`` makes samples."""
+    """Steps the motion in a workspace (``space``); ``fill`` makes samples, ``size`` of them at most."""
 
     def __init__(
         self,
-        machine: Machine,
+        equations: CompiledEquations,
         parameters: Array,
         state: Array,
         times: Times,
         size: int,
-        recompilation: Recompilation | None = None,
-        *,
-        beside: Beside | None = None,
-        events: EventSink = NO_EVENTS,
-        jumping: Judge = no_energy,
-        every: int = 0,
+        observer: Observer = UNOBSERVED,
     ) -> None:
+        machine, beside, events = equations.machine, equations.beside, observer.events
         self.space = space = Workspace(machine, state, times.start, size)
         program, layout = machine.program, space.layout
-        self._recompilation, self._stop = recompilation, times.stop
+        self._recompilation, self._stop = equations.recompilation, times.stop
         if beside is not None:
             space.memory[layout.at(Clock.TIME_LOW)] = beside.late
         self._settling: Settling | None = None
@@ -85,16 +68,15 @@ class Stepper:
             self._settling.begin(parameters)
             space.resume = self._settling.resume
             if self._settling.begins_beyond():
-                from lagrange_cli.integrate.methods.happenings import Finished
-
-                self.finished = Finished(Ending.CUT, "")
+                self.finished = Finished(Ending.CUT)
         if program.events:
             assert self._settling is not None
             from lagrange_cli.integrate.methods.happenings import Happenings
             from lagrange_cli.integrate.methods.sides import Sides
 
             sides = Sides(self._settling, space.outer)
-            self._happenings = Happenings(sides, space.trial, space.info, times.start, events, jumping)
+            given = space.trial, space.info, times.start, events, equations.jumping
+            self._happenings = Happenings(sides, *given)
             self.finished = self.finished or self._happenings.begin()
         if beside is not None:
             from lagrange_cli.integrate.methods.perturbation import perturb
@@ -106,7 +88,7 @@ class Stepper:
         self._pause = 1 if program.integrals else FIRST  # a step may be divided very often for integrals
         self._first = None if beside is None else self._short_step(beside.number)
         self._helpers: Helpers | None = None
-        self.steps, self._every = 0, every
+        self.steps, self._every = 0, observer.checkpoints.every
         self._start, self._marked = times.start, 0
         self._earlier: EarlierTimes | None = None
         if program.constraints and program.parts == 1:
@@ -185,6 +167,10 @@ class Stepper:
             return Stop.GUARD, 0
         space, times, done = self.space, padded(wanted), 0
         while True:
+            if self._settling and self._settling.onset and space.passed(np.array([self._stop]))[0]:
+                self.limited = True  # sliding has begun so late that no step is left to take
+                space.samples[:, done : len(wanted)] = space.whole_state[:, None]
+                return Stop.END if last else Stop.SAMPLES, len(wanted)
             began, used, computed = time.perf_counter(), time.thread_time(), self.evaluations
             if self._earlier is not None:
                 self._earlier.keep(self.steps)
@@ -312,7 +298,5 @@ class Stepper:
         guards = self.space.machine.program.rows_of_guards.guards
         cut = stop is Stop.GUARD and guards[due].role is Role.BREAK
         if not goes_on and (cut or self._settling.undetermined):
-            from lagrange_cli.integrate.methods.happenings import Finished
-
-            self.finished = Finished(Ending.CUT if cut else Ending.UNDETERMINED, "")
+            self.finished = Finished(Ending.CUT if cut else Ending.UNDETERMINED)
         return goes_on

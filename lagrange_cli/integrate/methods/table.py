@@ -46,6 +46,8 @@ TAYLOR = "taylor"
 """The project's own method."""
 MANY_BODIES = "ias15"
 """The one for sums of many terms."""
+MODERATE = "DOP853"
+"""The one for moderate accuracy."""
 AUTO = "auto"
 """The default: what suits the system (``run.choice``)."""
 OF_SCIPY = {DOUBLE: (100 * FULL_PRECISION, 1e-10)}
@@ -87,7 +89,7 @@ METHODS = {
                 finds_events=True,
                 constrains=True,
             )
-            for name in ("DOP853", "Radau")
+            for name in (MODERATE, "Radau")
         ),
         MethodRow("BDF", "scipy", Needs.JACOBIAN, OF_SCIPY),
         MethodRow("LSODA", "scipy", Needs.JACOBIAN, OF_SCIPY),

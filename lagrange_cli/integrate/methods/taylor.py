@@ -9,10 +9,10 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.events import Judge, no_energy
 from lagrange_cli.integrate.method import UNOBSERVED, End, Observer, Snapshot
+from lagrange_cli.integrate.methods.compiled import CompiledEquations
 from lagrange_cli.integrate.methods.recompilation import Recompilation
-from lagrange_cli.integrate.methods.stepper import Beside, Stepper
+from lagrange_cli.integrate.methods.stepper import Stepper
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.interface import Stop
@@ -32,16 +32,8 @@ GREAT = 1e280
 
 
 @dataclass(frozen=True)
-class TaylorMethod:
+class TaylorMethod(CompiledEquations):
     """Follows a motion by its Taylor series (``native.stepping``); steps do not depend on sample times."""
-
-    machine: Machine
-    recompilation: Recompilation | None = None
-    """Code for long runs, where that of ``machine`` was compiled in a hurry."""
-    beside: Beside | None = None
-    """How it differs from that of a run, if it is for a companion."""
-    jumping: Judge = no_energy
-    """The energy that jumps with values of the parameters, which actions set."""
 
     def follow(
         self,
@@ -54,18 +46,7 @@ class TaylorMethod:
         """See ``integrate.method.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
         size = min(chunk_size(program.parts * (program.rows + len(program.observed))), times.count)
-        stepper = Stepper(
-            self.machine,
-            parameters,
-            state,
-            times,
-            size,
-            self.recompilation,
-            beside=self.beside,
-            events=observer.events,
-            jumping=self.jumping,
-            every=observer.checkpoints.every,
-        )
+        stepper = Stepper(self, parameters, state, times, size, observer)
         with stepper.heard(), stepper.helped(threads):
             return self._follow(stepper, size, times, observer)
 

@@ -50,22 +50,20 @@ class Workspace:
         """q, v and the integrals at that time."""
         return np.array(self.memory[self.layout.part(0)][self.outer])
 
+    @property
+    def whole_state(self) -> Array:
+        """All rows that steps have, of every part."""
+        return np.concatenate(
+            [self.memory[self.layout.part(part)] for part in range(self.machine.program.parts)]
+        )
+
     def passed(self, times: Array) -> NDArray[np.bool_]:
         """Which of some instants are not after the time reached."""
         return np.asarray(times - self.t - self.memory[self.layout.at(Clock.TIME_LOW)] <= 0)
 
     def rates(self) -> Array:
         """The rates of velocities and integrals at the state reached."""
-        self.work[:] = 0.0  # what is not finite would spread
-        rates = np.empty(self.layout.rows)
-        self.machine.accelerate(
-            self.constants.ctypes.data,
-            self.t,
-            self.memory.ctypes.data,
-            self.work.ctypes.data,
-            rates.ctypes.data,
-        )
-        return rates
+        return accelerated(self.machine, self.constants, self.memory, self.work)[0]
 
     def advance(self, stop: float, wanted: Array, done: int, count: int, last: bool, pause: int) -> Stop:
         """Step until ``stop``, or until ``count`` of the ``wanted`` samples from the one numbered ``done``
@@ -127,7 +125,7 @@ class Workspace:
     def taken(self, done: int) -> Array:
         """The first samples: rows q, v and the integrals, of every part."""
         samples = self.samples[:, :done]
-        if not self.machine.program.auxiliary:
+        if len(self.outer) == self.layout.rows:
             return samples
         parts = self.machine.program.parts
         rows = samples.reshape(parts, self.layout.rows, done)[:, self.outer]
@@ -139,6 +137,16 @@ class Workspace:
         self.samples, self._spare = spare, self.samples
 
 
+def accelerated(machine: Machine, constants: Array, memory: Array, work: Array) -> tuple[Array, bool]:
+    """The rates of velocities and integrals at the state in the ``memory``, and whether masses are regular.
+    Their series is left in ``work``."""
+    work[:] = 0.0  # what is not finite would spread
+    layout = machine.program.inner
+    rates, t = np.empty(layout.rows), float(memory[layout.time])
+    first, *others = (one.ctypes.data for one in (constants, memory, work, rates))
+    return rates, bool(machine.accelerate(first, t, *others))
+
+
 def padded(wanted: Array) -> Array:
     """Instants of samples as ``advance`` takes them."""
     return np.concatenate([wanted, np.full(LANES, np.nan)])
@@ -147,5 +155,5 @@ def padded(wanted: Array) -> Array:
 def outer_rows(program: Interface) -> NDArray[np.intp]:
     """The rows of q, v and the integrals among those that steps have."""
     inner, own = program.inner, program.degrees
-    integrals = np.arange(inner.integrals.start, inner.rows)
+    integrals = np.arange(inner.integrals.start + program.arguments, inner.rows)
     return np.concatenate([np.arange(own), inner.degrees + np.arange(own), integrals])

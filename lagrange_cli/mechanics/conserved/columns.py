@@ -16,6 +16,7 @@ from lagrange_cli.mechanics.conserved.reasons import without_denominators
 from lagrange_cli.mechanics.conserved.residue_states import BITS, State, States
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.relations import Relations
+from lagrange_cli.mechanics.variables import state_symbols
 from lagrange_cli.records import dataclass
 
 SPARE = 4
@@ -133,6 +134,14 @@ class Columns:
         equations = self._equations(prime, VALUE, None)
         return [*range(len(self.ansatz))] if equations is None else equations.free
 
+    def constants(self, prime: int, parameters: Mapping[str, int]) -> dict[Node, int]:
+        """Functions of parameters, such as sin(alpha), with the values that they have there."""
+        state = next(self.states.random(prime, self.nodes, parameters, accelerated=self._accelerated), None)
+        moving = state_symbols(self.states.model)
+        known = {} if state is None else state.values
+        fixed = {one: value for one, value in known.items() if not one.symbols & moving}
+        return {one: value for one, value in fixed.items() if one.kind is Kind.FUNCTION}
+
     def _equations(self, prime: int, which: int, given: Mapping[str, int] | None) -> Equations | None:
         count, work = len(self.ansatz), self.states.graph.work
         equations, idle, source = Equations(count, prime), 0, random.Random(count)
@@ -173,7 +182,10 @@ def conserved_sums(
         solutions = columns.solutions(LARGE, recognition.values) if recognition.possible else []
         coefficients = None
         if len(solutions) == 1:
-            coefficients = recognition.coefficients([solutions[0].get(i, 0) for i in range(len(some))])
+            values = [solutions[0].get(i, 0) for i in range(len(some))]
+            coefficients = recognition.coefficients(values)
+            if coefficients is None:
+                coefficients = recognition.coefficients(values, columns.constants(LARGE, recognition.values))
         if coefficients is None and 1 < len(some) <= MOST_SOLVED:
             coefficients = by_elimination(columns)
         if coefficients is not None:

@@ -41,14 +41,17 @@ def combinations(found: Found) -> None:
         with_factors(found)
 
 
-def combined(found: Found, changes: Sequence[Change]) -> list[Change]:
-    """Report what combinations of these changes conserve; those of several coordinates."""
+def combined(found: Found, changes: Sequence[Change], *, linear: bool = False) -> list[Change]:
+    """Report what combinations of these changes conserve; those of several coordinates. Functions of what is
+    known are left out; where only ``linear`` functions count, h is none of these."""
     model, kept = found.model, list[Change]()
     trials = {id(one.change): one for one in found.trials}
     columns = found.noether.conditions(changes)
     number = sum(name.startswith("C_") for name in found.names)
-    given = found.relations.relations(columns)
-    for relation in sorted(given, key=lambda one: any(factor.symbols for factor in one.values())):
+    relations = found.relations.relations(columns)
+    if found.eventful:  # the angular momentum of all that collides, before others that follow from it
+        relations.sort(key=lambda one: any(factor.symbols for factor in one.values()))
+    for relation in relations:
         parts = [(factor, changes[i]) for i, factor in relation.items()]
         parts = scaled(found, sorted(parts, key=lambda one: id(one[1]) not in trials))
         named = [(factor, trials[id(one)]) for factor, one in parts if id(one) in trials]
@@ -58,7 +61,7 @@ def combined(found: Found, changes: Sequence[Change]) -> list[Change]:
             change = others = in_lowest_terms(found, change)
             named, others = translated(found, change)
         node = found.noether.current(change)
-        trivial = is_trivial(found, change, node)
+        trivial = is_trivial(found, change, node, found.kept_linear if linear else None)
         if trivial and found.eventful and change.time is None and found.noether.keeps(change):
             found.currents.append(("", change))  # it may survive events together with others
         if not trivial and found.noether.keeps(change):
@@ -179,7 +182,7 @@ def with_factors(found: Found) -> None:
         powers = found.relations.combination(columns, [-one for one in rates]) if columns else None
         if powers and any(powers):
             factor = graph.product((u, int(c) if c == int(c) else c) for u, c in zip(bases, powers))
-            combined(found, [noether.together([(factor, change)])])
+            combined(found, [noether.together([(factor, change)])], linear=True)
 
 
 def turns_of_spheres(found: Found, turning: Sequence[int]) -> Iterable[Change]:
@@ -237,9 +240,9 @@ def numbers_of(node: Node) -> Iterable[float]:
     return [float(node.data) if node.kind is Kind.NUMBER else 1.0]
 
 
-def is_trivial(found: Found, change: Change, node: Node) -> bool:
+def is_trivial(found: Found, change: Change, node: Node, known: Sequence[Node] | None = None) -> bool:
     """Whether a current is trivial: a coordinate grows linearly; and where it is no momentum, what follows
-    from other currents."""
+    from other currents, or from those that are ``known``."""
     model = found.model
     time, places = model.time.symbols, union(model.q)
     if not change.directions and change.time is None:
@@ -258,7 +261,7 @@ def is_trivial(found: Found, change: Change, node: Node) -> bool:
     boost = turning and change.directions
     if boost or (all(is_circular(found, xi) for xi in change.directions.values()) and change.time is None):
         return False  # the components of a vector are all given
-    return not is_constant(model, change) and not found.is_independent(node)
+    return not is_constant(model, change) and not found.is_independent(node, known)
 
 
 def is_energy_first(found: Found, change: Change) -> bool:

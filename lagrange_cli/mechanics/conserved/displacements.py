@@ -6,19 +6,24 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.combinations import MOST_COMBINED
 from lagrange_cli.mechanics.conserved.found import Found, Trial
 from lagrange_cli.mechanics.conserved.noether import Change, Parts
 from lagrange_cli.mechanics.conserved.reasons import (
+    current_text,
+    is_constant,
     is_plain,
     momentum_text,
     stands_for_all,
+    term,
     turning_text,
     unchanged,
 )
 from lagrange_cli.mechanics.embedding import Component, Embedding
-from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.records import dataclass
 
@@ -63,6 +68,36 @@ def about_the_centre(found: Found) -> None:
             found.trials.append(Trial(f"S_{axis}", change, text, how))
         elif found.is_independent(found.noether.current(change)):
             found.add(f"S_{axis}", text, f"{how} {unchanged(found.noether, change)}", change)
+
+
+def accelerated(found: Found) -> None:
+    """What moves with a constant acceleration: where sum xi_k p_k - F t is conserved with constants xi_k and
+    F, so is t sum xi_k p_k - sum_k xi_k M_kl q_l - F t^2/2."""
+    model, graph, time = found.model, found.graph, found.model.time
+    moving, boosts = variables(model), [*_Displacements(model, found.embedding).boosts()]
+    number = sum(name.startswith("C_") for name in found.names)
+    for _, change in [*found.currents]:
+        gain = graph.zero if change.gain is None else change.gain
+        force = graph.diff(gain, time)
+        steady = is_constant(model, change) and not force.symbols & moving
+        if force.is_zero or not steady or not is_zero(found.noether.rate(gain - force * time)):
+            continue
+        growing = {k: time * xi for k, xi in change.directions.items()}
+        boost = next((one for one in boosts if one.change.directions == growing), None)
+        momentum = found.noether.current(Change(change.directions))
+        masses = [graph.diff(momentum, v) for v in model.v]
+        place = boost.change.gain if boost else None
+        if place is None:
+            place = graph.sum([(m * q, 1.0) for m, q in zip(masses, model.q)])
+        made = Change(growing, gain=place + 0.5 * force * time * time)
+        if not found.noether.keeps(made):
+            continue
+        number += boost is None
+        text, what = current_text(model, made), f"{text_of(place, moving=moving)} changes"
+        if boost is not None:
+            text = joined([boost.text, term(-0.5 * force, "t**2")])
+            what = f"the centre of mass moves along {boost.name[-1]}"
+        found.add(boost.name if boost else f"C_{number}", text, f"{what} with a constant acceleration", made)
 
 
 def everything(model: Model[Node]) -> str:

@@ -76,6 +76,11 @@ class Found:
         self.store(Conserved(name, text, because), node)
         return True
 
+    @property
+    def kept_linear(self) -> list[Node]:
+        """The known functions that are linear in the velocities."""
+        return [one for one in self.kept if one is not self.noether.energy]
+
     @cached_property
     def eventful(self) -> bool:
         """Whether events change the state."""

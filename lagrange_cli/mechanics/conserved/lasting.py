@@ -10,14 +10,12 @@ from __future__ import annotations
 
 from itertools import combinations_with_replacement
 
-from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.text import joined
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.conserved.found import Found, Symmetry
 from lagrange_cli.mechanics.conserved.jumps import Jumps
 from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.conserved.reasons import current_text, term
-from lagrange_cli.mechanics.relations import dependent
 from lagrange_cli.model.events import between_events
 from lagrange_cli.records import replace
 
@@ -87,16 +85,8 @@ def products(found: Found, jumps: Jumps) -> None:
     names, nodes = [*given], [*given.values()]
     for relation in jumps.sums(nodes):
         node = found.graph.sum([(factor * nodes[i], 1.0) for i, factor in relation.items()])
-        if not follows(found, node) and jumps.keep(node):
+        if found.is_independent(node, found.lasting) and jumps.keep(node):
             text = joined([term(factor, names[i]) for i, factor in reversed([*relation.items()])])
             number = sum(name.startswith("I_") for name in found.names) + 1
             because = f"made of products of conserved quantities: {ALONE}"
             found.store_lasting(Conserved(found.free_name(f"I_{number}"), text, because), node)
-
-
-def follows(found: Found, node: Node) -> bool:
-    """Whether it is a sum of constants, of what is known to last, and of products of two of these."""
-    known = [a * b for a, b in combinations_with_replacement(found.lasting, 2)]
-    columns = [[one] for one in (found.graph.one, *found.lasting, *known, node)]
-    rows = found.relations.rows(columns, {})
-    return not rows or len(columns) - 1 in dependent(rows, len(columns))

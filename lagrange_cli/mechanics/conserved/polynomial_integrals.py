@@ -35,6 +35,7 @@ from lagrange_cli.mechanics.conserved.curved import products_of_symmetries
 from lagrange_cli.mechanics.conserved.noether import Noether
 from lagrange_cli.mechanics.conserved.reasons import term as term_text
 from lagrange_cli.mechanics.conserved.residue_states import States
+from lagrange_cli.mechanics.conserved.rolling import terms_along_constraints
 from lagrange_cli.mechanics.conserved.separable import functions_of, separable
 from lagrange_cli.mechanics.conserved.separation import terms_of_sum
 from lagrange_cli.mechanics.substitution import substituted
@@ -89,8 +90,9 @@ class PolynomialIntegrals:
         rank = self.rank(self.known)
         if rank is None:
             return
+        places = len(model.q) - sum(one.holonomic for one in model.constraints)
         for given, ansatz in self._tried(integrable=rank >= freedoms):
-            if rank >= 2 * freedoms - 1:
+            if rank >= places + freedoms - 1:
                 return
             for one in self._solutions(given, ansatz):
                 now = self.rank([*self.known, one.node])
@@ -139,6 +141,10 @@ class PolynomialIntegrals:
         """Sums of terms, short ones first. Where as much is known as there are degrees of freedom, only flat
         space may have more to offer than its symmetries show."""
         model = self.model
+        if not all(one.holonomic for one in model.constraints):
+            for given_here, ansatz in terms_along_constraints(self.states):
+                if len(ansatz) <= MOST_TERMS:
+                    yield given_here, independent(self.states, given_here, ansatz)
         given = own_variables(model) if self.noether.has_constant_masses else variables_in_space(model)
         if not (given and given.flat):
             for given_here, ansatz in products_of_symmetries(self.states):

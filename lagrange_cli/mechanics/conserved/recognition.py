@@ -8,10 +8,10 @@ A + m*R**2, or A + m*(R**2 + e**2) of few parameters. The quotients have to be s
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations, permutations
+from itertools import combinations, permutations, product
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import fraction_of
@@ -34,6 +34,9 @@ MOST_IN_MOMENTS = 6
 """Parameters up to which moments of inertia with two lengths are recognized."""
 LARGEST = 10**6
 """Numerators and denominators of numbers."""
+
+POWERS = (0, 1, -1, 2, -2)
+"""Exponents of functions of parameters."""
 
 DIVISIONS = 4
 """Divisions that count as one step of work."""
@@ -91,12 +94,15 @@ class Recognition:
     def _node(self, factor: Factor) -> Node:
         return self.graph.sum([(self.graph.product(powers), number) for number, powers in factor])
 
-    def coefficients(self, values: Sequence[int]) -> list[Node] | None:
+    def coefficients(
+        self, values: Sequence[int], constants: Mapping[Node, int] | None = None
+    ) -> list[Node] | None:
         """The expressions with these values, times one factor that removes denominators; the last one is
-        positive."""
-        each = list[Factored]()
+        positive. They may contain powers of two of the ``constants``, functions of parameters with their
+        values."""
+        each, products = list[Factored](), [*self._products(constants or {})]
         for value in values:
-            found = self._factored(value)
+            found = next(self._found(value, products), None)
             if found is None:
                 return None
             each.append(found)
@@ -111,6 +117,22 @@ class Recognition:
             * (float(scale * number) * math.sqrt(square))
             for number, square, powers in each
         ]
+
+    def _products(self, constants: Mapping[Node, int]) -> Iterator[tuple[int, Mapping[Factor, int]]]:
+        """Products of powers of one or two constants, simple ones first: their values and exponents."""
+        p = self.prime
+        given = {((1.0, ((one, 1),)),): value for one, value in constants.items() if value % p}
+        for powers in sorted(product(POWERS, repeat=min(len(given), 2)), key=lambda one: sum(map(abs, one))):
+            for pair in combinations(given.items(), len(powers)):
+                whole = math.prod(pow(value, power, p) for (_, value), power in zip(pair, powers))
+                yield whole % p, {factor: power for (factor, _), power in zip(pair, powers) if power}
+
+    def _found(self, value: int, products: Sequence[tuple[int, Mapping[Factor, int]]]) -> Iterator[Factored]:
+        """A value as a function of parameters times one of these."""
+        for whole, powers in products:
+            rest = self._factored(quotient(value, whole, self.prime))
+            if rest is not None:
+                yield rest[0], rest[1], {**rest[2], **powers}
 
     def _factored(self, value: int) -> Factored | None:
         p = self.prime

@@ -19,7 +19,7 @@ from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.conserved.combinations import MOST_COMBINED, combinations
-from lagrange_cli.mechanics.conserved.displacements import about_the_centre, displaced
+from lagrange_cli.mechanics.conserved.displacements import about_the_centre, accelerated, displaced
 from lagrange_cli.mechanics.conserved.found import Found, Symmetry
 from lagrange_cli.mechanics.conserved.noether import Change, Noether
 from lagrange_cli.mechanics.energetics import Energetics
@@ -70,6 +70,7 @@ def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, 
         about_the_centre,
         idle,
         combinations,
+        accelerated,
         damped,
         parts,
         in_other_axes,

@@ -90,7 +90,9 @@ class Arrangement:
         self.contact = system.contact
         if self.contact is not None:
             followed.append(self.contact.multipliers)
-        self.integrals = (*(f"guard {i}" for i in range(sum(one.count for one in followed))), *integrands)
+        self.silent = sum(one.count for one in followed)
+        """How many of the ``integrals`` nobody needs the values of: all but quadratures."""
+        self.integrals = (*(f"guard {i}" for i in range(self.silent)), *integrands)
         """What is followed beside the motion: the arguments of switches and events, limits of forces that
         hold coordinates, forces of contact, and quadratures."""
         self.sides = len(self.parameters) + guards

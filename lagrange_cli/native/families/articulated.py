@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import Any
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.balance import Balance
@@ -11,6 +10,7 @@ from lagrange_cli.native.families.corrected import CorrectedJet, Local
 from lagrange_cli.native.families.diagonal import regular
 from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.interface import LANES
@@ -20,8 +20,8 @@ from lagrange_cli.native.llvm.vector import Bit, Index
 class ArticulatedJet(CorrectedJet):
     """The jet of a system of joints."""
 
-    def __init__(self, balance: Balance, *given: Any) -> None:
-        super().__init__(*given)
+    def __init__(self, balance: Balance, setting: JetSetting, name: str) -> None:
+        super().__init__(setting, name)
         self.balance = balance
         self.good: list[Bit] = []
 

@@ -15,6 +15,7 @@ from lagrange_cli.native.families.constrained import saddle_of, solve
 from lagrange_cli.native.families.corrected import Local
 from lagrange_cli.native.families.dense import SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
+from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.sweeps import Sweeps
 from lagrange_cli.native.families.tables import place_at
@@ -24,8 +25,8 @@ from lagrange_cli.native.llvm.vector import Bit, Index
 class ClosedJet(ArticulatedJet):
     """The jet of a system of joints with constraints."""
 
-    def __init__(self, closure: Closure, tabled: SolvingTables, *given: Any) -> None:
-        super().__init__(closure.balance, *given)
+    def __init__(self, closure: Closure, tabled: SolvingTables, setting: JetSetting, name: str) -> None:
+        super().__init__(closure.balance, setting, name)
         self.closure, self.tabled = closure, tabled
 
     @property

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from lagrange_cli.families.arrays import Array, Total
 from lagrange_cli.native.families.corrected import CorrectedJet
@@ -14,6 +14,7 @@ from lagrange_cli.native.families.evaluation import Evaluation, added, room
 from lagrange_cli.native.families.loops import needed
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.saddle import Tabled
+from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.families.tables import places_at
 from lagrange_cli.native.families.vectors import Vectors
@@ -34,8 +35,8 @@ def saddle_of(vectors: Vectors, tabled: SolvingTables, base: Pointer | str, firs
 class ConstrainedJet(CorrectedJet):
     """The jet of a system with constraints."""
 
-    def __init__(self, motion: AlongMotion, tabled: SolvingTables, *given: Any) -> None:
-        super().__init__(*given)
+    def __init__(self, motion: AlongMotion, tabled: SolvingTables, setting: JetSetting, name: str) -> None:
+        super().__init__(setting, name)
         self.motion, self.tabled = motion, tabled
 
     def prepared(self) -> Sequence[Total]:

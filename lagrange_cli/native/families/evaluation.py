@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -214,11 +215,18 @@ class Writer:
     def fixed(self, bases: Sequence[Integer]) -> dict[Node, Operands]:
         """The slots that stay as they are in a row."""
         vectors, found = self.vectors, dict[Node, Operands]()
+
+        def everywhere(base: Pointer, at: Integer) -> Numbers:
+            return vectors.splat(vectors.load(base, at), LANES)
+
         for (symbol, slot), i in zip(self.used.items(), self.number):
             if self.rows.strides[i] == 0:
-                one = vectors.splat(vectors.load(self.evaluation.where(slot.array), bases[i]), LANES)
-                found[symbol] = vectors.operand(self.scaled(slot.array, one))
+                found[symbol] = self.taken(slot.array, partial(everywhere, at=bases[i]))
         return found
+
+    def taken(self, array: Array, take: Callable[[Pointer], Numbers]) -> Operands:
+        """Numbers of an array, which ``take`` finds from where they begin on."""
+        return self.vectors.operand(self.scaled(array, take(self.evaluation.where(array))))
 
     def eight(
         self,
@@ -239,13 +247,11 @@ class Writer:
         vectors, strides = self.vectors, self.rows.strides
         known: dict[Node, Operands] = {}
         for (symbol, slot), i in zip(self.used.items(), self.number):
-            base = self.evaluation.where(slot.array)
             if strides[i] == 1:
-                row = vectors.load_row(base, bases[i] + j, LANES)
-                known[symbol] = vectors.operand(self.scaled(slot.array, row))
+                row = partial(vectors.load_row, index=bases[i] + j, lanes=LANES)
+                known[symbol] = self.taken(slot.array, row)
             elif strides[i] is None:
-                found = vectors.gather(base, self.looked_up(i, j))
-                known[symbol] = vectors.operand(self.scaled(slot.array, found))
+                known[symbol] = self.taken(slot.array, partial(vectors.gather, places=self.looked_up(i, j)))
         return known
 
     def of_eight(

@@ -38,11 +38,13 @@ code is twice as long.)"""
 
 @dataclass(frozen=True, eq=False)
 class Jet:
-    """The text of ``@jet``, its doubles of ``%work``, and its operations."""
+    """The text of ``@jet``, its doubles of ``%work``, and its operations; and where ``%work`` tells which
+    guards have series, if others have none (``native.families.nearness``)."""
 
     text: str
     work: int
     operations: int
+    near: int | None = None
 
 
 @contextmanager
@@ -142,7 +144,7 @@ class SeriesJet(SeriesPlaces, ABC):
             for series, place in self.series:
                 if not self.apart(series):
                     begin_sums(self.f, series, k, place, 0, int(series.blocks[-1]))
-        evaluation.clear(totals)
+        self.clear(evaluation, totals)
         for one in self.loops:
             if isinstance(one, Chain):
                 evaluation.add_up(one)
@@ -151,6 +153,10 @@ class SeriesJet(SeriesPlaces, ABC):
             else:
                 SeriesWriter(evaluation, *one, k, phase).write()
         self.accelerate(evaluation, k, phase)
+
+    def clear(self, evaluation: Evaluation, totals: Sequence[Array]) -> None:
+        """Begin an order with sums that are 0."""
+        evaluation.clear(totals)
 
     def apart(self, series: LoopSeries) -> bool:
         """Whether a loop is written apart, in a function of its own."""

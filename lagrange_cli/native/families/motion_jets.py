@@ -3,95 +3,49 @@ followed beside the motion."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import math
 
-from lagrange_cli.families.arrays import Array, Total
+from lagrange_cli.families.arrays import Array
 from lagrange_cli.native.families.articulated import ArticulatedJet
+from lagrange_cli.native.families.beside import BesideJet
 from lagrange_cli.native.families.closed import ClosedJet
 from lagrange_cli.native.families.constrained import ConstrainedJet
 from lagrange_cli.native.families.corrected import CorrectedJet
 from lagrange_cli.native.families.diagonal import DiagonalJet, regular
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.jets import Jet, SeriesJet
-from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.loops import loops, needed
+from lagrange_cli.native.families.nearness import NearJet, Watch, enclosed
 from lagrange_cli.native.families.preparation import Preparation
-from lagrange_cli.native.families.series_places import BESIDE, BRIEF, HEAD, JET
+from lagrange_cli.native.families.series_places import BESIDE, BRIEF, HEAD, JET, MOTION
 from lagrange_cli.native.families.shared_jets import SharedJet
-from lagrange_cli.native.families.spans import Span, in_vectors
+from lagrange_cli.native.families.spans import in_vectors
 from lagrange_cli.native.families.sticking import StickingJet, StickingRates
 from lagrange_cli.native.families.strips import Sharing
 from lagrange_cli.native.families.vectors import DoubleVectors
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Real
+from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.records import replace
-
-
-class BesideJet(SeriesJet):
-    """The series of integrals of ``integrands``, such as the arguments of events: behind the velocities of a
-    ``motion`` in its arrays, and after its series, which do not depend on them."""
-
-    tiled = False
-
-    def __init__(self, integrands: Total, motion: SeriesJet, name: str, *given: Any) -> None:
-        self.integrands, self.motion, self.local = integrands, motion, motion.local
-        super().__init__(*(*given, type(motion.vectors), name))
-
-    def of_state(self) -> dict[Array, tuple[int, int]]:
-        self.work = self.motion.work
-        given = self.system.q, self.system.v, *self.motion.carried
-        return {one: self.motion.planes[one] for one in given}
-
-    def prepared(self) -> Sequence[Total]:
-        known = *self.lasting.fixed, *self.motion.carried
-        totals = needed([self.integrands], self.slots, known)
-        self.arrange(totals)
-        return totals
-
-    def write(self) -> Jet:
-        f, count = self.f, self.integrands.count
-        self.totals = self.prepared()
-        self.bounded()
-        operations = self.emitter.operations + self.stages()
-        last = self.vectors.place(self.at(self.system.v, self.order), self.degrees)
-        with f.loop(0, count, tested=False) as i:
-            self.vectors.store(self.vectors.zero(1), last, i)
-        f.give(self.regular())
-        return Jet(f.text(), self.work, operations)
-
-    def accelerate(
-        self, evaluation: Evaluation, k: Index, phase: int | None, span: Span | None = None
-    ) -> None:
-        vectors, divisor = self.vectors, self.vectors.divisor(k, 1)
-        values = evaluation.where(self.integrands)
-        rows = vectors.place(self.at(self.system.v, k + 1), self.degrees)
-
-        def write(i: Integer, lanes: int) -> None:
-            vectors.store_row(vectors.divided(vectors.load_row(values, i, lanes), divisor), rows, i)
-
-        in_vectors(self.f, (self.f.count(0), self.f.count(self.integrands.count)), write)
-
-    def regular(self) -> Bit:
-        return Bit(self.f, "true", 1)
 
 
 class MotionJets(Preparation):
     """``@jet``, and what gives rates where ``@jet`` gives series."""
 
-    def jet(self) -> Jet:
-        """``@jet``."""
+    def jet(self, watch: Watch | None) -> Jet:
+        """``@jet``; steps ``watch`` guards, if there are any."""
         if self.order == RATES:
             return self.rates_alone(JET)
-        given = self.system, self.lasting, self.places, self.tables, self.layout, self.order
-        made = self.coupled(self.order, JET)
+        made, setting = self.coupled(self.order, JET), self.setting(self.order)
         if made is not None:
-            return self.with_beside(made, BESIDE, *given)
+            return self.with_beside(made, BESIDE)
         if self.scheme:
-            return self.with_beside(DiagonalJet(*given, self.kind), BESIDE, *given)
-        made = DiagonalJet(*given, self.kind) if self.parts is None else SharedJet(self.parts, *given)
-        jet = self.with_beside(made, BESIDE, *given)
-        brief = DiagonalJet(*given[:-1], RATES, self.kind, BRIEF).write()
+            return self.with_beside(DiagonalJet(setting), BESIDE)
+        watch = watch if self.looks(watch) else None
+        own = setting, JET if watch is None else MOTION
+        made = DiagonalJet(*own) if self.parts is None else SharedJet(self.parts, *own)
+        jet = self.with_beside(made, BESIDE) if watch is None else self.with_near(made, watch)
+        brief = DiagonalJet(self.setting(RATES), BRIEF).write()
         return replace(jet, text=jet.text + brief.text)
 
     def rates_alone(self, name: str) -> Jet:
@@ -99,13 +53,12 @@ class MotionJets(Preparation):
         made = self.coupled(RATES, name)
         if made is None:
             return self.accelerations(name)
-        given = self.system, self.lasting, self.places, self.tables, self.layout, RATES
-        return self.with_beside(made, f"{BESIDE}_{name}", *given)
+        return self.with_beside(made, f"{BESIDE}_{name}")
 
     def coupled(self, order: int, name: str) -> SeriesJet | None:
         """The jet of a system whose accelerations follow from all members together; None if M is diagonal and
         there are no constraints."""
-        given = self.system, self.lasting, self.places, self.tables, self.layout, order, self.kind, name
+        given = self.setting(order), name
         if self.closure is not None:
             return ClosedJet(self.closure, self.tabled, *given)
         if self.balance is not None:
@@ -114,7 +67,7 @@ class MotionJets(Preparation):
             return (StickingRates if order == RATES else StickingJet)(self.sticking, self.tabled, *given)
         return None if self.motion is None else ConstrainedJet(self.motion, self.tabled, *given)
 
-    def with_beside(self, motion: SeriesJet, name: str, *given: Any) -> Jet:
+    def with_beside(self, motion: SeriesJet, name: str) -> Jet:
         """The jet of a motion, and of what is followed beside it, by a function of that name."""
         motion.beside, motion.copied = "" if self.integrands is None else name, not self.concise
         if isinstance(motion, CorrectedJet):
@@ -122,10 +75,31 @@ class MotionJets(Preparation):
         jet = motion.write()
         if self.integrands is None:
             return jet
-        further = BesideJet(self.integrands, motion, name, *given)
+        further = BesideJet(self.integrands, motion, name)
         further.copied = motion.copied
         beside = further.write()
         return Jet(beside.text + jet.text, beside.work, jet.operations + beside.operations)
+
+    def looks(self, watch: Watch | None) -> bool:
+        """Whether steps look for those guards whose arguments need series (``nearness``)."""
+        if self.integrands is None or watch is None or not watch.pays or self.kind is not DoubleVectors:
+            return False
+        if self.silent < len(self.integrals):  # others have a say in how long steps are
+            return False
+        listed = loops(needed([self.integrands], self.slots, self.lasting.fixed), self.slots)
+        return bool(enclosed(self.integrands, listed, (self.system.q, self.system.v, *self.lasting.fixed)))
+
+    def with_near(self, motion: SeriesJet, watch: Watch) -> Jet:
+        """The jet of a motion, and functions of their own for it and for the arguments of guards."""
+        assert self.integrands is not None
+        jet, beside = motion.write(), NearJet(watch, self.integrands, motion, BESIDE).write()
+        f = Function(HEAD.format(JET, DoubleVectors.times))
+        places = f.pointer("%constants"), Real(f, "%t", 1), *f.pointers("state", "work")
+        regular = f.call(Bit, MOTION, *places)
+        f.call(Bit, BESIDE, *places, f.constant(math.inf))  # whatever may become 0 at any time
+        f.give(regular)
+        texts, operations = beside.text + jet.text + f.text(), jet.operations + beside.operations
+        return replace(beside, text=texts, operations=operations)
 
     def accelerations(self, name: str) -> Jet:
         """The rates where M is diagonal."""

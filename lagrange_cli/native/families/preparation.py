@@ -13,6 +13,7 @@ from lagrange_cli.native.companion import LONG, ONCE, put_beside
 from lagrange_cli.native.families.arrangement import Arrangement
 from lagrange_cli.native.families.double_double import BEHIND_CONSTANTS, BEHIND_WORK, beside_double_doubles
 from lagrange_cli.native.families.everywhere import put_scalars
+from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.sharing import Parts
 from lagrange_cli.native.families.vectors import DoubleVectors, Vectors
 from lagrange_cli.native.functions.double_double import functions
@@ -32,6 +33,11 @@ class Preparation(Arrangement):
     def parts(self) -> Parts | None:
         """What threads share, if numbers are doubles and those of the run."""
         return Parts(self.board_of) if self.kind is DoubleVectors else None
+
+    def setting(self, order: int) -> JetSetting:
+        """What jets of this order need to know."""
+        common = self.system, self.lasting, self.places, self.tables, self.layout
+        return JetSetting(*common, order, self.kind)
 
     def board_of(self, f: Function, constants: Pointer | None = None) -> Pointer:
         """Where the board is."""

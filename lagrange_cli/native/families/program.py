@@ -16,6 +16,7 @@ from lagrange_cli.native.families.evaluation import room
 from lagrange_cli.native.families.floors import FLOORS, related, write_floors
 from lagrange_cli.native.families.jets import Jet
 from lagrange_cli.native.families.motion_jets import MotionJets
+from lagrange_cli.native.families.nearness import Watch
 from lagrange_cli.native.families.observation import OBSERVE, Observation
 from lagrange_cli.native.families.preparation import BOARD, low_parts
 from lagrange_cli.native.families.proof import FamilyProof, proof_room
@@ -62,8 +63,9 @@ class FamilyProgram(Returning, Observation, MotionJets):
             scheme = scheme_of(self.scheme)
             order = scheme.order
         interface = Interface(
-            order=order, degrees=self.degrees, parameters=self.parameters, integrals=self.integrals,
-            stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=self.kind.parts,
+            order=order, degrees=self.degrees, parameters=self.parameters,
+            integrals=self.integrals[self.silent :], stored=0, observed=tuple(self.observed),
+            constants=0, work=0, lanes=0, parts=self.kind.parts,
             given=self.kind.parts if self.factor is None else 2,
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
             vectors=(),
@@ -74,7 +76,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
         )  # fmt: skip
         if self.scheme:
             interface = replace(interface, carried=scheme.carried(interface.inner))
-        jet = self.jet()
+        jet = self.jet(Watch(interface.rows_of_guards, interface.inner) if interface.guarded else None)
         work, steps, at = (self.steps if self.kind.parts == 1 else self.pair_steps)(interface, jet)
         parts = [jet.text, *steps, self.shared()]
         observe, counted = self.values(OBSERVE, self.observed.values(), self.roots, self.pulled)
@@ -130,7 +132,9 @@ class FamilyProgram(Returning, Observation, MotionJets):
             work, steps = self.on_rates(interface, work, floors)
             parts += steps
         elif by_series:
-            parts.append(advance(self.by_series(lengths, self.given(interface, work, floors))))
+            parts.append(
+                advance(self.by_series(lengths, replace(self.given(interface, work, floors), near=jet.near)))
+            )
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)

@@ -17,7 +17,7 @@ from lagrange_cli.native.families.preparation import Preparation
 from lagrange_cli.native.families.vectors import Vectors
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer
 from lagrange_cli.native.motions import RATES
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class AtRest(Preparation):
     def at_a_state(self) -> tuple[ArticulatedJet, Jet]:
         """The jet, and what is written of it."""
         kind = InConstants if self.kind.parts > 1 else self.kind
-        given = self.sampled, self.lasting, self.places, self.tables, self.layout, RATES, kind, AT_A_STATE
+        given = replace(self.setting(RATES), system=self.sampled, kind=kind), AT_A_STATE
         if isinstance(self.resting, Closure):
             jet: ArticulatedJet = ClosedJet(self.resting, self.tabled, *given)
         else:

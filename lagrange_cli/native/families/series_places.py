@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from lagrange_cli.families.arrays import Array, Chain, Slots, Total
+from lagrange_cli.families.arrays import Array, Chain, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
@@ -13,18 +13,19 @@ from lagrange_cli.native.families.loops import loops
 from lagrange_cli.native.families.series import LoopSeries
 from lagrange_cli.native.families.tables import Tables
 from lagrange_cli.native.families.tiling import Tiling, tiling_of
-from lagrange_cli.native.families.vectors import Divisor, DoubleVectors, Vectors
+from lagrange_cli.native.families.vectors import Divisor, Vectors
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Index, Pointer
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.state import StateLayout, whole_vectors
-from lagrange_cli.records import replace
+from lagrange_cli.records import dataclass, replace
 
 HEAD = "define internal i1 @{}(ptr noalias %constants, {}, ptr noalias %state, ptr noalias %work) #0"
-JET, BRIEF, BESIDE = "jet", "accelerations", "beside"
-"""The names of the functions: all of a step's series, accelerations alone, and series beside the motion's."""
+JET, MOTION, BRIEF, BESIDE = "jet", "motion", "accelerations", "beside"
+"""The names of the functions: all of a step's series, or the motion's alone, if others have a function of
+their own; accelerations alone; and series beside the motion's."""
 
 
 def velocity_planes(rows: int) -> tuple[int, int]:
@@ -34,33 +35,38 @@ def velocity_planes(rows: int) -> tuple[int, int]:
     return LANES, whole_vectors(rows, 1)
 
 
+@dataclass(frozen=True, eq=False)
+class JetSetting:
+    """What the jets of a program have in common. ``places`` has where what lasts is, from the beginning of
+    scratch in ``%constants`` on, and ``order`` is that of q's series."""
+
+    system: FamilySystem
+    lasting: Lasting
+    places: Mapping[Array, int]
+    tables: Tables
+    layout: StateLayout
+    order: int
+    kind: type[Vectors]
+
+
 class SeriesPlaces:
-    """The series of the velocities are at ``velocity_planes``. ``places`` has where what lasts is, from the
-    beginning of scratch in ``%constants`` on."""
+    """The series of the velocities are at ``velocity_planes``."""
 
     local = True
     """Whether an order takes nothing but loops and ``accelerate``, and coordinates have no series of their
     own. (Double-double numbers have these: to compute them again and again takes longer.)"""
     tiled = True
     """Whether blocks of members may be taken through all orders one after the other."""
+    head = HEAD
+    """The head of the function."""
     shared = False
     """Whether several threads may compute them."""
 
-    def __init__(
-        self,
-        system: FamilySystem,
-        lasting: Lasting,
-        places: Mapping[Array, int],
-        tables: Tables,
-        layout: StateLayout,
-        order: int,
-        kind: type[Vectors] = DoubleVectors,
-        name: str = JET,
-    ) -> None:
-        self.system, self.lasting, self.tables, self.order = system, lasting, tables, order
-        self.slots: Slots = system.slots
-        self.kind, self.lasts = kind, places
-        self.enter(Function(HEAD.format(name, kind.times)))
+    def __init__(self, setting: JetSetting, name: str = JET) -> None:
+        self.setting, system, layout, kind = setting, setting.system, setting.layout, setting.kind
+        self.system, self.slots, self.order = system, system.slots, setting.order
+        self.lasting, self.tables = setting.lasting, setting.tables
+        self.enter(Function(self.head.format(name, kind.times)))
         self.local = self.local and kind.parts == 1
         self.width, self.degrees, self.rates = layout.width, system.q.count, layout.rows - layout.degrees
         self.work = 0
@@ -75,10 +81,10 @@ class SeriesPlaces:
 
     def enter(self, f: Function) -> None:
         """Write into this function from here on."""
-        self.f, self.vectors = f, self.kind(f)
+        self.f, self.vectors = f, self.setting.kind(f)
         self.emitter: LaneEmitter = self.vectors.kind
         base = self.vectors.place("%constants", f.load_integer("@scratch"))
-        self.places = {array: self.vectors.place(base, at) for array, at in self.lasts.items()}
+        self.places = {array: self.vectors.place(base, at) for array, at in self.setting.places.items()}
         self.time = self.vectors.operand(self.vectors.splat(self.vectors.now(), LANES))
 
     @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from lagrange_cli.families.arrays import Total
 from lagrange_cli.native.board import Board
@@ -11,6 +10,7 @@ from lagrange_cli.native.families.chunks import Chunks, add_chunks, chunks_of
 from lagrange_cli.native.families.diagonal import DiagonalJet
 from lagrange_cli.native.families.loops import Loop
 from lagrange_cli.native.families.series import LoopSeries
+from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.sharing import STRIP, Part, Parts, given
 from lagrange_cli.native.families.stage import SeriesWriter
 from lagrange_cli.native.families.tiling import SHARED, Tiling
@@ -24,8 +24,8 @@ class SharedJet(DiagonalJet):
 
     shared = True
 
-    def __init__(self, parts: Parts, *arguments: Any) -> None:
-        super().__init__(*arguments)
+    def __init__(self, parts: Parts, setting: JetSetting, name: str) -> None:
+        super().__init__(setting, name)
         self.parts = parts
         self.chunks: dict[Loop, Chunks] = {}
         """Loops that threads share, a chunk each."""

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TypeAlias
 
-from lagrange_cli.native.families.series_places import BRIEF, JET
+from lagrange_cli.native.families.series_places import BESIDE, BRIEF, JET, MOTION
 from lagrange_cli.native.families.spans import Span, divided, smaller
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
@@ -57,15 +57,18 @@ class FamilySteps(DoubleSteps):
             place, speed = self.sums_of(f, dt, *both)
             take(i, degrees, place)
             take(i + degrees, 2 * degrees, speed)
-        if self.integrals:
-            with f.loop(0, self.integrals, rows, tested=False) as i:
-                (change,) = self.sums_of(f, dt, partial(self.speed, f, i + degrees, rows=rows))
-                take(i + 2 * degrees, self.lengths.rows, change)
+        first, count = self.lasting
+        if count:
+            with f.loop(first - degrees, first - degrees + count, rows, tested=False) as i:
+                (change,) = self.sums_of(f, dt, partial(self.speed, f, i, rows=rows))
+                take(i + degrees, self.lengths.rows, change)
 
     @property
-    def integrals(self) -> int:
-        """How many rows there are behind those of velocities."""
-        return self.lengths.rows - 2 * self.lengths.degrees
+    def lasting(self) -> tuple[int, int]:
+        """The first of the integrals whose values are wanted, and how many there are: those of arguments of
+        guards, before them, are not."""
+        first = self.state.integrals.start + (self.given.guards.arguments if self.given.guards else 0)
+        return first, self.lengths.rows - first
 
     def place(self, f: Function, i: Integer, m: Index, rows: int = 0) -> Real:
         """Coefficient ``m`` of coordinates, from the ``i``-th one on."""
@@ -128,15 +131,27 @@ class VelocitySteps(FamilySteps):
     """With series of the velocities, from which those of the coordinates follow."""
 
     def expand(self, f: Function, now: Now, brief: Callable[[], Bit] | None = None) -> tuple[Now, Bit]:
-        if brief is None or self.integrals:
+        given = f.pointer("%constants"), now.t + now.low, *self.places(f)
+        if self.given.near is not None:
+            self.measure(f, now)
+            return now, f.call(Bit, MOTION, *given)
+        if brief is None or self.state.quadratures:
             return super().expand(f, now)
         self.measure(f, now)
-        given, regular = (f.pointer("%constants"), now.t + now.low, *self.places(f)), f.variable(f.never(1))
+        regular = f.variable(f.never(1))
         with f.when(brief()):
             regular.set(f.call(Bit, BRIEF, *given))
         with f.otherwise():
             regular.set(f.call(Bit, JET, *given))
         return now, regular.get()
+
+    def watch(self, f: Function, now: Now, h: Real) -> None:
+        if self.given.near is not None:
+            f.call(Bit, BESIDE, f.pointer("%constants"), now.t + now.low, *self.places(f), h)
+
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
+        self.watch(f, now, h)
+        return super().first_guard(f, now, h)
 
     def place(self, f: Function, i: Integer, m: Index, rows: int = 0) -> Real:
         speed = self.speed(f, i, m - 1, rows)
@@ -149,7 +164,7 @@ class VelocitySteps(FamilySteps):
             self.noise.count(f)
         self.weigh(f, h)
         farthest = self.move_all(f, h, allowed)
-        if self.integrals:
+        if self.lasting[1]:
             self.move_integrals(f, f.splat(h, self.lengths.lanes), allowed)
         return farthest
 
@@ -212,9 +227,9 @@ class VelocitySteps(FamilySteps):
     def move_integrals(self, f: Function, h: Real, allowed: Allowance) -> None:
         """The same for integrals."""
         lengths, low, (rates, allowances, _) = self.lengths, self.state.width, self.expected(f)
-        first = 2 * lengths.degrees
+        first, count = self.lasting
         with lengths.each(f, lengths.vector(first)) as row:
-            inside, c = row.among(first, self.integrals), row.series().terms(1, lengths.order)
+            inside, c = row.among(first, count), row.series().terms(1, lengths.order)
             change, rest = careful_sum(f, c, h, CHAINS)
             old, lost = row.at("%state"), row.at("%state", low)
             new, error = two_sum(old, change + (lost + rest))

@@ -11,7 +11,6 @@ M and A are constant: every order of f follows from the same order of F.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from lagrange_cli.native.families.diagonal import DiagonalJet
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.restraint import Restraint
+from lagrange_cli.native.families.series_places import JetSetting
 from lagrange_cli.native.families.spans import Span
 from lagrange_cli.native.llvm.vector import Bit, Index, Pointer
 
@@ -77,8 +77,8 @@ class StickingJet(DiagonalJet):
 
     tiled = False
 
-    def __init__(self, sticking: Sticking, tabled: SolvingTables, *given: Any) -> None:
-        super().__init__(*given)
+    def __init__(self, sticking: Sticking, tabled: SolvingTables, setting: JetSetting, name: str) -> None:
+        super().__init__(setting, name)
         self.sticking, self.tabled = sticking, tabled
 
     @property

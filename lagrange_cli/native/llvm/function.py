@@ -112,6 +112,15 @@ class Function(Flow):
         place = self.place(base, index, "double")
         self.line(f"  call void @llvm.prefetch.p0(ptr {place.name}, i32 0, i32 3, i32 1)")
 
+    def copy_rows(
+        self, source: tuple[Pointer | str, int], target: tuple[Pointer | str, int], count: int, lanes: int
+    ) -> None:
+        """Copy so many doubles, ``lanes`` together, from ``base[index]`` on to another place."""
+        (origin, first), (to, place) = source, target
+        with self.loop(0, count, lanes, tested=False) as i:
+            value = self.load_row(origin, i + first if first else i, lanes)
+            self.store_row(value, to, i + place if place else i)
+
     def store_row(
         self,
         value: Real,

@@ -54,6 +54,9 @@ class DiskArithmetic(NumberKind[Disk]):
     """All that ``Disks`` has but functions. Centres are numbers of ``centres``, whose text goes to ``f``;
     radii are vectors of so many ``lanes``, for disks around the same centres."""
 
+    several = False
+    """Whether each lane has a centre of its own."""
+
     def __init__(self, f: Function, centres: Emitter, lanes: int) -> None:
         self.f, self.centres, self.lanes = f, centres, lanes
         self.unit = centres.unit
@@ -78,6 +81,8 @@ class DiskArithmetic(NumberKind[Disk]):
 
     def spread(self, value: Value) -> Real:
         """A centre's number in every lane of radii."""
+        if self.several:
+            return Real(self.f, self.centres.written(value), self.lanes)
         name = operand(value)
         if name not in self._spread:
             self._spread[name] = self.f.splat(Real(self.f, name, 1), self.lanes)

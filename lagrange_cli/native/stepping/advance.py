@@ -85,10 +85,11 @@ def advance(steps: Steps) -> str:
                 due.set(f.count(NO_GUARD))
             leave(Stop.PAUSE, steps_before, began.get())
 
-    def change_mode() -> Bit:
+    def change_mode(now: Now) -> Bit:
         """Go on from here with the other mode of the guard that is due; whether the equations are the same.
         The caller decides what is not simple."""
         assert due is not None
+        steps.watch(f, now, zero)
         passed, last, times = f.magnitude(clock(Clock.TIME)), clock(Clock.LAST_PASS), clock(Clock.PASSES)
         at_once = clock(Clock.TIME) - last <= passed * bounds.no_time
         remember(Clock.PASSES, f.select(at_once, times + 1.0, zero))
@@ -180,7 +181,7 @@ def advance(steps: Steps) -> str:
                 limited.set(limited_before.get())
                 leave(Stop.SAMPLES, less)
             if due is not None:
-                with f.when(~due.get().equals(NO_GUARD)), f.when(~change_mode()):
+                with f.when(~due.get().equals(NO_GUARD)), f.when(~change_mode(now)):
                     steps.forget(f)
                     rounds.go_on()
         with f.when(taken.get() >= pause):
@@ -246,7 +247,7 @@ def advance(steps: Steps) -> str:
                 with f.when(root < 0.0):
                     leave(Stop.GUARD, taken.get())
                 with f.when(root.equals(0.0)):
-                    change_mode()
+                    change_mode(now)
                     steps.forget(f)
                     rounds.go_on()
                 bound.set(root)

@@ -15,10 +15,10 @@ from lagrange_cli.native.llvm.function import Function, exp2_roughly, log2_rough
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import StateLayout, whole_vectors
 from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.implicit import BEYOND, HEAD, THETA, ImplicitSteps, areas
+from lagrange_cli.native.stepping.implicit import BEYOND, THETA, ImplicitSteps, areas
 from lagrange_cli.native.stepping.polynomial import weighed
 from lagrange_cli.native.stepping.radau_constants import COMPLEX, NODES, PARTS, REAL, STAGES, VALUES, WEIGHTS
-from lagrange_cli.native.stepping.rate_places import span_of, wide_of
+from lagrange_cli.native.stepping.rate_places import HEAD, span_of, wide_of
 
 ROUNDS = 7
 """Newton iterations at most."""
@@ -74,8 +74,7 @@ class CollocationSteps(ImplicitSteps):
                 self.put_state(f, i + degrees, self.row(f, f"z{k}", i), lows(i + degrees))
             self.put_integrals(f)
             rates, good = self.node(f, now + h * node)
-            with self._each(f, self._count) as i:
-                self.put_row(f, f.load_row(rates, i, lanes), f"f{k}", i)
+            f.copy_rows((rates, 0), ("%work", self.areas[f"f{k}"]), self._count, lanes)
             regular = regular & good
         self.spend(f, f.constant(float(STAGES)))
         f.give(regular)

@@ -15,7 +15,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.dop853_stages import FIFTH, INSIDE, NODES, STAGE, STAGES, THIRD, Weights
 from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.rate_places import LENGTH, Places, wide_of
+from lagrange_cli.native.stepping.rate_places import HEAD, LENGTH, Places, wide_of
 from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
 from lagrange_cli.native.stepping.steps import Now
 
@@ -63,11 +63,9 @@ class Dop853Steps(RateSteps):
         return first if second is None else first + second
 
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
-        layout, at, lanes = self.state, self._places, self.lengths.lanes
-        with f.loop(0, layout.degrees, lanes, tested=False) as i:
-            f.store_row(f.load_row("%state", i + layout.degrees, lanes), "%work", i + at.own)
-        with self._each(f, self._count) as i:
-            f.store_row(f.load_row("%work", i + at.begin, lanes), "%work", i + (at.own + layout.degrees))
+        degrees, at, lanes = self.state.degrees, self._places, self.lengths.lanes
+        f.copy_rows(("%state", degrees), ("%work", at.own), degrees, lanes)
+        f.copy_rows(("%work", at.begin), ("%work", at.own + degrees), self._count, lanes)
         regular = f.variable(Bit(f, "true"))
         for k in range(1, STAGES + 1):
             regular.set(regular.get() & self.stage(f, k, t, low, h))
@@ -85,10 +83,8 @@ class Dop853Steps(RateSteps):
         rates, good = self.node(f, t + (low + h * NODES[k]))
         place = at.own + k * wide_of(layout)
         # what is written behind the last coordinate is overwritten by the rates of the velocities
-        with f.loop(0, layout.degrees, lanes, tested=False) as i:
-            f.store_row(f.load_row("%work", i + (at.state + layout.degrees), lanes), "%work", i + place)
-        with self._each(f, self._count) as i:
-            f.store_row(f.load_row(rates, i, lanes), "%work", i + (place + layout.degrees))
+        f.copy_rows(("%work", at.state + layout.degrees), ("%work", place), layout.degrees, lanes)
+        f.copy_rows((rates, 0), ("%work", place + layout.degrees), self._count, lanes)
         return good
 
     def _factor(self, f: Function, h: Real) -> tuple[Real, Bit]:
@@ -118,7 +114,7 @@ class Dop853Steps(RateSteps):
 
     def finish(self, f: Function, h: Real) -> None:
         if self.watching:  # what guards look at is on the way
-            f.call(None, "inside", *(f.pointer(f"%{name}") for name in ("constants", "state", "work")))
+            self.called(f, "inside")
         else:
             f.call(None, "ends", f.pointer("%work"), h)
 
@@ -154,7 +150,7 @@ class Dop853Steps(RateSteps):
 
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
         self._left = left
-        return h
+        return super().vet(f, now, h, left, free)
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
         if self.watching:
@@ -163,7 +159,7 @@ class Dop853Steps(RateSteps):
         dt = (f.load("%times", index) - now.t) - now.low
         sampled, cut = dt <= h, (h < chosen) | (self._left < chosen)
         with f.when(sampled | cut):
-            f.call(None, "inside", f.pointer("%constants"), f.pointer("%state"), f.pointer("%work"))
+            self.called(f, "inside")
         beyond = super().sample(f, now, index, h)
         with f.when(sampled & ~cut):  # samples change nothing, not even the rounding of a sum
             f.call(None, "ends", f.pointer("%work"), chosen)
@@ -171,9 +167,7 @@ class Dop853Steps(RateSteps):
 
     def _inside(self) -> Function:
         """``@inside(constants, state, work)``: the polynomial within the step that has been chosen."""
-        f = Function(
-            "define internal void @inside(ptr noalias %constants, ptr noalias %state, ptr noalias %work) #0"
-        )
+        f = Function(f"define internal void @inside{HEAD}) #0")
         t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         h = f.load("%work", self._places.chosen + LENGTH)
         for k in range(STAGES + 1, ALL):

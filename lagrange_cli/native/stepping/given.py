@@ -46,5 +46,8 @@ class Given:
     """Which rates depend on which coordinates, for implicit steps."""
     rates: str = "jet"
     """The function that computes rates, for steps on these."""
+    near: int | None = None
+    """Where ``%work`` tells which guards have series, if those that nothing can come of in a step have none
+    (see ``GuardSearch``)."""
     jointed: bool = False
     """Whether joints have several coordinates each, whose accelerations are found together."""

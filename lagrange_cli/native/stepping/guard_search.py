@@ -43,6 +43,9 @@ class GuardSearch:
     """Where records are, behind ``%trial``."""
     interpolated: bool = False
     """Whether arguments are polynomials through values of theirs, instead of series."""
+    near: int | None = None
+    """Where ``%work`` tells which guards that are side by side have series in this step, if others have none
+    (``native.families.nearness``)."""
 
     @property
     def roots(self) -> Roots:
@@ -164,9 +167,7 @@ class GuardSearch:
     def _suspects(self, f: Function, reach: Variable[Real]) -> Iterator[Integer]:
         """Guards one by one; where there are many, without those of which nothing is due, vector by vector,
         in the part of the step that is left to ``reach``."""
-        count, rows = self.rows.count, [one.row for one in self.rows.guards]
-        beside = next((j for j, row in enumerate(rows) if row != rows[0] + j), count)
-        whole = beside - beside % LANES
+        count, whole = self.rows.count, self.rows.side_by_side
         if whole < MANY or self.lengths.row != 1:
             with f.loop(0, count, tested=False) as j:
                 yield j
@@ -174,11 +175,20 @@ class GuardSearch:
         with f.loop(0, count, LANES, tested=False) as first:
             suspect = f.variable(Bit(f, "true"))
             with f.when(first < whole):
-                suspect.set(f.any(self._suspect(f, first, reach.get())))
+                if self.near is None:
+                    suspect.set(f.any(self._suspect(f, first, reach.get())))
+                else:
+                    suspect.set(f.any(f.load_row("%work", first + self.near, LANES) > 0.0))
+                    with f.when(suspect.get()):
+                        suspect.set(f.any(self._suspect(f, first, reach.get())))
             end = first + LANES
             last = f.select(end > count, f.count(count), end)
             with f.when(suspect.get()), f.loop(first, last, tested=False) as j:
-                yield j
+                if self.near is None:
+                    yield j
+                else:
+                    with f.when((f.load("%work", j + self.near) > 0.0) | (j >= whole)):
+                        yield j
 
     def _suspect(self, f: Function, first: Integer, reach: Real) -> Bit:
         """Which guards of a vector have to be looked at: whose arguments are near 0, or not known, in a step

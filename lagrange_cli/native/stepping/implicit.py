@@ -24,7 +24,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, whole_vectors
 from lagrange_cli.native.stepping.coupling import Coupling
 from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.rate_places import HEADER, span_of, wide_of
+from lagrange_cli.native.stepping.rate_places import HEAD, HEADER, span_of, wide_of
 from lagrange_cli.native.stepping.rate_steps import RateSteps
 
 VERSION, WHEN, RENEW, ERROR, CHOSEN = range(5)
@@ -37,7 +37,6 @@ Newton's steps became shorter."""
 MOST_NUMBERS = whole("numbers")
 DIFFERENCE, SMALL = 2.0**-52, 1e-5
 """A difference is the root of this times a coordinate, or times what it is at least (Hairer and Wanner)."""
-HEAD = "(ptr noalias %constants, ptr noalias %state, ptr noalias %work"
 BEYOND = HEADER + LANES
 """Where the state at which derivatives belong is among what is carried."""
 
@@ -122,10 +121,6 @@ class ImplicitSteps(RateSteps):
         """Where an area begins."""
         return f.place("%work", self.areas[name], "double")
 
-    def called(self, f: Function, name: str, *arguments: Real) -> None:
-        """A call of a function without a result."""
-        f.call(None, name, *f.pointers("constants", "state", "work"), *arguments)
-
     # the order of coordinates
 
     def coordinate(self, f: Function, p: Integer) -> Integer:
@@ -170,9 +165,7 @@ class ImplicitSteps(RateSteps):
 
     def renew(self, f: Function) -> None:
         """Compute the derivatives where the step begins."""
-        lanes = self.lengths.lanes
-        with f.loop(0, self.state.width, lanes, tested=False) as i:
-            self.put_row(f, f.load_row("%state", i, lanes), "point", i)
+        f.copy_rows(("%state", 0), ("%work", self.areas["point"]), self.state.width, self.lengths.lanes)
         self.note(f, self.now(f), WHEN)
         self.note(f, self.noted(f, VERSION) + 1.0, VERSION)
         self.note(f, f.constant(1.0), CURRENT, "cache")
@@ -190,8 +183,7 @@ class ImplicitSteps(RateSteps):
             f.store_row(self.row(f, "point", i), "%work", i + at.state)
             f.store_row(f.zero(lanes), "%work", i + (at.state + width))
         rates, _ = self._evaluate(f, t, state, work)
-        with self._each(f, self._count) as i:
-            self.put_row(f, f.load_row(rates, i, lanes), "base", i)
+        f.copy_rows((rates, 0), ("%work", self.areas["base"]), self._count, lanes)
         for area, shift in (("by_q", 0), ("by_v", self.lengths.degrees)):
             with f.loop(0, colours, tested=False) as colour:
                 with f.loop(colour, self.size, colours, tested=False) as p:
@@ -248,8 +240,8 @@ class ImplicitSteps(RateSteps):
         return f
 
     def hand_over(self, f: Function, h: Real, length: Real) -> None:
-        layout, lanes = self.state, self.lengths.lanes
+        layout, point = self.state, self.areas["point"]
         for number in range(LANES):
             f.store(self.noted(f, number), "%state", layout.carried_at + HEADER + number)
-        with f.loop(0, layout.width, lanes, tested=False) as i:
-            f.store_row(self.row(f, "point", i), "%state", i + (layout.carried_at + BEYOND))
+        carried = layout.carried_at + BEYOND
+        f.copy_rows(("%work", point), ("%state", carried), layout.width, self.lengths.lanes)

@@ -69,7 +69,9 @@ class Steps(ABC):
                 rest=AT_REST if given.proving[1] else 0.0, known=self.state.errors,
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
-        self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
+        self.guards = None
+        if given.guards:
+            self.guards = GuardCode(given.guards, given.state, lengths, records, near=given.near)
         self.proof = self._proof("proven", given.proving[0])
         self.integrands = self._proof("integrands_proven", given.proving[1], rows)
         self.arguments = self._proof("arguments_proven", given.proving[2], (first, arguments))
@@ -135,6 +137,10 @@ class Steps(ABC):
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         """When a guard is due in a step of ``h``, which one, and how much of the step is known
         (``guards.GuardCode``)."""
+
+    def watch(self, f: Function, now: Now, h: Real) -> None:  # noqa: B027 - most have nothing to do
+        """Compute the series of guards' arguments that may be needed in a step of ``h``, where ``expand``
+        does not."""
 
     @abstractmethod
     def straighten(self, f: Function) -> None:

@@ -17,11 +17,11 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import Clock
 from lagrange_cli.native.stepping.collocation import DIVERGED, ROUNDS, UNSOUND, CollocationSteps
 from lagrange_cli.native.stepping.given import Given
-from lagrange_cli.native.stepping.implicit import CHOSEN, CURRENT, ERROR, HEAD, RENEW, THETA, TRIED
+from lagrange_cli.native.stepping.implicit import CHOSEN, CURRENT, ERROR, RENEW, THETA, TRIED
 from lagrange_cli.native.stepping.polynomial import powers, weighed
 from lagrange_cli.native.stepping.radau_constants import ERROR as ERROR_WEIGHTS
 from lagrange_cli.native.stepping.radau_constants import PLACE_ERROR, POLYNOMIAL, REAL, STAGES
-from lagrange_cli.native.stepping.rate_places import HEADER, Places
+from lagrange_cli.native.stepping.rate_places import HEAD, HEADER, Places
 from lagrange_cli.native.stepping.rate_steps import Trial
 
 ORDER = STAGES + 2
@@ -173,8 +173,7 @@ class RadauSteps(CollocationSteps):
                 self.put_state(f, i + n, self.row(f, "rows1", i), low)
             self.put_integrals(f)
             rates, _ = self.node(f, self.now(f))
-            with self._each(f, count) as i:
-                self.put_row(f, f.load_row(rates, i, lanes), "f0", i)
+            f.copy_rows((rates, 0), ("%work", self.areas["f0"]), count, lanes)
             self.spend(f, f.constant(1.0))
             with f.when(large):
                 total.set(filtered(self.areas["f0"], 1.0))

@@ -34,6 +34,10 @@ class RatesAtNodes(DoubleSteps):
         good = f.call(Bit, self.given.rates, f.pointer("%constants"), t, state, f.place(work, at, "double"))
         return f.place(work, at + self.state.width + self.state.degrees, "double"), good
 
+    def called(self, f: Function, name: str, *arguments: Real) -> None:
+        """A call of a function without a result."""
+        f.call(None, name, *f.pointers("constants", "state", "work"), *arguments)
+
     @contextmanager
     def _each(self, f: Function, count: int) -> Iterator[Integer]:
         """Vectors of so many rows."""
@@ -42,10 +46,8 @@ class RatesAtNodes(DoubleSteps):
 
     def node(self, f: Function, t: Real) -> tuple[Pointer, Bit]:
         """The rates at the state that has been written, and whether they are regular."""
-        at, lanes, width = self._places, self.lengths.lanes, self.state.width
-        with f.loop(0, width, lanes, tested=False) as i:
-            f.store_row(f.load_row("%work", i + at.low, lanes), "%work", i + (at.state + width))
-        work = f.pointer("%work")
+        at, width, work = self._places, self.state.width, f.pointer("%work")
+        f.copy_rows((work, at.low), (work, at.state + width), width, self.lengths.lanes)
         return self._evaluate(f, t, f.place(work, at.state, "double"), work)
 
     def put_state(self, f: Function, row: Integer, change: Real, rest: Real) -> None:

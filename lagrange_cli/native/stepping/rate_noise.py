@@ -17,12 +17,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
-from lagrange_cli.native.stepping.rate_places import LONGEST, ROUNDED, wide_of
+from lagrange_cli.native.stepping.rate_places import HEAD, LONGEST, ROUNDED, wide_of
 from lagrange_cli.native.stepping.related import write_fastest
-from lagrange_cli.native.stepping.rounding_errors import share
+from lagrange_cli.native.stepping.rounding_errors import set_off, share
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
 
@@ -61,24 +61,18 @@ class RateNoise:
 
     def function(self) -> Function:
         """``@rounding(constants, state, work)``: measure."""
-        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
-        f = Function(f"define internal void @rounding({places}) #0")
+        f = Function(f"define internal void @rounding{HEAD}) #0")
         steps, lengths, now = self.steps, self.steps.lengths, self.steps.now(f)
         width, lanes, degrees = steps.state.width, lengths.lanes, lengths.degrees
         ways = self.spare + 2 * wide_of(steps.state)
         half, kept = (f.place("%work", self.spare + part * wide_of(steps.state), "double") for part in (0, 1))
         node = f.place("%work", self.node, "double")
-
-        def copy(origin: Pointer, to: Pointer) -> None:
-            with f.loop(0, width, lanes, tested=False) as i:
-                f.store_row(f.load_row(origin, i, lanes), to, i)
-
         longest = f.load("%state", steps.state.carried_at + LONGEST)
         with lengths.each(f) as row:
             row.put(f.zero(lanes), "%work", ways)
         write_fastest(f, lengths, steps.given.related, ways, longest * FAMILY)
         longest = lengths.wide(f, longest)
-        copy(node, kept)
+        f.copy_rows((node, 0), (kept, 0), width, lanes)
         with f.loop(0, WAYS, tested=False) as way:
             for size in (0.5 * SIZE, SIZE):
                 with f.loop(0, width, lanes, tested=False) as i:
@@ -100,7 +94,7 @@ class RateNoise:
                         keep_larger(row, self.place, row.at(half), change, partial(self._counts, row))
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)
-        copy(kept, node)
+        f.copy_rows((kept, 0), (node, 0), width, lanes)
         steps.spend(f, f.constant(2.0 * WAYS))
         f.store(f.constant(1.0), "%state", steps.state.carried_at + ROUNDED)
         f.give()
@@ -114,7 +108,9 @@ class RateNoise:
         with f.loop(0, guards.rows.count, tested=False) as j:
             f.store(f.load(guards.modes(f, state), j), kept, j)
         with f.loop(0, steps.state.width, lanes, tested=False) as i:
-            steps.put_state(f, i, f.zero(lanes), f.load_row(state, i + steps.state.width, lanes))
+            row = Row(lengths, f, i)
+            change = f.select(row.among(0, first), set_off(f, row, row.at("%state")), f.zero(lanes))
+            steps.put_state(f, i, change, f.load_row(state, i + steps.state.width, lanes))
         for side in (1.0, -1.0):
             guards.let_go(f, state, f.constant(side))
             rates, _ = steps.node(f, steps.now(f))

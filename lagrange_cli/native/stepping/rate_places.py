@@ -6,6 +6,8 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.state import CARRIED_COUNT, StateLayout, whole_vectors
 from lagrange_cli.records import dataclass
 
+HEAD = "(ptr noalias %constants, ptr noalias %state, ptr noalias %work"
+"""The first arguments of functions."""
 NEXT, LENGTH, HEADER = 0, 1, LANES
 EVALUATIONS, STALLED, SPAN, PATH, LONGEST, ROUNDED = range(CARRIED_COUNT, CARRIED_COUNT + 6)
 """What is carried: the length that is asked for, that of the last step, how often rates were computed, and

@@ -21,7 +21,7 @@ from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import side_by_side
 from lagrange_cli.native.stepping.rate_nodes import RatesAtNodes
 from lagrange_cli.native.stepping.rate_noise import RateNoise
-from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEADER, LENGTH, NEXT, Places
+from lagrange_cli.native.stepping.rate_places import EVALUATIONS, HEAD, HEADER, LENGTH, NEXT, Places
 from lagrange_cli.native.stepping.stalling import Stalling
 from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.watching import Watching, watched_rows
@@ -150,15 +150,9 @@ class RateSteps(RatesAtNodes):
         state, work, at = f.pointer("%state"), f.pointer("%work"), self._places
         self.floors(f)
         rates, regular = self._evaluate(f, now.t + now.low, state, work)
-        with self._each(f, self._count) as i:
-            value = f.load_row(rates, i, self.lengths.lanes)
-            f.store_row(value, work, i + at.begin)
-        with self._each(f, self._count) as i:  # what is behind the last one is overwritten below
-            f.store_row(
-                f.load_row(work, i + at.begin, self.lengths.lanes),
-                work,
-                i + (self.lengths.width + self.lengths.degrees),
-            )
+        f.copy_rows((rates, 0), (work, at.begin), self._count, self.lengths.lanes)
+        first = self.lengths.width + self.lengths.degrees  # what is behind the last one is overwritten below
+        f.copy_rows((work, at.begin), (work, first), self._count, self.lengths.lanes)
         return now, regular
 
     def choose(self, f: Function, now: Now, fail: Callable[[Stop], None]) -> tuple[Now, Real, Bit]:
@@ -184,8 +178,7 @@ class RateSteps(RatesAtNodes):
 
     def retried(self, f: Function, exact: Real) -> Real:
         """A call of ``@tried``."""
-        places = f.pointer("%constants"), f.pointer("%state"), f.pointer("%work")
-        return f.call(Real, "tried", *places, exact)
+        return f.call(Real, "tried", *f.pointers("constants", "state", "work"), exact)
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.watching
@@ -223,8 +216,7 @@ class RateSteps(RatesAtNodes):
         """``@tried(constants, state, work, exact)``: the length of the step, with its polynomials in
         ``%work``; 0 where there is none so short that its rates are finite, -1 where the motion is stuck.
         If ``exact`` is not 0, the step has been tried before, and is taken again with this length."""
-        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
-        f = Function(f"define internal double @tried({places}, double %exact) #0")
+        f = Function(f"define internal double @tried{HEAD}, double %exact) #0")
         exact = Real(f, "%exact")
         given = exact > 0.0
         layout, at, state = self.state, self._places, f.pointer("%state")

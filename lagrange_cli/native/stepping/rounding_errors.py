@@ -30,6 +30,8 @@ WIDER = 2.0**12
 """It is of these where changes of the state so many times as large are in proportion: there is no jump."""
 OFTEN = 16.0
 """Then the few changes are random ones: the next may be so many times as large."""
+SLOW, SLOWEST = 2.0**-20, 2.0**-100
+"""The part of a velocity by which it is changed for a direction, and that of one at rest."""
 SMOOTH = ENDED + 1
 """The array in which it is marked where they are."""
 
@@ -66,13 +68,28 @@ def measure_rounding(parts: StepParts, place: HighLow) -> None:
     if parts.let_go:
         for side in (1.0, -1.0):  # of these changes one may be 0 by chance
             with parts.let_go(side):
+                _set_off(parts)
                 parts.expand(place)
             with own.velocities(f) as row:
                 change = f.magnitude(row.series(parts.at.there)[1] - row.at(parts.array(RATES))) * size
                 before = row.at(parts.array(ROUNDING))
                 larger = (change > before) & (change < ENDLESS)
                 row.put(f.select(larger, change, before), parts.array(ROUNDING))
-        parts.expand(place)
+            parts.go(place)
+
+
+def _set_off(parts: StepParts) -> None:
+    """Give what is at rest a direction, in which friction along a vector acts as soon as it is let go."""
+    f = parts.f
+    with parts.lengths.each(f) as row:
+        old = row.at(parts.at.arrays)
+        new = old + set_off(f, row, old)
+        row.put(f.select(row.among(*parts.own.leading), old, new), parts.at.arrays)
+
+
+def set_off(f: Function, row: Row, old: Real) -> Real:
+    """Changes of what is ``old`` that are small, and apart for all rows: none of their combinations is 0."""
+    return share(f, row, f.count(0)) * (f.magnitude(old) * SLOW + SLOWEST)
 
 
 def _change(parts: StepParts, way: Integer, size: Real) -> None:

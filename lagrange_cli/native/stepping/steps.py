@@ -25,9 +25,7 @@ class Now:
 def copy_function(layout: StateLayout) -> str:
     """``@copy(from, to)``: whole states."""
     f = Function("define internal void @copy(ptr noalias %from, ptr noalias %to) #0")
-    lanes = min(layout.width, LANES)
-    with f.loop(0, layout.memory, lanes, tested=False) as i:
-        f.store_row(f.load_row("%from", i, lanes), "%to", i)
+    f.copy_rows(("%from", 0), ("%to", 0), layout.memory, min(layout.width, LANES))
     f.give()
     return f.text()
 

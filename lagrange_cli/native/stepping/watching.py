@@ -19,6 +19,7 @@ from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import polynomial, weighed
+from lagrange_cli.native.stepping.rate_places import HEAD
 from lagrange_cli.native.stepping.roots import NONE, points_of
 from lagrange_cli.native.stepping.sums import CHAINS
 
@@ -108,19 +109,18 @@ class Watching:
 
     def watch(self, f: Function, h: Real) -> None:
         """A call of ``@watch``."""
-        f.call(None, "watch", *(f.pointer(f"%{name}") for name in ("constants", "state", "work")), h)
+        f.call(None, "watch", *f.pointers("constants", "state", "work"), h)
 
     def first(self, f: Function, h: Real) -> tuple[Real, Integer, Real]:
         """A call of ``@located``."""
-        places = [f.pointer(f"%{name}") for name in ("constants", "state", "work", "trial")]
+        places = f.pointers("constants", "state", "work", "trial")
         root, which, known = f.parts((Real, Integer, Real), "located", *places, h)
         return root, which, known
 
     def _watch(self) -> Function:
         """``@watch(constants, state, work, h)``: polynomials of the rows, in place of the integrals of what
         the method has for them."""
-        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work"))
-        f = Function(f"define internal void @watch({places}, double %h) #0")
+        f = Function(f"define internal void @watch{HEAD}, double %h) #0")
         steps, count, lanes = self.steps, len(self.rows), self.steps.lengths.lanes
         width, degrees = steps.state.width, steps.state.degrees
         h, now = Real(f, "%h"), steps.now(f)
@@ -161,8 +161,9 @@ class Watching:
     def _located(self) -> Function:
         """``@located(constants, state, work, trial, h)``: what ``@first_guard`` gives for a step of ``h``,
         where the step has been taken again so that it ends at the root."""
-        places = ", ".join(f"ptr noalias %{name}" for name in ("constants", "state", "work", "trial"))
-        f = Function(f"define internal {{ double, i64, double }} @located({places}, double %h) #0")
+        f = Function(
+            f"define internal {{ double, i64, double }} @located{HEAD}, ptr noalias %trial, double %h) #0"
+        )
         steps, guards = self.steps, self.steps.guards
         assert guards
         unit, none, length = f.constant(1.0), f.constant(NONE), f.variable(Real(f, "%h"))

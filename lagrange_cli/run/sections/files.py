@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.records import replace
 from lagrange_cli.run.attributes import series_of
-from lagrange_cli.run.ensembles.contents import dimensions, series
 from lagrange_cli.run.ensembles.ensemble import Ensemble
-from lagrange_cli.run.ensembles.kept import MembersKept
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
     import numpy as np
 
     from lagrange_cli.integrate.checkpoint import Schedule
@@ -30,109 +26,26 @@ KEPT = "motion/"
 """What the names of arrays in a checkpoint begin with that a motion is continued from."""
 
 
-class SectionFile(Protocol):
-    """Where the crossings of motions go."""
-
-    @property
-    def output(self) -> AbstractContextManager[Any]:
-        """The context in which the motions are followed."""
-
-    def of_motion(self, schedule: Schedule) -> Checkpointing[Kept] | None:
-        """The checkpoints of the only motion, if there are any."""
-
-    def of_members(self, schedule: Schedule) -> Checkpointing[EnsembleOutcome] | None:
-        """The checkpoints of many motions, which keep those that have ended, if there are any. Raises
-        ``Unusable``."""
-
-    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
-        """Write what members ``index`` (b,) have given."""
-
-    def found(self) -> np.ndarray:
-        """The numbers of crossings (members,)."""
-
-    def close(
-        self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
-    ) -> Target | None:
-        """Complete the file; returns the target that was written, if it is a file."""
-
-
-class MembersFile:
-    """The file of many motions: like that of a sweep, with the dimension ``crossing`` in place of a time."""
-
-    def __init__(
-        self, ensemble: Ensemble, prepared: Prepared, start: Start, units: Mapping[str, str]
-    ) -> None:
-        import numpy as np
-
-        from lagrange_cli.store.ensemble import EnsembleWriter
-        from lagrange_cli.store.layout import Dimension, Layout
-
-        assert ensemble.cut is not None
-        self.output = EnsembleWriter(
-            start.target,
-            Layout(series(ensemble, prepared, units)),
-            members=ensemble.values.members,
-            times=None,
-            dimensions=dimensions(ensemble, units),
-            samples=Dimension("crossing", ensemble.cut.kept.count, long_name="crossing of the motion"),
-        )
-        self._kept = MembersKept(start, self.output, ensemble.values.members)
-        self._found = np.zeros(ensemble.values.members, dtype=np.int64)
-
-    def of_motion(self, schedule: Schedule) -> None:
-        """See ``SectionFile``."""
-
-    def of_members(self, schedule: Schedule) -> Checkpointing[EnsembleOutcome]:
-        """See ``SectionFile``."""
-        begin, earlier = self._kept.restored(), self._kept.start.earlier
-        if earlier is not None:
-            from lagrange_cli.store.checkpoint import damaged
-
-            before = earlier.checkpoint.arrays.get("crossings")
-            if before is None or before.dtype != self._found.dtype or before.shape != self._found.shape:
-                raise damaged(earlier.shown)
-            self._found[:] = before
-        return Checkpointing(begin, schedule, lambda outcome: self.output.keep(self._checkpoint(outcome)))
-
-    def _checkpoint(self, outcome: EnsembleOutcome, *, inside: bool = False) -> Checkpoint:
-        return self._kept.checkpoint(outcome, {"crossings": self._found}, inside=inside)
-
-    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
-        """See ``SectionFile``."""
-        if "crossings" in values:
-            self._found[index] = values["crossings"]
-        self.output.write(index, values)
-
-    def found(self) -> np.ndarray:
-        """See ``SectionFile``."""
-        return self._found
-
-    def close(
-        self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
-    ) -> Target | None:
-        """See ``SectionFile``."""
-        last = self._checkpoint(outcome, inside=True) if outcome.status == "interrupted" else None
-        self.output.write_messages(endings, outcome.endings)
-        self.output.close(attributes, last)
-        return self.output.target
-
-
 class OfOneMotion:
-    """Writes the crossings of one motion: ``append`` is what writes a chunk of them."""
+    """Writes the crossings of one motion: ``append`` is what writes a chunk of them (see
+    ``EnsembleFile``)."""
+
+    events: Mapping[str, int] = {}
 
     def __init__(self, series: tuple[Series, ...], append: Callable[[dict[str, np.ndarray]], None]) -> None:
         self._crossings, self._append = MotionCrossings(series), append
 
     def of_members(self, schedule: Schedule) -> None:
-        """See ``SectionFile``."""
+        """See ``EnsembleFile``."""
 
     def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
-        """See ``SectionFile``."""
+        """See ``EnsembleFile``."""
         if self._crossings.take(values):
             self._append(self._crossings.chunk)
 
+    @property
     def found(self) -> np.ndarray:
-        """See ``SectionFile``."""
+        """See ``EnsembleFile``."""
         return self._crossings.count
 
 
@@ -154,7 +67,7 @@ class MotionFile(OfOneMotion):
         self._last: Kept | None = None
 
     def of_motion(self, schedule: Schedule) -> Checkpointing[Kept]:
-        """See ``SectionFile``."""
+        """See ``EnsembleFile``."""
         begin, earlier = None, self._start.earlier
         if earlier is not None:
             arrays = earlier.checkpoint.arrays.items()
@@ -172,7 +85,7 @@ class MotionFile(OfOneMotion):
     def close(
         self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
     ) -> Target | None:
-        """See ``SectionFile``."""
+        """See ``EnsembleFile``."""
         last = None
         if outcome.status == "interrupted" and self._last is not None:
             last = self._checkpoint(self._last, inside=True)
@@ -198,12 +111,12 @@ class CrossingsTable(OfOneMotion):
         super().__init__(series, self.output.append)
 
     def of_motion(self, schedule: Schedule) -> None:
-        """See ``SectionFile``."""
+        """See ``EnsembleFile``."""
 
     def close(
         self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
     ) -> Target | None:
-        """See ``SectionFile``."""
+        """See ``EnsembleFile``."""
         self.output.close(outcome.status)
         return self.output.target
 

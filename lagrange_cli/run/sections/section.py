@@ -6,28 +6,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import nullcontext
 from functools import partial
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.native.members import SECTION, STROBE
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.attributes import units_of
-from lagrange_cli.run.ensembles.contents import how_they_ended, made_by, told
-from lagrange_cli.run.ensembles.ensemble import Ensemble, alone, prepare_ensemble
-from lagrange_cli.run.monitor import SILENT, Monitor, watched
+from lagrange_cli.run.ensembles.contents import how_they_ended, made_by
+from lagrange_cli.run.ensembles.ensemble import Ensemble, prepare_ensemble
+from lagrange_cli.run.ensembles.files import EnsembleFile, MembersFile
+from lagrange_cli.run.ensembles.follow import Group, follow_and_write
+from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.request import CSV
 from lagrange_cli.run.resume import Start, begun
-from lagrange_cli.run.settings.settings import tell_empty
 from lagrange_cli.run.singular import in_words
 from lagrange_cli.spec.spec import SURFACE
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.request import Request
-    from lagrange_cli.run.sections.files import SectionFile
     from lagrange_cli.store.target import Target
 
 LARGEST = 2**28
@@ -96,7 +93,19 @@ def take_section(
                 f"{count} crossings of a motion exceed the limit of {most}, as they are kept in memory: "
                 "ask for fewer --crossings"
             )
-        return follow_and_write(ensemble, prepared, start, request, monitor, threads, stream)
+        file, outcome, written = follow_and_write(
+            [Group(ensemble, prepared)], start, request, monitor, threads,
+            partial(file_of, stream=stream, form=request.format),
+            lambda file, outcome: sentence(ensemble, outcome, *counts(ensemble, file)),
+        )  # fmt: skip
+    start = replace(start, target=written)
+    return Crossed(ensemble, start, outcome, *counts(ensemble, file), prepared.cached)
+
+
+def counts(ensemble: Ensemble, file: EnsembleFile) -> tuple[int, int]:
+    """The number of crossings found, and of motions that have fewer than asked for."""
+    assert ensemble.cut is not None
+    return int(file.found.sum()), int((file.found < ensemble.cut.kept.count).sum())
 
 
 def origin_of(ensemble: Ensemble) -> dict[str, str | int | float]:
@@ -124,80 +133,14 @@ def prepare(ensemble: Ensemble, request: Request, monitor: Monitor) -> Prepared:
         raise
 
 
-def follow_and_write(
-    ensemble: Ensemble,
-    prepared: Prepared,
-    start: Start,
-    request: Request,
-    monitor: Monitor,
-    threads: int,
-    stream: BinaryIO | None,
-) -> Crossed:
-    """Follow all motions and write what is found, however they end."""
-    from lagrange_cli.integrate.checkpoint import Schedule
-    from lagrange_cli.integrate.ending import Ending
-    from lagrange_cli.integrate.ensemble.follow import ensemble_method, follow_ensemble
-    from lagrange_cli.integrate.method import Unfit
-
-    assert ensemble.cut is not None
-    kept = ensemble.cut.kept
-    units = units_of(ensemble.spec, monitor.tell)
-    tell_empty(ensemble.spec, ensemble.settings, monitor.tell)
-    progress, stage = monitor.progress(), monitor.stage
-    with monitor.interrupts() as interrupted:
-        with stage("write"):
-            file = file_of(ensemble, prepared, start, units, request, stream)
-
-        def write(index: np.ndarray, values: dict[str, Any]) -> None:
-            with stage("write"):
-                file.write(index, values)
-
-        with file.output:
-            schedule = Schedule(request.checkpoint, request.checkpoint_count, start.reached or 0)
-            with stage("write"):
-                motion, members = file.of_motion(schedule), file.of_members(schedule)
-            try:
-                with stage("integrate"):
-                    outcome = follow_ensemble(
-                        prepared,
-                        ensemble_method(prepared, partial(alone, ensemble, request), motion),
-                        ensemble.values,
-                        ensemble.families,
-                        ensemble.times,
-                        write,
-                        watched(progress, interrupted),
-                        sampled=False,
-                        threads=threads,
-                        checkpointing=members,
-                        section=kept,
-                    )
-            except Unfit as error:
-                from lagrange_cli.store.checkpoint import damaged
-
-                raise damaged(start.target.shown) from error
-            progress.clear()
-            crossings = int(file.found().sum())
-            fewer = int((file.found() < kept.count).sum())
-            with stage("write"):
-                said = told(ensemble, outcome, sentence(ensemble, outcome, crossings, fewer))
-                sentences = [in_words(ensemble.spec, one.value) for one in Ending]
-                written = file.close({**start.made_by, **said}, sentences, outcome)
-    start = replace(start, target=written or start.target)
-    return Crossed(ensemble, start, outcome, crossings, fewer, prepared.cached)
-
-
 def file_of(
-    ensemble: Ensemble,
-    prepared: Prepared,
-    start: Start,
-    units: Mapping[str, str],
-    request: Request,
-    stream: BinaryIO | None,
-) -> SectionFile:
+    ensemble: Ensemble, prepared: Prepared, start: Start, units: Mapping[str, str], stream: BinaryIO | None,
+    form: str,
+) -> EnsembleFile:  # fmt: skip
     """Where the crossings go."""
-    from lagrange_cli.run.sections.files import CrossingsTable, MembersFile, MotionFile
+    from lagrange_cli.run.sections.files import CrossingsTable, MotionFile
 
-    if request.format == CSV:
+    if form == CSV:
         return CrossingsTable(ensemble, prepared, start, units, stream)
     return (MembersFile if is_many(ensemble) else MotionFile)(ensemble, prepared, start, units)
 

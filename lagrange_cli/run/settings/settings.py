@@ -107,9 +107,15 @@ def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
 
 
 def resolve_settings(
-    spec: Spec, options: SolveDefaults, precision: str = DOUBLE, portable: bool = False, proven: bool = False
+    spec: Spec,
+    options: SolveDefaults,
+    precision: str = DOUBLE,
+    portable: bool = False,
+    proven: bool = False,
+    cached: bool = True,
 ) -> Settings:
-    """The settings of a run: the options of the command line over the file's ``solve`` section.
+    """The settings of a run: the options of the command line over the file's ``solve`` section. The method
+    that was chosen before may be ``cached``.
 
     Raises ``UsageError``; the file's own section has been judged as it was read.
     """
@@ -124,7 +130,7 @@ def resolve_settings(
     if method == AUTO:
         method = TAYLOR
         if precision == DOUBLE and not portable and not proven and asked.stop > start:
-            method, why = chosen_method(spec, named)
+            method, why = chosen_method(spec, named, cached=cached)
     check_method(method, f"--precision {precision}", lambda row: precision in row.tolerances)
     if portable:
         check_method(method, "--portable", lambda row: row.portable)

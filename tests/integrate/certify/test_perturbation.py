@@ -10,8 +10,8 @@ from lagrange_cli.integrate.certify.certificate import AS_RUN, FOLDER
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Observer
+from lagrange_cli.integrate.methods.compiled import Beside
 from lagrange_cli.integrate.methods.perturbation import perturb
-from lagrange_cli.integrate.methods.stepper import Beside
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 from tests.integrate.certify.test_certificate import Number, certified, coverage

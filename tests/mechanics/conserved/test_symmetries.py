@@ -411,16 +411,16 @@ CASES = {
     "scaling near a dipole": (SPACE.format("q*z/norm(p)**3"), {"L_z", "C_1", "I_1"}),
     "a clutch": (CLUTCH, {"L_x", "L_y", "L_z"}),
     "a coordinate that is held": (HELD_AT_R, set()),
-    "a ball that is thrown in space": (SPACE.format("m*q*z"), {"A_z", "L_z", "C_1"}),
+    "a ball that is thrown in space": (SPACE.format("m*q*z"), {"A_z", "L_z", "C_1", "C_2"}),
     "twice the frequency": (
         SPACE.format("x**2 + y**2 + 4*z**2"),
         {"L_z", "h_x", "h_y", "h_z", "F_xy", "A_z"},
     ),
     "geared rotors": (GEARS, {"C_1", "C_2"}),
     "Jellett's integral of a tippe top": (TIPPE_TOP, {"C_1"}),
-    "a dumbbell that is thrown": (TUMBLING, {"P_x", "P_y", "K_x", "K_y", "L_z", "S_x", "S_y", "C_1"}),
-    "a box that is thrown": (BOX, {"L_z", "S_x", "S_y", "S_z", "C_1", "h_Z", "h_w"}),
-    "a ball that rolls": (BALL, {"S_z", "p_X", "p_Y"}),
+    "a dumbbell that is thrown": (TUMBLING, {"P_x", "P_y", "K_x", "K_y", "L_z", "S_x", "S_y", "C_1", "K_z"}),
+    "a box that is thrown": (BOX, {"L_z", "S_x", "S_y", "S_z", "C_1", "h_Z", "h_w", "C_2"}),
+    "a ball that rolls": (BALL, {"S_z", "p_X", "p_Y", "I_1"}),
     "a ball on a sphere": (ROLLING_ON_A_SPHERE, {"S_n", "C_1"}),
     "another one on a sphere": (ROLLING_ON_A_SPHERE.replace("I, I, I", "I, I, J"), {"C_1"}),
     "a ball in a cylinder": (ROLLING_IN_A_CYLINDER, {"p_s", "p_al", "C_1"}),
@@ -433,7 +433,7 @@ CASES = {
     ),
     "Rosenberg's particle, in a field": (
         SPACE.format("m*q*y") + "nonholonomic: {plane: z_dot - y*x_dot}\n",
-        {"C_1", "C_2"},
+        {"C_1", "C_2", "C_3"},
     ),
     "Routh's ball": (ON_ITS_TIP, {"C_1"}),
     "Routh's ball, with names": (ROUTH, {"C_1", "I_1"}),
@@ -443,10 +443,10 @@ CASES = {
     "a gyroscope in gimbals": (GIMBALS, set()),
     "parts with constraints": (HELD_APART.replace(", DRIVE", ""), {"h_x", "h_s", "C_1", "C_2"}),
     "a part that is driven": (HELD_APART.replace("DRIVE", "drive: x - 1.2 - 0.4*t"), {"h_s", "C_1", "C_2"}),
-    "a flying body": (FLYING, {"L_z", "S_x", "S_y", "C_1", "h_z", "h_phi"}),
-    "a collision": (COLLISION, {"P_x", "K_x", "C_1"}),
+    "a flying body": (FLYING, {"L_z", "S_x", "S_y", "C_1", "h_z", "h_phi", "C_2"}),
+    "a collision": (COLLISION, {"P_x", "K_x", "C_1", "I_1"}),
     "scaling on a line": (ON_A_LINE, {"C_1"}),
-    "a ball that is thrown": (PLANE.format("m*k*y"), {"C_1", "A_y"}),
+    "a ball that is thrown": (PLANE.format("m*k*y"), {"C_1", "A_y", "C_2"}),
     "a free top": (TOP, {"L_x", "L_y", "L_z"}),
     "a heavy top": (THROWN, {"L_z"}),
     "Kepler": (PLANE.format("-k/norm(p)"), {"L_z", "A_x", "A_y"}),
@@ -475,9 +475,9 @@ CASES = {
     "a rotating frame": (ROTATING, {"P_x", "P_y", "L_z"}),
     "relative coordinates": (JACOBI, {"K_x", "K_y", "L_z", "A_x", "A_y"}),
     "a ratio": (RATIO, {"C_1", "C_2"}),
-    "a rolling disc": (DISC, {"p_psi"}),
-    "a sleigh": (SLEIGH.replace("- m*g*x", ""), {"C_1"}),
-    "a sleigh on an incline": (SLEIGH, set()),
+    "a rolling disc": (DISC, {"p_psi", "I_1", "I_2"}),
+    "a sleigh": (SLEIGH.replace("- m*g*x", ""), {"C_1", "I_1", "I_2"}),
+    "a sleigh on an incline": (SLEIGH, {"I_1"}),
     "a table": (HELD, {"p_x"}),
     "a planet in angles": (PLANET, {"L_x", "L_y", "A_x", "A_y", "A_z"}),
     "two stars": (STARS, {"P_x", "P_y", "K_x", "K_y", "L_z", "A_x", "A_y"}),
@@ -544,13 +544,13 @@ CASES |= {
     "a carriage": (CARRIAGE, set()),
     "a carriage with its centre of mass on the axle": (
         CARRIAGE.replace("l: 0.1", "l: 0").replace("l*sin", "0*sin").replace("l*cos", "0*cos"),
-        {"p_th", "p_p1", "p_p2"},
+        {"p_th", "p_p1", "p_p2", "I_1", "I_2"},
     ),
     "a ball in a cylinder that turns": (IN_A_CYLINDER.replace("z: {initial: 0}", "z: {}"), {"p_ph", "h"}),
     "a projectile": (
         "parameters: {m: 1, g: 9.81}\ncoordinates: {x: {velocity: 1}, y: {velocity: 2}}\n"
         "masses: {p: m}\npositions: {p: [x, y]}\npotential: m*g*y\n",
-        {"C_1", "A_y"},
+        {"C_1", "A_y", "C_2"},
     ),
     "Kepler with a mass that is lost (Gylden, Meshcherskii)": (
         PLANE.format("-k/((1 + a*t)*norm(p))"),
@@ -586,7 +586,7 @@ CASES |= {
         "masses: {p[i in range(N)]: m}\npositions: {p[i in range(N)]: [x[i], y[i], z[i]]}\n"
         "potential: sum(m*g*p[i].z for i in range(N)) - "
         "sum(1/norm(p[i] - p[j]) for i in range(N) for j in range(i))\n",
-        {"P_x", "P_y", "L_z", "K_x", "K_y", "S_x", "S_y", "C_1"},
+        {"P_x", "P_y", "L_z", "K_x", "K_y", "S_x", "S_y", "C_1", "K_z"},
     ),
     "a free particle of relativity": (
         "parameters: {c: 3}\ncoordinates: {x: {velocity: 1}, y: {velocity: 0.5}}\n"
