@@ -17,6 +17,7 @@ from lagrange_cli.integrate.method import Method
 from lagrange_cli.integrate.methods.backward import reversed_state, reversed_time, reversed_times
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.interface import LANES, Interface
+from lagrange_cli.native.members import SECTION
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import SURFACE
 
@@ -90,15 +91,20 @@ class LanesMethod:
     ) -> bool:
         """Integrate the members ``index`` one by one: lanes cannot handle kinks, singularities and the
         like."""
-        before = len(starts) - len(index)
-        surface = starts.section is not None and starts.section.periods is None
+        before, program = len(starts) - len(index), self.machine.program
+        surface = SECTION in program.integrals
+        extra = [2 * program.degrees + program.integrals.index(SECTION)] if surface else []
+
+        def one(batch: EndedMembers) -> None:
+            """Where single motions have no integral of a surface, 0 stands in for it."""
+            state, samples = np.insert(batch.state, extra, 0.0, axis=1), batch.samples
+            samples = None if samples is None else np.insert(samples, extra, 0.0, axis=1)
+            accept(replace(batch, index=index[batch.index], state=state, samples=samples))
+
+        chosen = starts.only(index)
+        chosen = replace(chosen, states=np.delete(chosen.states, extra, axis=1))
         method = OneByOne(self.alone(), True, (SURFACE,) * surface, checkpointing)
-        return method.follow(
-            starts.only(index),
-            lambda batch: accept(replace(batch, index=index[batch.index])),
-            lambda done: interrupt(before + done),
-            threads,
-        )
+        return method.follow(chosen, one, lambda done: interrupt(before + done), threads)
 
 
 def started(members: Members, count: int) -> list[threading.Thread]:
