@@ -196,8 +196,8 @@ MUTATIONS = {
         ("tests/families/test_coupling.py",),
     ),
     "where derivatives belong is carried": Mutation(
-        "native/stepping/implicit.py", 'f.store_row(self.row(f, "point", i), "%state", i',
-        'f.store_row(f.load_row("%state", i, lanes), "%state", i',
+        "native/stepping/implicit.py", 'f.copy_rows(("%work", point), ("%state", carried)',
+        'f.copy_rows(("%state", 0), ("%state", carried)',
         ("tests/cli/test_resume.py::test_an_implicit_run_goes_on_to_the_same_bytes",),
     ),
     "a coefficient of ias15": Mutation(

@@ -5,15 +5,17 @@ from __future__ import annotations
 
 import math
 import random
-from typing import Any
 from unittest import mock
 
 import numpy as np
 import pytest
 
+from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.events import NO_EVENTS
-from lagrange_cli.integrate.method import CheckpointSink, End, Snapshot
+from lagrange_cli.integrate.method import CheckpointSink, End, Observer, Snapshot
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.records import replace
 from tests.support.motion import Motion, follow, prepared, run, values_of
 
 METHODS = [("ias15", 2.0**-52, 1e-9), ("DOP853", 1e-10, 1e-5), ("Radau", 1e-8, 1e-4)]
@@ -102,12 +104,17 @@ def test_samples_and_checkpoints_change_nothing(number: int) -> None:
     ready, kept, ends = prepared(text, method, tolerance), list[Snapshot](), list[End]()
     every, goes = chance.randint(2, 40), TaylorMethod.follow
 
-    def kept_on_the_way(self: TaylorMethod, *given: Any, **more: Any) -> End:
+    def kept_on_the_way(
+        self: TaylorMethod, parameters: Array, state: Array, times: Times, observer: Observer, threads: int
+    ) -> End:
+        def followed(sink: CheckpointSink) -> End:
+            return goes(self, parameters, state, times, replace(observer, checkpoints=sink, events=NO_EVENTS))
+
         sink = CheckpointSink(None, lambda steps: True, kept.append, every=every)
-        whole = goes(self, *given[:5], sink, NO_EVENTS)
+        ends.append(followed(sink))
         again = CheckpointSink(chance.choice(kept), lambda steps: False, kept.append) if kept else sink
-        ends.extend([whole, goes(self, *given[:5], again, NO_EVENTS)])
-        return goes(self, *given)
+        ends.append(followed(again))
+        return goes(self, parameters, state, times, observer, threads)
 
     with mock.patch.object(TaylorMethod, "follow", kept_on_the_way):
         few = run(ready, values_of(text), 0.0, 4.0, 97)
