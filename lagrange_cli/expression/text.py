@@ -15,6 +15,8 @@ MOST = 17
 """Less than this are the denominators of coefficients in sums that are multiplied by a number."""
 THIRDS = frozenset({3, 6, 7, 9, 11, 12})
 """Denominators of exponents that are no decimals."""
+SIMPLE = (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 16, 24, 32)
+"""Denominators of coefficients that are not written as decimals."""
 
 
 def text_of(node: Node, moving: int = 0) -> str:
@@ -63,10 +65,14 @@ def _sum(node: Node, made: Mapping[Node, tuple[str, int]], moving: int, times: i
     return joined(terms), SUM if len(terms) > 1 or terms[0].startswith("-") else PRODUCT
 
 
-def _product(node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> tuple[str, int]:
-    factors = sorted(zip(node.arguments, node.data), key=lambda one: bool(one[0].symbols & moving))
-    above = [_power(made[a], e) for a, e in factors if e > 0]
-    below = [_power(made[a], -e) for a, e in factors if e < 0]
+def _product(
+    node: Node, made: Mapping[Node, tuple[str, int]], moving: int, times: str = "1", over: str = "1"
+) -> tuple[str, int]:
+    """A product, multiplied by a number and divided by another."""
+    powers = zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else [(node, 1)]
+    factors = sorted(powers, key=lambda one: bool(one[0].symbols & moving))
+    above = [times] * (times != "1") + [_power(made[a], e) for a, e in factors if e > 0]
+    below = [over] * (over != "1") + [_power(made[a], -e) for a, e in factors if e < 0]
     text = "*".join(above) or "1"
     if below:
         text += f"/{below[0]}" if len(below) == 1 else f"/({'*'.join(below)})"
@@ -93,18 +99,16 @@ def exponent_text(exponent: float) -> str:
 def _term(coefficient: float, node: Node, made: Mapping[Node, tuple[str, int]], moving: int) -> str:
     """A number of times ``node``. Sums in it get whole coefficients where the number stays whole:
     4*x*(a - b/4) becomes x*(4*a - b)."""
-    argument, whole = made[node], dict[Node, tuple[str, int]]()
+    whole = dict[Node, tuple[str, int]]()
     for one, exponent in zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else ():
         times = _denominator(one)
         left = coefficient / times**exponent
         if times > 1 and left.is_integer():
             coefficient, whole[one] = left, _sum(one, made, moving, times)
-    if whole:
-        argument = _product(node, {one: whole.get(one, made[one]) for one in node.arguments}, moving)
-    if abs(coefficient) == 1:
-        return "-" * (coefficient < 0) + bracketed(argument, PRODUCT)
-    text = bracketed(argument, PRODUCT)
-    return number_text(coefficient) + (text[1:] if text.startswith("1/") else f"*{text}")
+    size, sign = abs(coefficient), "-" * (coefficient < 0)
+    over = next((n for n in SIMPLE if (n * size).is_integer() and n * size / n == size), 1)
+    text, _ = _product(node, {**made, **whole}, moving, number_text(over * size), str(over))
+    return sign + text
 
 
 def _denominator(node: Node) -> int:

@@ -33,9 +33,18 @@ def test_numbers_in_terms_of_pi():
 
 
 @pytest.mark.parametrize(
-    "text", ["x*(4*x*y - z)", "1/(4*x - y)", "y + 2*x*(4*y - 1)", "8*x*sqrt(4*x - y)", "2*x*(x - 0.25*y)"]
+    "text", ["x*(4*x*y - z)", "1/(4*x - y)", "y + 2*x*(4*y - 1)", "8*x*sqrt(4*x - y)", "2*x*(x - y/4)"]
 )
 def test_factors_go_into_sums_with_fractions(text):
     """The graph has 4*x*(x*y - 0.25*y)."""
+    algebra = GraphAlgebra()
+    assert text_of(build(parse(text), algebra.symbol, algebra)) == text
+
+
+@pytest.mark.parametrize(
+    "text", ["x/2", "-x/(2*y)", "3*x/(4*y*z)", "z + 2*sqrt(x + y)/3", "0.1*x", "2.3*x/y", "-1/(6*x)"]
+)
+def test_simple_fractions_are_written_as_such(text):
+    """The graph has their decimals."""
     algebra = GraphAlgebra()
     assert text_of(build(parse(text), algebra.symbol, algebra)) == text

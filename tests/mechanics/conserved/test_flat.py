@@ -134,7 +134,7 @@ def test_tufillaros_integral():
 def test_the_reason_says_where_the_particle_is():
     found = found_in(text_of("r th", ATWOOD.format(M="3*m")))
     assert found["A_y"].conserved.because.endswith(
-        "the system moves like one particle of mass 4*m at (r*cos(0.5*th), r*sin(0.5*th))"
+        "the system moves like one particle of mass 4*m at (r*cos(th/2), r*sin(th/2))"
     )
 
 

@@ -693,7 +693,7 @@ def test_momenta_stand_without_a_common_number():
     residual = residual_of(FIELD)
     found = [one.conserved for one in symmetries(residual.model, residual.conserved)]
     expressions = {one.quantity: one.expression for one in found if one.quantity != "L_z"}
-    assert expressions == {"C_1": "p_y + 0.5*e*B*x", "C_2": "p_x - 0.5*e*B*y"}
+    assert expressions == {"C_1": "p_y + e*B*x/2", "C_2": "p_x - e*B*y/2"}
 
 
 def test_events_may_change_them():
