@@ -32,6 +32,7 @@ class NodeTable:
         self.vanishing: dict[Node, bool] = {}
         """The results of ``zero`` for nodes that are not 0 by their form."""
         self._table: dict[tuple[Any, ...], Node] = {}
+        self._nan: float | None = None
         self._symbols: dict[str, int] = {}
         self._by_bit: list[Node] = []
         self._sets: dict[int, int] = {}
@@ -40,8 +41,10 @@ class NodeTable:
         self.one = self.constant(1.0)
 
     def constant(self, value: float) -> Node:
-        """The node of a number (-0.0 is 0)."""
+        """The node of a number (-0.0 is 0; nan is one number)."""
         value = self.number(value) + 0.0
+        if value != value:
+            value = self._nan = value if self._nan is None else self._nan
         return self._make(Kind.NUMBER, value, (), 0)
 
     def symbol(self, name: str) -> Node:
