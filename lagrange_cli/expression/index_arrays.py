@@ -13,9 +13,18 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 
-from lagrange_cli.expression.indices import COMPARISONS, LARGEST, OPERATIONS, Unsuited, counted
+from lagrange_cli.expression.indices import (
+    COMPARISONS,
+    EXTREMES,
+    FUNCTIONS,
+    LARGEST,
+    OPERATIONS,
+    Unsuited,
+    counted,
+)
 from lagrange_cli.expression.syntax import (
     Binary,
+    Call,
     Comparison,
     ExpressionError,
     Logic,
@@ -70,6 +79,11 @@ def integers(tree: Tree, indices: Indices) -> Whole:
         if np.any(np.abs(value) > LARGEST // 2**20):  # so that a further product does not overflow
             raise Unsuited
         return value
+    if isinstance(tree, Call) and tree.function in FUNCTIONS:
+        values = [integers(one, indices) for one in tree.arguments]
+        if all(isinstance(one, int) for one in values):
+            return FUNCTIONS[tree.function](*values)
+        return np.abs(values[0]) if tree.function == "abs" else reduce(EXTREMES[tree.function], values)
     raise Unsuited
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from operator import add, eq, floordiv, ge, gt, le, lt, mod, mul, ne, sub
+from typing import Any
 
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import (
     Axis,
     Binary,
+    Call,
     Comparison,
     ExpressionError,
     Logic,
@@ -33,7 +35,12 @@ OPERATIONS: dict[str, Callable[[int, int], int]] = {
 COMPARISONS: dict[str, Callable[[int, int], bool]] = {
     "==": eq, "!=": ne, "<": lt, "<=": le, ">": gt, ">=": ge,
 }  # fmt: skip
-_MADE_OF = "use whole numbers, sizes and indices with + - * // %"
+FUNCTIONS: dict[str, Callable[..., int]] = {"abs": abs, "min": min, "max": max}
+EXTREMES: dict[str, Callable[[Any, Any], Any]] = {
+    "min": lambda a, b: a + (b - a) * (b < a), "max": lambda a, b: a + (b - a) * (b > a),
+}  # fmt: skip
+"""Of two, which may be arrays."""
+_MADE_OF = "use whole numbers, sizes and indices with + - * // % and abs, min, max"
 
 
 class Unsuited(Exception):
@@ -109,6 +116,8 @@ def _operand(tree: Tree, indices: Indices) -> int:
         )
     if isinstance(tree, Negative):
         return -integer(tree.operand, indices)
+    if isinstance(tree, Call) and tree.function in FUNCTIONS:
+        return FUNCTIONS[tree.function](*(integer(one, indices) for one in tree.arguments))
     if isinstance(tree, Comparison | Logic):
         raise ExpressionError(tree.span, "expected a whole number, found a condition", "write it after 'if'")
     raise ExpressionError(tree.span, "expected a whole number", _MADE_OF)

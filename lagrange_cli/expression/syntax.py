@@ -267,6 +267,8 @@ def is_whole(tree: Tree, known: Callable[[Name], bool]) -> bool:
         return is_whole(tree.operand, known)
     if isinstance(tree, Binary):
         return tree.operator in KEEP_WHOLE and is_whole(tree.left, known) and is_whole(tree.right, known)
+    if isinstance(tree, Call):
+        return tree.function in WHOLE_FUNCTIONS and all(is_whole(one, known) for one in tree.arguments)
     return False
 
 
@@ -274,3 +276,5 @@ WHOLE = frozenset({"//", "%"})
 """Operators of whole numbers."""
 KEEP_WHOLE = WHOLE | {"+", "-", "*"}
 """Operators that make whole numbers of whole numbers."""
+WHOLE_FUNCTIONS = frozenset({"abs", "min", "max"})
+"""Functions that do."""

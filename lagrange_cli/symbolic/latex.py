@@ -19,7 +19,10 @@ FUNCTIONS = {
     "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln",
     "atan2": r"\operatorname{atan2}", "sign": r"\operatorname{sgn}",
 }  # fmt: skip
-WHOLE = {"%": r"\bmod", "//": r"\mathbin{/\!/}", "*": r"\,"}
+WHOLE = {
+    "%": r"\bmod", "//": r"\mathbin{/\!/}", "*": r"\,",
+    "min": r"\min", "max": r"\max", "abs": r"\operatorname{abs}",
+}  # fmt: skip
 RELATIONS = {"==": "=", "!=": r"\ne", "<=": r"\le", ">=": r"\ge"}
 BREAK = r" \\ "
 LETTERS = {letter: rf"\{name}" for name, letter in GREEK.items()}

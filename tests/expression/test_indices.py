@@ -16,12 +16,15 @@ from lagrange_cli.expression.syntax import ExpressionError, Span, Sum
 from lagrange_cli.expression.vocabulary import acceleration_name, family_name, member_name, velocity_name
 
 SIZES = {"N": 7, "M": 3}
+PYTHON = {"__builtins__": {"abs": abs, "min": min, "max": max}}
 
 
 def larger(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     return st.one_of(
         st.builds("({} {} {})".format, inner, st.sampled_from(["+", "-", "*", "//", "%"]), inner),
         st.builds("(-{})".format, inner),
+        st.builds("abs({})".format, inner),
+        st.builds("{}({}, {})".format, st.sampled_from(["min", "max"]), inner, inner),
     )
 
 
@@ -34,7 +37,7 @@ PLACES = st.fixed_dictionaries({"i": st.integers(-3, 20), "j": st.integers(0, 5)
 @given(WHOLE, PLACES)
 def test_index_arithmetic_is_that_of_python(text: str, indices: dict[str, int]) -> None:
     try:
-        expected = eval(text, {"__builtins__": {}}, indices)
+        expected = eval(text, PYTHON, indices)
     except ZeroDivisionError:
         with pytest.raises(ExpressionError, match="division by zero"):
             integer(parse(text), indices)
@@ -56,7 +59,7 @@ CONDITIONS = st.recursive(
 @given(CONDITIONS, PLACES)
 def test_conditions_are_those_of_python(text: str, indices: dict[str, int]) -> None:
     try:
-        expected = eval(text, {"__builtins__": {}}, indices)
+        expected = eval(text, PYTHON, indices)
     except ZeroDivisionError:
         return
     tree = parse(f"sum(1 for k in range(1) if {text})")

@@ -27,6 +27,8 @@ PIECES = {
     "walls": "sum(where(i == 0 or i == N - 1, {b}, 0.1*i)*u[i]**2/2 for i in range(N))",
     "pairs": "-sum(g[i]*g[j]/sqrt({b} + (u[i] - u[j])**2) for i in range(N) for j in range(i))",
     "some pairs": "sum(cos(u[i] - u[j])/{a} for i in range(N) for j in range(N) if i != j and (i + j) % 3)",
+    "neighbours": "sum((u[i] - u[j])**4/{a} for i in range(N) for j in range(N) if abs(i - j) == 1)",
+    "a chain to its end": "sum(w[i]*u[min(i + 2, N - 1)]**2/{a} for i in range(N))",
     "pairs of two families": "sum(sin(u[i])*w[j]/{a} for i in range(N) for j in range(N))",
     "pendulums": "sum((1 - cos(u[i]))*(i + 1)/{a} for i in range(N))",
     "time": "sum(w[i]*cos({b}*t + i) for i in range(N))",

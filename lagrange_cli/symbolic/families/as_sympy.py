@@ -11,6 +11,7 @@ from lagrange_cli.symbolic.indexed.members import KNOWN, Summed
 from lagrange_cli.symbolic.indexed.whole import Whole, number
 
 RELATIONS = {"==": sympy.Eq, "!=": sympy.Ne, "<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge}
+EXTREMES = {"min": sympy.Min, "max": sympy.Max}
 JOINED = {"and": sympy.And, "or": sympy.Or, "not": sympy.Not}
 
 
@@ -67,6 +68,9 @@ def integer(whole: Whole) -> sympy.Expr:
         left, right = integer(atom.left), integer(atom.right)
         if atom.operator == "*":
             made += factor * left * right
+        elif atom.operator in EXTREMES:
+            absolute = atom.operator == "max" and right == -left
+            made += factor * (sympy.Abs(left) if absolute else EXTREMES[atom.operator](left, right))
         else:
             made += factor * (sympy.Mod(left, right) if atom.operator == "%" else sympy.floor(left / right))
     return made

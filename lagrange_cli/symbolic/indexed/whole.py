@@ -7,11 +7,12 @@ Its ``text`` is in the grammar of system files.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial, reduce
 from operator import add, sub
 from typing import Any, TypeAlias
 
-from lagrange_cli.expression.indices import OPERATIONS, Unsuited
-from lagrange_cli.expression.syntax import Binary, Name, Negative, Number, Tree
+from lagrange_cli.expression.indices import EXTREMES, OPERATIONS, Unsuited
+from lagrange_cli.expression.syntax import WHOLE, WHOLE_FUNCTIONS, Binary, Call, Name, Negative, Number, Tree
 from lagrange_cli.records import dataclass
 
 Span: TypeAlias = tuple[int, int]
@@ -22,7 +23,7 @@ Values: TypeAlias = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Operation:
-    """``left operator right``, one of ``// % *``."""
+    """``left operator right``, one of ``// % *``; or ``min`` or ``max`` of both: |a| is max(a, -a)."""
 
     operator: str
     left: Whole
@@ -31,6 +32,10 @@ class Operation:
     @property
     def text(self) -> str:
         """As it is written."""
+        if self.operator in EXTREMES:
+            if self.operator == "max" and self.right == self.left * -1:
+                return f"abs({self.left.text})"
+            return f"{self.operator}({self.left.text}, {self.right.text})"
         return f"{enclosed(self.left)} {self.operator} {enclosed(self.right)}"
 
 
@@ -72,7 +77,8 @@ class Whole:
         text = ""
         for factor, atom in parts:
             single = atom if isinstance(atom, str) else atom.text
-            if not isinstance(atom, str) and (len(parts) > 1 or self.constant or abs(factor) != 1):
+            beside = len(parts) > 1 or self.constant or abs(factor) != 1
+            if beside and isinstance(atom, Operation) and atom.operator not in EXTREMES:
                 single = f"({single})"
             product = single if abs(factor) == 1 else f"{abs(factor)}*{single}"
             text += (f" {'-' if factor < 0 else '+'} " if text else "-" * (factor < 0)) + product
@@ -101,9 +107,8 @@ class Whole:
             if isinstance(atom, str):
                 made = made + factor * values[atom]
             else:
-                made = made + factor * OPERATIONS[atom.operator](
-                    atom.left.value(values), atom.right.value(values)
-                )
+                both = atom.left.value(values), atom.right.value(values)
+                made = made + factor * (OPERATIONS | EXTREMES)[atom.operator](*both)
         return made
 
     def span(self, spans: Spans) -> Span:
@@ -136,11 +141,11 @@ def named(name: str) -> Whole:
 
 
 def operation(operator: str, left: Whole, right: Whole) -> Whole:
-    """A remainder, quotient or product."""
+    """A remainder, quotient or product, or the lesser or greater one."""
     if not left.terms and not right.terms:
-        if operator != "*" and right.constant == 0:
+        if operator in WHOLE and right.constant == 0:
             raise Unsuited
-        return number(OPERATIONS[operator](left.constant, right.constant))
+        return number((OPERATIONS | EXTREMES)[operator](left.constant, right.constant))
     if operator == "*":
         if not right.terms:
             return left * right.constant
@@ -148,6 +153,10 @@ def operation(operator: str, left: Whole, right: Whole) -> Whole:
             return right * left.constant
     if operator == "%":
         left = without_multiples(left, right)
+    if operator == "max" and right == left * -1:  # |i - j| is |j - i|
+        terms = tuple(sorted(left.terms, key=lambda term: Whole((term,), 0).text.lstrip("-")))
+        left = Whole(terms, left.constant) * (1 if terms[0][1] > 0 else -1)
+        right = left * -1
     return Whole(((Operation(operator, left, right), 1),), 0)
 
 
@@ -169,6 +178,8 @@ def span_of(atom: Operation, spans: Spans) -> Span:
     if atom.operator == "*":
         ends = [a * b for a in left for b in right]
         return min(ends), max(ends)
+    if atom.operator in EXTREMES:
+        return EXTREMES[atom.operator](left[0], right[0]), EXTREMES[atom.operator](left[1], right[1])
     if right[0] <= 0:
         raise Unsuited
     if atom.operator == "%":
@@ -219,4 +230,9 @@ def whole_of(tree: Tree, names: Mapping[str, Whole]) -> Whole:
             return linear[tree.operator](left, right)
         if tree.operator in ("*", "//", "%"):
             return operation(tree.operator, left, right)
+    if isinstance(tree, Call) and tree.function in WHOLE_FUNCTIONS:
+        given = [whole_of(one, names) for one in tree.arguments]
+        if tree.function == "abs":
+            return operation("max", given[0], given[0] * -1)
+        return reduce(partial(operation, tree.function), given)
     raise Unsuited

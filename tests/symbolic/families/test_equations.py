@@ -62,6 +62,7 @@ PIECES = (
     "c*sum(sin(u[i, j] - u[k, l])*g[i, j] for i in range(N) for j in range(M) for k in range(i + 1)"
     " for l in range(M) if i != k or j != l)",
     "sum(w[j]**3*u[i//2, j]/7 for i in range(0, N, 2) for j in range(M))",
+    "sum(cos(u[max(i - 1, 0), j] - u[i, abs(j - M//2)]) for i in range(N) for j in range(M) {condition})",
     "sum(where(i == 0, 2.5, where(j < 1 and i > 1, i, 1/3))*u[i, j]**4 for i in range(N) for j in range(M)"
     " {condition})",
 )
@@ -78,7 +79,7 @@ KINKS = (
 RUBBING = '"-c*sign(u_dot[0, j])*j"', '"-u_dot[0, j]*abs(u_dot[0, j])"', '"-max(u_dot[0, j], w_dot[j])*j"'
 CONDITIONS = (
     "", "if i != j", "if (i + j) % 2", "if i < N - 1 and j > 0", "if not (i == 1 or j == 0)",
-    "if i <= j < i + 2",
+    "if i <= j < i + 2", "if abs(i - j) < 2",
 )  # fmt: skip
 
 
