@@ -59,7 +59,12 @@ def split_index(name: str) -> tuple[str, list[str]]:
     match = re.fullmatch(r"(\D+)(\d+)", stem)
     if match:
         stem, indices = match[1], [match[2], *indices]
-    return stem, indices + (members.rstrip("]").split(",") if members else [])
+    return stem, indices + (indices_in(members) if members else [])
+
+
+def indices_in(text: str) -> list[str]:
+    """The indices in ``i,min(j + 1, N - 1)]``: in calls a space follows the comma."""
+    return re.split(",(?! )", text.rstrip("]"))
 
 
 def identifiers(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
@@ -228,7 +233,7 @@ class IndexedPython(OfPython):
         own = base + "_" * (keyword.iskeyword(base) or base in RESERVED)
         if not bracket:
             return own
-        indices = inside.rstrip("]").split(",")
+        indices = indices_in(inside)
         place = indices[0]
         for size, index in zip(self.shapes[base][1:], indices[1:]):
             place = f"({place})*{size} + {index}"

@@ -214,10 +214,14 @@ def test_latex_has_signs_of_sums() -> None:
 
 
 @pytest.mark.exhaustive(keep=0.2)
-@pytest.mark.parametrize("name", ["lattice", "fpu_chain", "solar_system"])
+@pytest.mark.parametrize("name", ["lattice", "fpu_chain", "solar_system", "pieces"])
 def test_python_of_families_and_of_members_give_the_same(name: str) -> None:
-    text = (SYSTEMS / f"{name}.yaml").read_text()
-    sizes = {"lattice": {"N": "3", "M": "4"}, "fpu_chain": {"N": "4"}, "solar_system": {"N": "3"}}[name]
+    pieces = " - ".join(piece.format(a=1, b=-1, condition=CONDITIONS[-1]) for piece in PIECES)
+    file = SYSTEMS / f"{name}.yaml"
+    text = TWO.format(N=4, M=3, pieces=pieces) if name == "pieces" else file.read_text()
+    sizes = {"lattice": {"N": "3", "M": "4"}, "fpu_chain": {"N": "4"}, "solar_system": {"N": "3"}}.get(
+        name, {}
+    )
     spec = read_spec(text, "system.yaml", sizes)
     parameters = dict(resolve_values(spec, {}).parameters)
     source = families_as_written(printed(text, sizes), "python", "lagrange", parameters)
