@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from lagrange_cli.store.target import Target
 
 INTERRUPTED = 130
+INTERRUPTION = "Interrupted."
+"""What is said where an interrupt cuts a command short."""
 UNEXPECTED = 1
 MEMORY = KILLED = 4
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -109,7 +111,7 @@ def describe(error: BaseException, system: str = "") -> tuple[str, int]:
     if isinstance(error, LagrangeError):
         return f"Error: {where}{error}", error.exit_code
     if isinstance(error, (KeyboardInterrupt, click.Abort)):
-        return "Interrupted.", INTERRUPTED
+        return INTERRUPTION, INTERRUPTED
     if isinstance(error, MemoryError):
         return f"Error: {where}not enough memory: use smaller sizes or fewer samples", MEMORY
     if isinstance(error, OSError) and error.errno in FULL:

@@ -19,6 +19,7 @@ from typing import Any
 from lagrange_cli import limits
 from lagrange_cli.cli.console import (
     INTERRUPTED,
+    INTERRUPTION,
     KILLED,
     STANDARD_INPUT,
     complain,
@@ -51,6 +52,7 @@ class Job:
         self._process = CONTEXT.Process(target=work, args=arguments)
         self._process.start()
         self.sentinel: int = self._process.sentinel
+        self.cut_short = False
 
     @property
     def ended(self) -> bool:
@@ -68,14 +70,18 @@ class Job:
         self._process.join()
 
     def tell(self) -> int:
-        """Say what it has said, and return its exit status."""
+        """Say what it has said, and return its exit status.
+
+        That an interrupt has cut it short is left for whoever speaks for all: see ``cut_short``.
+        """
         out, err = (
             path.read_text(encoding="utf-8", errors="surrogateescape") if path.exists() else ""
             for path in self._files
         )
         if out:
             emit(out.removesuffix("\n"))
-        if err:
+        self.cut_short = err == f"{INTERRUPTION}\n"
+        if err and not self.cut_short:
             complain(err.removesuffix("\n"))
         status: int = self._process.exitcode
         if status < 0:
@@ -114,6 +120,8 @@ def run_side_by_side(systems: Sequence[str], action: Action, jobs: int, *, as_js
                 if not job.ended:
                     job.kill()
             progress.clear()
+    if any(job.cut_short for job in started):
+        complain(INTERRUPTION)
     return max([*statuses, INTERRUPTED if stopped else 0])
 
 

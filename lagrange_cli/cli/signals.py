@@ -8,7 +8,7 @@ import signal
 from contextlib import suppress
 from types import FrameType
 
-from lagrange_cli.cli.console import INTERRUPTED
+from lagrange_cli.cli.console import INTERRUPTED, INTERRUPTION
 from lagrange_cli.cli.progress import eraser
 from lagrange_cli.errors import UsageError
 from lagrange_cli.limits import time_over
@@ -25,7 +25,7 @@ def heed_endings() -> None:
 def leave(number: int, frame: FrameType | None) -> None:
     """End the process. (An exception would be lost where it falls into code that is called back.)"""
     with suppress(OSError, UsageError):
-        os.write(2, eraser() + b"Interrupted.\n")
+        os.write(2, eraser() + f"{INTERRUPTION}\n".encode())
         if reason := time_over():
             os.write(2, f"{reason}\n".encode())
     atexit._run_exitfuncs()

@@ -6,12 +6,15 @@ import pickle
 import signal
 import subprocess
 import sys
+import time
 from functools import partial
 
 import h5py
 import pytest
 
 from lagrange_cli.cli.commands.solve import solve_system
+from lagrange_cli.cli.console import INTERRUPTED, INTERRUPTION
+from lagrange_cli.cli.jobs import run_side_by_side
 from lagrange_cli.cli.output import Invocation
 from lagrange_cli.run.request import Request
 from lagrange_cli.spec.spec import SolveDefaults
@@ -97,6 +100,20 @@ def test_an_interrupt_ends_all_and_keeps_what_was_computed(tmp_path, number):
     for path in outputs:
         with h5py.File(path) as file:
             assert file.attrs["status"] == "interrupted"
+
+
+def interrupted_by_the_last(system):
+    """What ``solve`` does before there is anything to keep: it ends where the interrupt comes."""
+    if system == "last":
+        os.kill(os.getppid(), signal.SIGINT)
+    time.sleep(PATIENCE)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a process interrupts the one that waits for it")
+def test_an_interrupt_that_cuts_all_short_is_told_of_once(capfd):
+    names = ["first", "second", "last"]
+    assert run_side_by_side(names, interrupted_by_the_last, 3, as_json=False, quiet=True) == INTERRUPTED
+    assert capfd.readouterr() == ("", f"{INTERRUPTION}\n")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="/proc tells which process is the child")

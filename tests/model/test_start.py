@@ -290,6 +290,22 @@ def test_the_search_for_the_nearest_state_leaves_those_that_are_only_stationary(
     assert "several consistent states are equally near" in problem.hint
 
 
+@pytest.mark.parametrize("case", range(4))
+def test_from_anywhere_the_nearest_point_of_a_circle_is_the_one_ahead(case):
+    """However small it is beside the way to it."""
+    numbers = np.random.default_rng(case)
+    x, y = (float(a * b) for a, b in zip(numbers.choice([-1, 1], 2), numbers.uniform(0.5, 3, 2)))
+    radius, distance = (0.1, 0.5, 0.5, 2.0)[case], math.hypot(x, y)
+    text = f"""
+    coordinates: {{x: {{initial: {x}}}, y: {{initial: {y}}}}}
+    masses: {{p: 1}}
+    positions: {{p: [x, y]}}
+    constraints: {{c: x**2 + y**2 - {radius}**2}}
+    """
+    expected = [x * radius / distance, y * radius / distance]
+    assert start(text, forced=True).q == pytest.approx(expected, abs=1e-10), (x, y, radius)
+
+
 def test_from_the_centre_of_a_circle_all_of_it_is_equally_near():
     with pytest.raises(SpecError, match="equally near, such as"):
         start(PENDULUM, x=0.0, y=0.0, forced=True)

@@ -171,7 +171,7 @@ class Surface:
     ) -> list[Any]:
         """The same from a point with this ``slide``, whose ``length`` becomes smaller as the work is done."""
         curvature, step, part = Curvature(self.weighted), slide, 1.0
-        gap, begun, least = self.gap(start, found), length, length
+        gap, begun, least, exact = self.gap(start, found), length, length, True
         for _ in range(self.descents):
             if length <= NEAR**1.5 or part < (SHORT if length <= NEAR else NEAR):
                 break
@@ -179,16 +179,20 @@ class Surface:
                 curvature.forget()
                 step, part = slide, 1.0
             part = min(part, self.far / self.size(step))
-            enough = max(self.unit, min(ROUGHLY, SMALLER * length))
+            enough = max(self.unit, min(ROUGHLY, SMALLER * length * part))
             trial = self.reach(self.moved(found, step, part), enough, TRIAL_ROUNDS)
             other, rest = ({}, math.inf) if trial is None else self.slide(start, trial)
             far = math.inf if trial is None else self.gap(start, trial)
             if trial is None or not (far < gap * (1 - NEAR) or (rest < length and far <= gap * (1 + NEAR))):
-                part /= 2
+                if exact:
+                    part /= 2
+                else:  # beside the surface it may be nearer than any point of it
+                    found, exact = self.reach(found) or found, True
+                    (slide, length), gap = self.slide(start, found), self.gap(start, found)
                 continue
             way = self.vector({k: float(trial[k] - found[k]) for k in self.unknown})
             curvature.learn(way, self.vector(slide) - self.vector(other))
-            found, slide, length, gap, part = trial, other, rest, far, 1.0
+            found, slide, length, gap, part, exact = trial, other, rest, far, 1.0, False
             step = dict(zip(self.unknown, curvature.direction(self.vector(slide)).tolist()))
             least = min(least, max(length, NEAR**1.5))
             work.reach(math.log(begun / least))

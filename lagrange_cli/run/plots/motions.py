@@ -181,8 +181,10 @@ def drift(runs: Sequence[Run]) -> list[Panel]:
     for number, run in enumerate(runs):
         rounding = ROUNDING.get(str(run.result.attributes.get("precision")), 2.0**-52)
         for one in conserved(run):
-            first, largest = extremes(run.result, one)
             ((t, x),) = over_time(run.result, run.time, [one])
+            if not len(t):  # the motion has no sample, as one that ends where it begins
+                continue
+            first, largest = extremes(run.result, one)
             if one.name == "h":
                 largest = max(
                     [largest, *(extremes(run.result, run.known[k])[1] for k in "TU" if k in run.known)]
