@@ -100,8 +100,8 @@ class Arrangement:
         self.settings = self.sides + (0 if self.contact is None else self.contact.count)
         """The numbers of all parameters and of all modes."""
         self.layout = StateLayout(self.degrees, len(self.integrals))
-        self.sampled = StateLayout(self.degrees, len(self.integrals) - self.silent)
-        """Where the parts of samples are, without integrals whose values nobody needs."""
+        self.sample_rows = StateLayout(self.degrees, len(self.integrals) - self.silent).rows
+        """Rows of a sample, without integrals whose values nobody needs."""
         self.closure = self.balance = self.motion = self.sticking = None
         if system.joints is not None and system.bonds is not None:
             self.closure = Closure(system, self.lasting)

@@ -91,7 +91,7 @@ class Observation(AtRest):
         with f.loop(0, Integer(f, "%count", 1)) as sample:
             for part, k in product(range(vectors.parts), range(2)):
                 target = vectors.parts_at(at[id((self.system.q, self.system.v)[k])], part)
-                before = k * self.degrees + part * self.sampled.rows
+                before = k * self.degrees + part * self.sample_rows
                 with f.loop(0, self.degrees, tested=False) as i:
                     row = stride * (i + before if before else i) + sample
                     f.store(f.load("%states", row), target, i)

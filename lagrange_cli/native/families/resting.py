@@ -76,7 +76,7 @@ class AtRest(Preparation):
         """What is ``solved`` at a sample, whose state is copied for the jet."""
         f, vectors, jet = evaluation.f, evaluation.vectors, self.at_a_state[0]
         for part in range(vectors.parts):
-            before, target = part * self.sampled.rows, part * self.layout.width
+            before, target = part * self.sample_rows, part * self.layout.width
             with f.loop(0, 2 * self.degrees, tested=False) as i:
                 row = stride * (i + before if before else i) + sample
                 f.store(f.load("%states", row), at.state, i + target if target else i)
