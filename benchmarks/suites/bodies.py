@@ -45,7 +45,7 @@ CASES = (
     Case(10, 10.0, 5, 0.3),
     Case(30, 10.0, 5, 0.3),
     Case(100, 1.0, 3, 0.1),
-    Case(300, 0.25, 2, 0.03, (TAYLOR, HEYOKA)),
+    Case(300, 0.25, 2, 0.03, (TAYLOR,)),
     Case(1000, 0.05, 1, 0.01, (TAYLOR, HEYOKA)),
 )
 
