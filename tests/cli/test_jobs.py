@@ -102,17 +102,21 @@ def test_an_interrupt_ends_all_and_keeps_what_was_computed(tmp_path, number):
             assert file.attrs["status"] == "interrupted"
 
 
-def interrupted_by_the_last(system):
-    """What ``solve`` does before there is anything to keep: it ends where the interrupt comes."""
-    if system == "last":
-        os.kill(os.getppid(), signal.SIGINT)
-    time.sleep(PATIENCE)
+def interrupted(system, folder):
+    """What ``solve`` does before there is anything to keep: it ends where the interrupt comes. Here that is
+    in the first process, when the others have begun."""
+    (folder / system).touch()
+    until = time.monotonic() + PATIENCE
+    while time.monotonic() < until:
+        if system == "first" and len(list(folder.iterdir())) == 3:
+            raise KeyboardInterrupt
+        time.sleep(0.01)
 
 
-@pytest.mark.skipif(os.name != "posix", reason="a process interrupts the one that waits for it")
-def test_an_interrupt_that_cuts_all_short_is_told_of_once(capfd):
-    names = ["first", "second", "last"]
-    assert run_side_by_side(names, interrupted_by_the_last, 3, as_json=False, quiet=True) == INTERRUPTED
+def test_an_interrupt_that_cuts_all_short_is_told_of_once(tmp_path, capfd):
+    names, action = ["first", "second", "last"], partial(interrupted, folder=tmp_path)
+    assert run_side_by_side(names, action, 3, as_json=False, quiet=True) == INTERRUPTED
+    assert len(list(tmp_path.iterdir())) == 3
     assert capfd.readouterr() == ("", f"{INTERRUPTION}\n")
 
 
