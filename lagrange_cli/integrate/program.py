@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 from lagrange_cli.errors import TooLarge, UsageError
@@ -22,7 +21,7 @@ from lagrange_cli.native.lanes import suits_lanes, with_lanes
 from lagrange_cli.native.llvm.length import SHORTER
 from lagrange_cli.native.members import SECTION
 from lagrange_cli.native.orders import double_double_order, order_for
-from lagrange_cli.native.program import Program, write_program
+from lagrange_cli.native.program import Linearized, Program, Steps, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
 from lagrange_cli.outputs.recording import CUTS, NARROW, SWITCHES, Recording
 from lagrange_cli.records import replace
@@ -119,40 +118,47 @@ def passed_over(residual: Residual, plan: Plan, method: MethodRow) -> tuple[str,
 def program_of(residual: Residual, plan: Plan, compilation: Compilation, observing: Residual) -> Program:
     """The program for the method, as text; what is observed follows the equations ``observing``."""
     needs, tolerance = METHODS[compilation.method].needs, compilation.tolerance
-    written = partial(
-        write_program, residual, integrands=plan.integrands, observed=plan.observed, observing=observing
-    )
+
+    def written(steps: Steps, linearized: Linearized | None = None) -> Program:
+        return write_program(
+            residual, steps, plan.integrands, plan.observed, observing=observing, linearized=linearized
+        )
+
     if compilation.precision == DOUBLE_DOUBLE:
         from lagrange_cli.native.numbers.double_double import DoubleDouble
 
         order = double_double_order(tolerance)
-        return written(order, tolerance=tolerance, kind=DoubleDouble, proven=compilation.proven)
+        return written(Steps(order, tolerance, kind=DoubleDouble, proven=compilation.proven))
     inner, integrands = residual, plan.integrands
     if compilation.section == SECTION:
         inner, integrands = with_surface_followed(residual, plan.integrands, compilation)
     together = compilation.ensemble and not compilation.proven and not inner.model.events
     if together and needs is Needs.SERIES:
-        program = write_program(
-            inner, RATES, integrands, plan.observed, store_momenta=True, observing=observing
-        )
+        rates = Steps(RATES, store_momenta=True)
+        program = write_program(inner, rates, integrands, plan.observed, observing=observing)
         if suits_lanes(program, inner, integrands.values()):
             return with_lanes(program, inner, tolerance, compilation.section)
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
-        return written(
-            order, tolerance=tolerance, store_momenta=True, proven=compilation.proven,
-            unproven=compilation.unproven, factor=compilation.factor,
-        )  # fmt: skip
+        steps = Steps(
+            order,
+            tolerance,
+            factor=compilation.factor,
+            proven=compilation.proven,
+            unproven=compilation.unproven,
+            store_momenta=True,
+        )
+        return written(steps)
     if needs is Needs.STEPS:
         from lagrange_cli.native.stepping.schemes import scheme_of
 
         scheme = compilation.method
-        return written(scheme_of(scheme).order, tolerance=tolerance, scheme=scheme)
+        return written(Steps(scheme_of(scheme).order, tolerance, scheme))
     if needs is Needs.JACOBIAN:
         linear = linearize(residual)
         nodes = jacobian_nodes(residual, linear, plan)
-        return written(RATES, linearized=nodes, accelerations=linear.accelerations)
-    return written(RATES)
+        return written(Steps(RATES), Linearized(nodes, linear.accelerations))
+    return written(Steps(RATES))
 
 
 def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:

@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.elimination import reduced
 from lagrange_cli.native.orders import order_for
-from lagrange_cli.native.program import write_program
+from lagrange_cli.native.program import Steps, write_program
 from lagrange_cli.outputs.plan import make_plan
 
 CompiledValues = Callable[
@@ -36,7 +36,7 @@ def compiled_values(residual: Residual) -> CompiledValues:
     bound = [[places[f"{kind} {name}"] for name in constraints] for kind in ("multiplier", "constraint")]
     less = reduced(residual)
     followed = residual if less is None else less.after
-    written = write_program(followed, order_for(2.0**-52), {}, plan.observed, observing=residual)
+    written = write_program(followed, Steps(order_for(2.0**-52)), {}, plan.observed, observing=residual)
     machine = compile_program(written, QUICK)  # a few states are evaluated
     program = machine.program
     n = program.degrees

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -10,13 +10,14 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.explicit import at_a_state
 from lagrange_cli.mechanics.explicit import unknowns as unknowns_of
+from lagrange_cli.mechanics.guards.guard import Guarded
 from lagrange_cli.mechanics.guards.holding import at_a_held_state
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switching.saturation import saturated_each
 from lagrange_cli.mechanics.switching.switches import one_sided
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
-from lagrange_cli.native.followed import followed
+from lagrange_cli.native.followed import FollowedEquations, followed
 from lagrange_cli.native.interface import STEPPING, Interface
 from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.function import Function
@@ -51,140 +52,124 @@ class Program(Interface):
     """Whether its time is that of loops over members of families."""
 
 
+@dataclass(frozen=True)
+class Steps:
+    """How a program steps: with q's series to an ``order`` within a ``tolerance``, in numbers of a ``kind``,
+    or by a ``scheme`` on rates (``stepping.schemes``).
+
+    Cyclic momenta are stored in rows of the state if ``store_momenta``. Steps are ``proven`` where a force
+    may hide, and wherever that is asked for, unless forces are not linear in multipliers, or the program is
+    to be ``unproven``. With a ``factor`` the program is that of a companion (see ``numbers.beside``).
+    """
+
+    order: int
+    tolerance: float = 2.0**-52
+    scheme: str = ""
+    kind: type[Emitter] | type[DoubleDouble] = Emitter
+    factor: int | None = None
+    proven: bool = False
+    unproven: bool = False
+    store_momenta: bool = False
+
+    @property
+    def any(self) -> bool:
+        """Whether steps are taken at all: series of a lower order give rates alone."""
+        return self.order >= STEPPING or bool(self.scheme)
+
+    @property
+    def emitter(self) -> Callable[[Function], Emitter]:
+        """The writers for doubles."""
+        return Emitter if self.factor is None else partial(BesideEmitter, factor=self.factor)
+
+    @property
+    def make(self) -> Make:
+        """The writers for numbers of the kind."""
+        return self.emitter if self.kind is Emitter else self.kind
+
+    @property
+    def sampling(self) -> Make:
+        """The writers for what is observed."""
+        return self.make if self.factor is None else partial(RoundedEmitter, factor=self.factor)
+
+
+@dataclass(frozen=True)
+class Linearized:
+    """What ``@linearize`` computes: ``nodes``, functions of q, v and the symbols ``accelerations``."""
+
+    nodes: Sequence[Node]
+    accelerations: Sequence[Node]
+
+
 def write_program(
     residual: Residual,
-    order: int,
+    steps: Steps,
     integrands: Mapping[str, Node],
     observed: Mapping[str, Node],
-    linearized: Sequence[Node] = (),
-    accelerations: Sequence[Node] = (),
-    tolerance: float = 2.0**-52,
-    store_momenta: bool = False,
-    kind: type[Emitter] | type[DoubleDouble] = Emitter,
-    proven: bool = False,
-    unproven: bool = False,
-    factor: int | None = None,
+    *,
     observing: Residual | None = None,
-    scheme: str = "",
+    linearized: Linearized | None = None,
 ) -> Program:
-    """The program that advances ``residual`` with q's series to ``order``, in numbers of a ``kind``.
+    """The program that advances ``residual`` by ``steps``, with quadratures of ``integrands``.
 
-    ``@linearize`` computes the nodes ``linearized``, functions of q, v and the symbols ``accelerations``, if
-    there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``. Steps are
-    ``proven`` where a force may hide, and wherever that is asked for, unless forces are not linear in
-    multipliers, or the program is to be ``unproven``. With a ``factor`` the program is that of a companion
-    (see ``numbers.beside``). Accelerations and multipliers in what is ``observed`` are those of the equations
-    ``observing``, by default ``residual``. Raises ``TooLarge`` where the program has more instructions than
-    can be compiled. Steps of a ``scheme`` are taken on rates (``stepping.schemes``), instead of series.
+    Accelerations and multipliers in what is ``observed`` are those of the equations ``observing``, by default
+    ``residual``. Raises ``TooLarge`` where the program has more instructions than can be compiled.
     """
-    emitter: Callable[[Function], Emitter] = Emitter
-    if factor is not None:
-        emitter = partial(BesideEmitter, factor=factor)
-    parts = kind.parts
-    make: Make = emitter if kind is Emitter else kind
-    sampling: Make = make if factor is None else partial(RoundedEmitter, factor=factor)
     observing = observing or residual
     seen = one_sided(residual.graph, [*observed.values()], residual.variables)
     sampled = saturated_each(residual.graph, seen, residual.variables)
     unknowns, quantities = at_a_held_state(observing, sampled) or at_a_state(observing, sampled)
     model, constants = whole(residual, observing), Constants()
-    stepping = order >= STEPPING or bool(scheme)
     more = followed(
         residual,
         integrands,
-        stepping=stepping,
-        store_momenta=store_momenta,
-        proven=proven,
-        unproven=unproven or bool(scheme),
+        stepping=steps.any,
+        store_momenta=steps.store_momenta,
+        proven=steps.proven,
+        unproven=steps.unproven or bool(steps.scheme),
     )
-    smooth = more.smooth
-    residual = smooth.residual
-    changed, changes = changes_of(model) if stepping else ((), [])
-    events, affected = events_of(model, smooth, parts) if stepping else ((), ())
-    masses = masses_of(model) if stepping else {}
-    closes = stepping and bool(changes) and bool(observing.multipliers)
-    apart = parts == 1 and stepping and not scheme
+    residual = more.smooth.residual
+    interface = interface_of(model, more, steps, observing, tuple(observed))
+    at_one_time = interface.parts > 1
+    apart = steps.any and not (steps.scheme or at_one_time)
     series = residual.series([*more.integrands.values()], len(more.arguments), apart=apart)
     series = replace(series, stored=more.stored)
-    interface = Interface(
-        order=order,
-        degrees=len(model.q),
-        parameters=tuple(model.parameters),
-        integrals=tuple(more.integrands)[len(more.arguments) :],
-        stored=more.stored,
-        observed=tuple(observed),
-        constants=0,
-        work=0,
-        lanes=0,
-        parts=parts,
-        given=parts if factor is None else 2,
-        guards=tuple(number_of(one) for one in smooth.guards),
-        limits=tuple(j for j, one in enumerate(smooth.guards) if one.limit is not None),
-        vectors=tuple((j, len(one.vector.parts)) for j, one in enumerate(smooth.guards) if one.vector),
-        events=events,
-        changed=changed,
-        affected=affected,
-        masses=tuple(masses),
-        constraints=len(observing.multipliers),
-        pattern=tuple((j, k) for j, row in enumerate(observing.unpushed.entries) for k in row)
-        if closes
-        else (),
-        series_at=(0, 0, 0),
-        carried=0,
-        strips=0,
-        board=0,
-    )
-    if scheme:
-        from lagrange_cli.native.stepping.schemes import scheme_of
-
-        interface = replace(interface, carried=scheme_of(scheme).carried(interface.inner))
     rows = interface.rows_of_guards if interface.guarded else None
-    given = more, series, interface.inner, constants, order, tolerance, rows
-    equations = Specification(*given, emitter, factor is not None, scheme)
-    made = motion_of(equations, parts)
-    symbols = [*model.q, *model.v]
+    given = more, series, interface.inner, constants, steps.order, steps.tolerance, rows
+    equations = Specification(*given, steps.emitter, steps.factor is not None, steps.scheme)
+    made = motion_of(equations, interface.parts)
+    texts = [*made.parts]
 
     def values(
-        name: str, symbols: Sequence[Node], nodes: Iterable[Node], kind: Make = make, **more: Any
-    ) -> tuple[str, int]:
-        rows = interface.rows
-        return write_values(name, kind, model.time, symbols, rows, [*nodes], constants, **more)
+        name: str,
+        nodes: Iterable[Node],
+        symbols: Sequence[Node] = (*model.q, *model.v),
+        rows: int = interface.rows,
+        make: Make = steps.make,
+        **how: Any,
+    ) -> int:
+        text, operations = write_values(name, make, model.time, symbols, rows, [*nodes], constants, **how)
+        texts.append(text)
+        return operations
 
-    observe, operations = values("observe", symbols, quantities, sampling, unknowns=unknowns)
-    texts = [*made.parts, observe]
+    operations = values("observe", quantities, make=steps.sampling, unknowns=unknowns)
     if residual.bent:
-        at = model.time, [*residual.state_q, *residual.state_v], interface.inner.width
-        own = [*residual.multipliers]
-        written = partial(write_values, at_one_time=parts > 1, unknowns=unknowns_of(residual))
-        texts.append(written(MULTIPLIERS, make, *at, own, constants)[0])
+        state, own = (*residual.state_q, *residual.state_v), unknowns_of(residual)
+        width = interface.inner.width
+        values(MULTIPLIERS, residual.multipliers, state, width, at_one_time=at_one_time, unknowns=own)
     if linearized:
-        texts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
+        values("linearize", linearized.nodes, (*model.q, *model.v, *linearized.accelerations))
     if interface.events:
-        nodes = [*changes, *sizes_of(model), *masses.values()]
-        texts.append(values("act", symbols, nodes, at_one_time=parts > 1)[0])
-    if closes:
-        held, zero = Constraints(model), residual.graph.zero
-        places = [one.expression if one.holonomic else zero for one in model.constraints]
-        entries = [entry for row in observing.unpushed.entries for entry in row.values()]
-        texts.append(
-            values("constrain", symbols, [*places, *held.speeds, *entries], at_one_time=parts > 1)[0]
-        )
-    modes = [one.mode for one in smooth.guards]
-    modes += [residual.graph.symbol(f"event {i}") for i in range(len(interface.events))]
-    modes += [one.mode for one in smooth.rests]
-    set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
-    if factor is None:
-        prepare, size = write_prepare(make, constants, set_ones)
-    else:
-        from lagrange_cli.native.companion import prepare_beside
-
-        prepare, size = prepare_beside(constants, set_ones, factor)
+        nodes = *changes_of(model)[1], *sizes_of(model), *masses_of(model).values()
+        values("act", nodes, at_one_time=at_one_time)
+    if interface.changed and observing.multipliers:
+        values("constrain", constrained(model, observing), at_one_time=at_one_time)
+    prepare, size = write_settings(model, more.smooth, len(interface.events), constants, steps)
     text = "\n".join([*texts, prepare])
     if more.hiding:
         from lagrange_cli.native.functions.elementary import definitions
 
         text += definitions(text)
-    length.allow(text.count(" = "), parts)
+    length.allow(text.count(" = "), interface.parts)
     return Program(
         **{**interface.as_data(), "constants": size, "work": made.work, "series_at": made.series_at},
         text=text,
@@ -192,6 +177,71 @@ def write_program(
         hiding=more.hides,
         operations={"jet": made.operations, "observe": operations},
     )
+
+
+def interface_of(
+    model: Model[Node], more: FollowedEquations, steps: Steps, observing: Residual, observed: tuple[str, ...]
+) -> Interface:
+    """What callers of the program must know; its sizes of work and constants are known once it is written."""
+    smooth, parts = more.smooth, steps.kind.parts
+    changed = changes_of(model)[0] if steps.any else ()
+    events, affected = events_of(model, smooth, parts) if steps.any else ((), ())
+    entries = observing.unpushed.entries if changed and observing.multipliers else ()
+    interface = Interface(
+        order=steps.order,
+        degrees=len(model.q),
+        parameters=tuple(model.parameters),
+        integrals=tuple(more.integrands)[len(more.arguments) :],
+        stored=more.stored,
+        observed=observed,
+        constants=0,
+        work=0,
+        lanes=0,
+        parts=parts,
+        given=parts if steps.factor is None else 2,
+        guards=tuple(number_of(one) for one in smooth.guards),
+        limits=tuple(j for j, one in enumerate(smooth.guards) if one.limit is not None),
+        vectors=tuple((j, len(one.vector.parts)) for j, one in enumerate(smooth.guards) if one.vector),
+        events=events,
+        changed=changed,
+        affected=affected,
+        masses=tuple(masses_of(model)) if steps.any else (),
+        constraints=len(observing.multipliers),
+        pattern=tuple((j, k) for j, row in enumerate(entries) for k in row),
+        series_at=(0, 0, 0),
+        carried=0,
+        strips=0,
+        board=0,
+    )
+    if not steps.scheme:
+        return interface
+    from lagrange_cli.native.stepping.schemes import scheme_of
+
+    return replace(interface, carried=scheme_of(steps.scheme).carried(interface.inner))
+
+
+def constrained(model: Model[Node], observing: Residual) -> Iterator[Node]:
+    """Constraints, their rates, and the entries of the equations' matrix; zeros for those on velocities."""
+    yield from (one.expression if one.holonomic else observing.graph.zero for one in model.constraints)
+    yield from Constraints(model).speeds
+    for row in observing.unpushed.entries:
+        yield from row.values()
+
+
+def write_settings(
+    model: Model[Node], smooth: Guarded, events: int, constants: Constants, steps: Steps
+) -> tuple[str, int]:
+    """``@prepare``, and the number of constants: from the values of parameters, and the modes of guards,
+    events and resting contacts."""
+    modes = [one.mode for one in smooth.guards]
+    modes += [smooth.residual.graph.symbol(f"event {i}") for i in range(events)]
+    modes += [one.mode for one in smooth.rests]
+    given = {**model.parameters, **{str(mode.data): mode for mode in modes}}
+    if steps.factor is None:
+        return write_prepare(steps.make, constants, given)
+    from lagrange_cli.native.companion import prepare_beside
+
+    return prepare_beside(constants, given, steps.factor)
 
 
 def whole(residual: Residual, observing: Residual) -> Model[Node]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.expression.near import known_hint
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.fields import read_count, read_number, read_scalar, read_text, read_words
-from lagrange_cli.spec.nodes import Node, Scalar
+from lagrange_cli.spec.nodes import Node
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.table import Row, Table, read_table
+from lagrange_cli.spec.table import Row, Table, read_part, read_table
 
 TIME = Table(
     "time",
@@ -65,12 +64,7 @@ SOLVE = Table(
 
 def read_solve(node: Node, where: str, problems: Problems) -> Mapping[str, Any]:
     """The section ``solve``."""
-    if isinstance(node, Scalar) and node.empty:
-        return {}
-    if not isinstance(node, nodes.Mapping):
-        problems.add(node.place, "solve must be 'key: value'", known_hint(SOLVE.keys))
-        return {}
-    return read_table(node, SOLVE, "solve", problems)
+    return read_part(SOLVE, node, where, problems)
 
 
 def read_time(node: Node, where: str, problems: Problems) -> str:

@@ -150,6 +150,18 @@ def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems
     return found
 
 
+def read_part(
+    table: Table, node: nodes.Node, where: str, problems: Problems, hint: str = ""
+) -> Mapping[str, Any]:
+    """A mapping with the keys of ``table``, which may be left empty."""
+    if isinstance(node, Scalar) and node.empty:
+        return {}
+    if not isinstance(node, nodes.Mapping):
+        problems.add(node.place, f"{where} must be a mapping", hint or known_hint(table.keys))
+        return {}
+    return read_table(node, table, where, problems)
+
+
 def _unknown_key(key: Scalar, table: Table, where: str, written: Collection[str], problems: Problems) -> str:
     """Report an unknown key. Returns the key that was meant, or nothing. ``written`` are the keys that there
     are."""

@@ -9,7 +9,7 @@ from lagrange_cli.integrate.arrays import chunk_size
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods import stepper, taylor
 from lagrange_cli.native.orders import order_for
-from lagrange_cli.native.program import write_program
+from lagrange_cli.native.program import Steps, write_program
 from lagrange_cli.series.program import Op
 from tests.support.motion import FULL, follow, program_of, residual_of
 
@@ -130,7 +130,7 @@ def test_only_what_is_asked_for_is_in_the_program():
 
 
 def program(system):
-    return write_program(residual_of(system), order_for(FULL), {}, {})
+    return write_program(residual_of(system), Steps(order_for(FULL)), {}, {})
 
 
 def test_time_is_absent_where_the_equations_do_not_contain_it():
@@ -150,7 +150,7 @@ def test_parameters_stay_inputs():
     """One program serves every value: parameter-only expressions are computed once a run, from slots."""
     text = program("double_pendulum").text
     changed = residual_of("double_pendulum")
-    assert write_program(changed, order_for(FULL), {}, {}).text == text
+    assert write_program(changed, Steps(order_for(FULL)), {}, {}).text == text
     assert program("double_pendulum").constants >= 3
     light = follow("double_pendulum", 5.0, sets={"m2": 1e-9})
     plain = follow("pendulum", 5.0, sets={"theta": 2.0, "theta_dot": 0, "m": 1, "l": 1, "g": 9.81})

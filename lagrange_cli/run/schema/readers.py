@@ -35,7 +35,6 @@ from lagrange_cli.spec.draw.readers import (
     read_degrees,
     read_lines,
     read_names,
-    read_part,
     read_point,
     read_points,
     read_up,
@@ -61,7 +60,7 @@ from lagrange_cli.spec.fields import (
 )
 from lagrange_cli.spec.settings import SOLVE, TIME, read_solve, read_time
 from lagrange_cli.spec.spec import SOLIDS
-from lagrange_cli.spec.table import Table
+from lagrange_cli.spec.table import Table, read_part
 from lagrange_cli.spec.transformations import TRANSFORMATION, read_transformations
 from lagrange_cli.spec.vanishing import read_vanishing
 

@@ -6,21 +6,19 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from lagrange_cli.spec import nodes
 from lagrange_cli.spec.draw.ranges import read_curves, read_range, read_sliders
 from lagrange_cli.spec.draw.readers import (
     read_colours,
     read_degrees,
     read_lines,
     read_names,
-    read_part,
     read_point,
     read_points,
     read_up,
 )
-from lagrange_cli.spec.nodes import Node, Scalar
+from lagrange_cli.spec.nodes import Node
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.table import Row, Table, read_table
+from lagrange_cli.spec.table import Row, Table, read_part
 
 BOUNDS = Table(
     "bounds",
@@ -139,9 +137,4 @@ DRAW = Table(
 
 def read_draw(node: Node, where: str, problems: Problems) -> Mapping[str, Any]:
     """The section, with the keys of ``DRAW``."""
-    if isinstance(node, Scalar) and node.empty:
-        return {}
-    if not isinstance(node, nodes.Mapping):
-        problems.add(node.place, f"{where} must be a mapping", "write 'draw: {rods: [[0, bob]]}'")
-        return {}
-    return read_table(node, DRAW, where, problems)
+    return read_part(DRAW, node, where, problems, "write 'draw: {rods: [[0, bob]]}'")

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from lagrange_cli.expression.confusions import DEGREES, quantity
 from lagrange_cli.expression.listed import Listed, read_listed
-from lagrange_cli.expression.near import known_hint, near_hint, shown
+from lagrange_cli.expression.near import near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Key, Loop, Name, Number, Span
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec import nodes
@@ -17,7 +14,6 @@ from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression
-from lagrange_cli.spec.table import Table, read_table
 
 NONE, ALL = "none", "all"
 AXES = ("y", "z", "-y", "-z")
@@ -193,16 +189,6 @@ def _colour(node: Node, name: Key, problems: Problems) -> str:
 
 
 # ------------------------------------------------------------------ camera
-
-
-def read_part(table: Table, node: Node, where: str, problems: Problems) -> Mapping[str, Any]:
-    """The camera, with the keys of ``table``; or its bounds, axis by axis."""
-    if isinstance(node, Scalar) and node.empty:
-        return {}
-    if not isinstance(node, nodes.Mapping):
-        problems.add(node.place, f"{where} must be a mapping", known_hint(table.keys))
-        return {}
-    return read_table(node, table, where, problems)
 
 
 def read_up(node: Node, where: str, problems: Problems) -> str:

@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
 from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.numbers.double_double import DoubleDouble
-from lagrange_cli.native.program import write_program
+from lagrange_cli.native.program import Steps, write_program
 from lagrange_cli.spec.read import read_spec
 
 MP = mpmath.mp.clone()
@@ -36,7 +36,7 @@ NODES = {
     "x^-7/2": X ** RESIDUAL.graph.constant(-3.5),
     "thirds": X / 3.0 + Y / 7.0,
 }
-MACHINE = compile_program(write_program(RESIDUAL, 20, {}, NODES, kind=DoubleDouble), QUICK)
+MACHINE = compile_program(write_program(RESIDUAL, Steps(20, kind=DoubleDouble), {}, NODES), QUICK)
 
 
 def long(pair) -> mpmath.mpf:

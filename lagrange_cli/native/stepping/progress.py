@@ -1,0 +1,124 @@
+"""``Progress``: where ``@advance`` is, in the code that is written for it: the step before, which is to be
+confirmed, the samples that are taken, and what leads out of it."""
+
+from __future__ import annotations
+
+from lagrange_cli.native.guards import DUE
+from lagrange_cli.native.interface import Stop
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Index, Integer, Pointer, Real
+from lagrange_cli.native.state import BEGINNING, Clock
+from lagrange_cli.native.stepping.guard_search import NO_GUARD
+from lagrange_cli.native.stepping.guards import AWAY, NOTED
+from lagrange_cli.native.stepping.motion import Steps
+from lagrange_cli.native.stepping.steps import Now
+
+NOTHING, BLIND, MOVED = -3, -2, -1
+"""What a step's series must confirm about the step before: nothing; only that it passed a kink; everything
+(and for the last step, what ``Stop`` says)."""
+
+HEAD = (
+    "define i64 @advance(ptr noalias %constants, ptr noalias %state, ptr noalias %work, ptr noalias %trial, "
+    "double %stop, ptr noalias %times, i64 %count, ptr noalias %out, i64 %stride, i64 %last, i64 %pause, "
+    "ptr noalias %info) #0"
+)
+
+
+class Progress:
+    """The arguments of ``@advance``, and what changes from step to step.
+
+    The step before has the ``length``, and began at the sample ``began``; ``pending`` is what is to be
+    confirmed of it, within ``uneven``. The state where it began is in ``trial``.
+    """
+
+    def __init__(self, steps: Steps) -> None:
+        self.steps, self.f = steps, Function(HEAD)
+        f = self.f
+        self.state, self.trial, self.info = f.pointers("state", "trial", "info")
+        self.stop, self.count, self.pause = Real(f, "%stop"), Integer(f, "%count"), Integer(f, "%pause")
+        self.zero, self.one = f.constant(0.0), f.constant(1.0)
+        yes, no = Bit(f, "true"), Bit(f, "false")
+        self.yes, self.no = yes, no
+        self.limited, self.limited_before, self.began = (f.variable(f.count(0)) for _ in range(3))
+        self.length, self.uneven, self.usual_before = (f.variable(self.zero) for _ in range(3))
+        self.index, self.taken = f.variable(f.count(0)), f.variable(f.count(0))
+        self.pending, self.tries = f.variable(f.count(NOTHING)), f.variable(f.count(0))
+        self.settled, self.unit_before = f.variable(yes), f.variable(self.one)
+        """Whether the integrals of the step before are right already; the unit of time of its series."""
+        self.due = f.variable(f.count(NO_GUARD)) if steps.guards else None
+        self.whole = f.variable(no)
+        """Whether the next step to a root is not divided."""
+
+    # ------------------------------------------------------------------ the state
+
+    def clock(self, number: Clock) -> Real:
+        """What the state remembers."""
+        return self.f.load(self.state, self.steps.state.at(number))
+
+    def clock_before(self, number: Clock) -> Real:
+        """What it remembered where the step before began."""
+        return self.f.load(self.trial, self.steps.state.at(number))
+
+    def remember(self, number: Clock, value: Real) -> None:
+        """Set a number of the clock."""
+        self.f.store(value, self.state, self.steps.state.at(number))
+
+    def copy(self, origin: Pointer, to: Pointer) -> None:
+        """Copy a whole state."""
+        self.f.call(None, "copy", origin, to)
+
+    def no_guard(self) -> None:
+        """No guard is due."""
+        if self.due is not None:
+            self.due.set(self.f.count(NO_GUARD))
+
+    # ------------------------------------------------------------------ the ways out
+
+    def leave(self, code: Index, steps: Integer | None = None, samples: Integer | None = None) -> None:
+        """Return ``code`` after so many ``steps`` and ``samples``, by default all that were taken."""
+        f = self.f
+        steps = steps or self.taken.get()
+        for i, value in enumerate((samples or self.index.get(), steps, self.limited.get())):
+            f.store(value, self.info, i)
+        if self.due is not None:
+            f.store(self.due.get(), self.info, DUE)
+        f.give(code if isinstance(code, Integer) else f.count(code))
+
+    def leave_divided(self, steps_before: Integer) -> None:
+        """If a stop was requested while a step was divided, stop before this step, which will be repeated."""
+        with self.f.when(self.steps.halted(self.f)):
+            self.copy(self.trial, self.state)
+            self.limited.set(self.limited_before.get())
+            self.no_guard()
+            self.leave(Stop.PAUSE, steps_before, self.began.get())
+
+    def leaving_at_once(self) -> Bit:
+        """Whether the step before is the last one of this call, if it is accepted."""
+        last = self.pending.get().equals(Stop.END) | self.pending.get().equals(Stop.SAMPLES)
+        return last | (self.taken.get() >= self.pause)
+
+    def change_mode(self, now: Now) -> Bit:
+        """Go on from here with the other mode of the guard that is due; whether the equations are the same.
+        The caller decides what is not simple."""
+        f, steps, due = self.f, self.steps, self.due
+        assert due is not None
+        assert steps.guards
+        steps.watch(f, now, self.zero)
+        passed, last = f.magnitude(self.clock(Clock.TIME)), self.clock(Clock.LAST_PASS)
+        times = self.clock(Clock.PASSES)
+        at_once = self.clock(Clock.TIME) - last <= passed * steps.bounds.no_time
+        self.remember(Clock.PASSES, f.select(at_once, times + 1.0, self.zero))
+        self.remember(Clock.LAST_PASS, self.clock(Clock.TIME))
+        with f.when(times >= steps.guards.rows.changes):
+            self.leave(Stop.GUARD)
+        given = self.state, f.pointer("%constants"), due.get(), self.trial, self.info, f.pointer("%work")
+        done = f.call(Integer, "flip", *given, self.index.get())
+        with f.when(done.equals(AWAY)):
+            self.leave(Stop.GUARD)
+        with f.when(~done.equals(NOTED)):
+            for number in BEGINNING:
+                self.remember(number, self.zero)
+        self.no_guard()
+        self.pending.set(f.count(NOTHING))
+        self.whole.set(self.no)
+        return done.equals(NOTED)
