@@ -359,7 +359,7 @@ potential: sum(where(x[i] > 0, a[i], b)**2*x[i]**2/2 for i in range(N))
 
 
 def test_balls_bounce_on_a_floor_that_has_no_series_at_its_surface() -> None:
-    """A force of depth^(3/2): each ball keeps its energy, wherever rounding puts it as it touches the floor."""
+    """A force of depth^(3/2): each ball keeps its energy, wherever it is put as it touches the floor."""
     text = """
     sizes: {N: 30}
     coordinates: {"y[i in range(N)]": {initial: "1 + i/60"}}

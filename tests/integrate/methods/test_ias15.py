@@ -157,7 +157,9 @@ def test_one_program_serves_one_tolerance() -> None:
         (
             """
 coordinates: {"u[i in range(N)]": {initial: 0.3*i**2}}
-lagrangian: sum(u_dot[i]**2/2 for i in range(N)) + 1.5/N*sum(cos(u[i] - u[j]) for i in range(N) for j in range(i))
+potential: -1.5/N*sum(cos(u[i] - u[j]) for i in range(N) for j in range(i))
+masses: {"bead[i in range(N)]": 1}
+embedding: {"bead[i in range(N)]": "u[i]"}
 generalized_forces: {"u[i in range(N)]": sin(5*i) - 0.2*u_dot[i]}
 """,
             12,
