@@ -149,33 +149,3 @@ def test_one_program_serves_one_tolerance() -> None:
         follow("pendulum", 5.0, 3, method="ias15", tolerance=x).outcome.steps for x in (1e-6, FULL)
     )
     assert 2 * loose < full
-
-
-@pytest.mark.parametrize(
-    ("text", "most"),
-    [
-        (
-            """
-coordinates: {"u[i in range(N)]": {initial: 0.3*i**2}}
-potential: -1.5/N*sum(cos(u[i] - u[j]) for i in range(N) for j in range(i))
-masses: {"bead[i in range(N)]": 1}
-embedding: {"bead[i in range(N)]": "u[i]"}
-generalized_forces: {"u[i in range(N)]": sin(5*i) - 0.2*u_dot[i]}
-""",
-            12,
-        ),
-        (
-            """
-coordinates: {"u[i in range(N)]": {initial: 0.9*i + 0.01*sin(i)}}
-lagrangian: sum(u_dot[i]**2/2 for i in range(N)) - sum(50*(u[i] - u[i - 1] - 1)**2 for i in range(1, N))
-dissipation: sum(0.3*(u_dot[i] - u_dot[i - 1])**2/2 for i in range(1, N))
-""",
-            40,
-        ),
-    ],
-)
-def test_steps_from_rest_do_not_become_shorter_with_more_members(text: str, most: int) -> None:
-    """Places of 1e3 to 1e5 are rounded, so that no step is as precise as small accelerations ask."""
-    for count in (20, 500):
-        motion = follow(f"sizes: {{N: {count}}}" + text, 0.5, method="ias15", samples=2)
-        assert motion.outcome.ending is Ending.COMPLETE and motion.outcome.steps <= most
