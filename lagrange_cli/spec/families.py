@@ -134,8 +134,7 @@ class _Expander:
         if not all(known):
             return []
         indices = tuple(axis.index for axis in piece.key.axes)
-        keyed = piece.key.axes if any(abs(one.step) > 1 for one in known) else ()
-        return [(Part(piece, indices, tuple(map(ascending, known)), keyed), known)]
+        return [(Part(piece, indices, tuple(map(ascending, known)), piece.key.axes), known)]
 
     def _note(self, piece: One) -> None:
         self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
