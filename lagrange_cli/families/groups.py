@@ -39,8 +39,8 @@ class Rows:
 class Group:
     """A family whose members are written: the ``trees`` that occur, or what else is written, which of them
     each member has, and the values of its indices. ``place_of`` has the members' numbers by their place, -1
-    where there is none. Of trees whose members are not all that are between some ends, ``keyed`` says which
-    they are."""
+    where there is none. ``keyed`` says by which ranges and conditions the file gives the members of a
+    tree."""
 
     family: Family
     place_of: Places

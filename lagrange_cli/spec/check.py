@@ -73,7 +73,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         observables=checker.expressions("observables"),
         solve=solve_defaults(draft, checker.names, problems),
         sizes=sizes,
-        families=families,
+        families={key: with_members(given) for key, given in families.items()},
         time_unit=time_unit(draft, problems),
         events=checker.events(),
         constraints=constraints,
@@ -82,6 +82,11 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         draw=checker.draw(),
         transformations=checker.transformations(),
     )
+
+
+def with_members(families: Mapping[str, Family]) -> Mapping[str, Family]:
+    """Those of some families that have any."""
+    return {name: one for name, one in families.items() if one.members}
 
 
 def name_of(filename: str) -> str:

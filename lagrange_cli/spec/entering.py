@@ -11,7 +11,7 @@ from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.content import groups_of
 from lagrange_cli.spec.draft import Draft
-from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.kinds import Kind, Meaning
 from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
@@ -57,11 +57,23 @@ class _Entering:
         for section in ("constraints", "nonholonomic"):
             for name, place, family in self._named(section, groups_of(draft.entries(section))):
                 self.names.declare_multiplier(name, place, family)
+        self._without_members()
         for index, place in draft.indices:
             try:
                 self.names.check_index(index, Span(0, 1))
             except ExpressionError as error:
                 self.problems.add(place, error.message, error.hint)
+
+    def _without_members(self) -> None:
+        """Enter families that have no members, as the pairs of one body: sums over them are 0."""
+        for section, what, table in (
+            ("definitions", Kind.DEFINITION, self.names.table),
+            ("constraints", Kind.MULTIPLIER, self.names.bound),
+            ("nonholonomic", Kind.MULTIPLIER, self.names.bound),
+        ):
+            for name, family in self.draft.families[section].items():
+                if not family.members:
+                    table.setdefault(name, Meaning(what, frozenset(), None, None, family))
 
     def _observable(self, name: str, place: Place) -> None:
         """Note the name of an observable that is that of a coordinate or a velocity: its values are written

@@ -69,16 +69,17 @@ class _Expander:
                 found += pieces
                 continue
             parts = self._parts(pieces)
-            family = self._family(name, pieces, parts, complete) if parts else None
+            family = None if parts is None else self._family(name, pieces, parts, complete)
             if family is None:
                 self.problems.broken.add(name)
                 continue
             families[name] = family
-            found.append(WrittenFamily(family, tuple(parts)))
+            if parts:
+                found.append(WrittenFamily(family, tuple(parts)))
         return in_order(found), families
 
-    def _parts(self, pieces: list[One]) -> list[Part[One]]:
-        """What the pieces give of a family; nothing where something is wrong."""
+    def _parts(self, pieces: list[One]) -> list[Part[One]] | None:
+        """What the pieces give of a family; None where something is wrong."""
         from lagrange_cli.spec.repeated import Taken
 
         found: list[Part[One]] = []
@@ -91,10 +92,10 @@ class _Expander:
                     f"'{piece.key.label}' and '{pieces[0].key.label}' have different numbers of indices",
                     "give all members of a family the same number of indices",
                 )
-                return []
+                return None
             given = self._piece(piece)
             if given is None:
-                return []
+                return None
             for part, order in given:
                 again = taken.again(part, order)
                 if again is not None:
@@ -104,10 +105,8 @@ class _Expander:
                         f"'{member_name(piece.name, place)}' is given twice",
                         f"it is already given in line {other.item.place.line}",
                     )
-                    return []
+                    return None
                 found.append(part)
-        if not found:
-            self._empty(pieces[0])
         return found
 
     def _empty(self, piece: One) -> None:
@@ -134,8 +133,7 @@ class _Expander:
         if not all(known):
             return []
         indices = tuple(axis.index for axis in piece.key.axes)
-        keyed = piece.key.axes if any(abs(one.step) > 1 for one in known) else ()
-        return [(Part(piece, indices, tuple(map(ascending, known)), keyed), known)]
+        return [(Part(piece, indices, tuple(map(ascending, known)), piece.key.axes), known)]
 
     def _note(self, piece: One) -> None:
         self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
@@ -262,7 +260,11 @@ class _Expander:
         return self.members <= MAX_MEMBERS
 
     def _family(self, name: str, pieces: list[One], parts: list[Part[One]], complete: bool) -> Family | None:
-        shape = tuple(max(part.ranges[k][-1] for part in parts) + 1 for k in range(len(parts[0].ranges)))
+        if not parts and complete:
+            self._empty(pieces[0])
+            return None
+        axes = len(pieces[0].key.axes) or 1
+        shape = tuple(max((part.ranges[k][-1] + 1 for part in parts), default=0) for k in range(axes))
         count = sum(part.count for part in parts)
         if count == prod(shape):
             members: Grid | Listed = Grid(tuple(map(range, shape)))

@@ -197,6 +197,8 @@ class Family:
         """The range of its members, as a hint where another was used."""
         if "-" in name:
             return "indices count from 0; write u[(i - 1) % N] for a ring"
+        if not self.members:
+            return f"'{self.label}' has no members for these sizes"
         first, last = self.members[0], self.members[-1]
         return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
 

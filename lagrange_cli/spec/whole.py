@@ -28,8 +28,8 @@ V = TypeVar("V", bound=Any)
 @dataclass(frozen=True)
 class Part(Generic[T]):
     """Members that are written alike: the ``item``, for all values of its ``indices`` in the ``ranges``. An
-    index without a name is a number. Where the members of a key are not all that are between the ends of
-    these, they are ``keyed`` as it says; there may be several parts then."""
+    index without a name is a number. ``keyed`` is how the file writes these; where members are missing
+    between the ends of the ranges, a key has several parts. Members of lists have no key."""
 
     item: T
     indices: tuple[str, ...]

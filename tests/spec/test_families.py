@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lagrange_cli import solve
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
@@ -237,16 +238,49 @@ def test_indices_may_depend_on_one_another(size: int, shift: int, start: int, co
     text += "  whole: 1\nlagrangian: x_dot**2/2\n"
     holds = {"<": int.__lt__, ">=": int.__ge__, "!=": int.__ne__, "==": int.__eq__}[compares]
     expected = [(i, j) for i in range(size) for j in range(start, i + shift) if holds((i + j) % 3, 1)]
-    if not expected:
-        with pytest.raises(SpecError, match="no members"):
-            read_spec(text, "a.yaml")
-        return
     spec = read_spec(text, "a.yaml")
+    if not expected:
+        assert "d" not in spec.families["definitions"]
+        assert not any(name.startswith("d[") for name in spec.definitions)
+        return
     members = spec.families["definitions"]["d"].members
     assert [*members] == [f"d[{i},{j}]" for i, j in expected]
     for i, j in expected:
         one = spec.definitions[f"d[{i},{j}]"]
         assert one.indices == {"i": i, "j": j}
+
+
+GAPS = """
+sizes: {N: 1, M: 300}
+coordinates: {"x[i in range(N)]": {initial: i, velocity: 1}, "y[k in range(M)]": {initial: sin(k)}}
+masses: {"b[i in range(N)]": 1, "c[k in range(M)]": 2}
+embedding: {"b[i in range(N)]": ["x[i]", 0], "c[k in range(M)]": ["y[k]", 0]}
+definitions:
+  d[i in range(N), j in range(i)]: x[i] - x[j]
+  e[i in range(N), j in range(N) if i != j]: [d[max(i,j), min(i,j)], 0]
+potential: "sum(1/d[i,j] + e[i,j].x for i in range(N) for j in range(i)) + sum(y[k]**2 for k in range(M))"
+constraints: {"rod[i in range(N - 1)]": "(x[i + 1] - x[i])**2 - 1"}
+forces: {"b[i in range(1, N)]": [-1, 0]}
+observables:
+  gap[i in range(1, N)]: x[i] - x[i - 1]
+  pull: sum(rod[i].multiplier for i in range(N - 1))
+events: {"hit[i in range(N), j in range(i)]": "d[i,j]"}
+solve: {stop: 1, samples: 2}
+"""
+
+
+def test_families_may_have_no_members() -> None:
+    """One body has no pairs, and no bonds: expressions, and loops over many others, do without them."""
+    alone = solve(GAPS, size={"M": 1}, outputs=["q", "observables"])
+    assert alone.q["x"][-1] == pytest.approx([1])
+    assert alone.status == "complete"
+    [*_, last] = solve(GAPS, outputs=["q", "observables"]).q["x"]
+    assert last == pytest.approx([1])
+    assert len(read_spec(GAPS, "a.yaml", {"N": "3"}).constraints) == 2
+    wrong = GAPS.replace(" + sum(y[k]", " + d[1,0] + sum(y[k]")
+    [problem] = problems(wrong)
+    assert (underlined(problem), problem.message) == ("d[1,0]", "no member 'd[1,0]' in potential")
+    assert problem.hint == "'d[i,j]' has no members for these sizes"
 
 
 def test_a_member_that_was_left_out_does_not_exist() -> None:

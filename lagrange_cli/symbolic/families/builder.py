@@ -24,7 +24,7 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.symbolic.families.frames import Frame, Split
 from lagrange_cli.symbolic.families.kinds import MemberKinds, loop_of
-from lagrange_cli.symbolic.families.labels import axes_of, ranges
+from lagrange_cli.symbolic.families.labels import axes_of
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop, Relation, condition_of, relation
 from lagrange_cli.symbolic.indexed.members import (
     KNOWN,
@@ -35,7 +35,7 @@ from lagrange_cli.symbolic.indexed.members import (
     rate_of,
     renamed,
 )
-from lagrange_cli.symbolic.indexed.whole import Whole, named, number, reduced, whole_of
+from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, reduced, whole_of
 
 
 @dataclass(frozen=True)
@@ -149,16 +149,24 @@ class WrittenBuilder(MemberKinds):
         return Oriented(how.form, turns, *second_moments(self.algebra, body.inertia, value, mass))
 
     def _where_label(self, group: Group, label: int, wholes: Sequence[Whole]) -> Condition:
-        """Where members have a label."""
-        parts: list[Condition] = []
-        for (low, high), size, whole, axis in zip(
-            ranges(group, label), group.family.shape, wholes, range(len(wholes))
-        ):
-            if low == high:
-                parts.append(relation(whole, "==", self.bound(group.family, axis, low)))
-            elif (low, high) != (0, size - 1):
-                top = self.bound(group.family, axis, high + 1)
-                parts.append(Relation(("<=", "<"), (number(low), whole, top)))
+        """Where members have a label: the ranges and conditions of its key."""
+        names, parts = dict(self.names), list[Condition]()
+        for axis, whole, size in zip(group.keyed[label], wholes, group.family.shape):
+            if not axis.index:
+                parts.append(relation(whole, "==", whole_of(axis.bounds[0], names)))
+                continue
+            loop = loop_of("", axis, names)
+            names[axis.index] = whole
+            low = loop.start != number(0)
+            high = loop.stop.names > self.sizes.keys() or loop.stop.value(self.sizes) != size
+            if low and high:
+                parts.append(Relation(("<=", "<"), (loop.start, whole, loop.stop)))
+            elif low or high:
+                bound = (">=", loop.start) if low else ("<", loop.stop)
+                parts.append(relation(whole, *bound))
+            if loop.step != 1:
+                parts.append(relation(operation("%", whole - loop.start, number(loop.step)), "==", number(0)))
+            parts += [condition_of(one, names) for one in axis.conditions]
         return parts[0] if len(parts) == 1 else Joined("and", tuple(parts))
 
     # loops

@@ -22,7 +22,7 @@ from lagrange_cli.families.groups import Group, group_of, particle_families
 from lagrange_cli.families.turning import body_groups
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.families.frames import Frame, Kind, Split
-from lagrange_cli.symbolic.families.labels import axes_of, places_of, ranges
+from lagrange_cli.symbolic.families.labels import places_of
 from lagrange_cli.symbolic.indexed.conditions import Loop, condition_of, holds, names_of, negation
 from lagrange_cli.symbolic.indexed.members import Loops
 from lagrange_cli.symbolic.indexed.whole import Whole, named, number, operation, whole_of
@@ -77,39 +77,8 @@ class MemberKinds(Builder):
 
     def of_family(self, group: Group) -> Iterator[Kind]:
         """The members of a family, of each kind by itself; those that differ further raise ``Split``."""
-        family = group.family
-        for label in range(len(group.trees)):
-            if not family.shape:
-                values = {name: int(one[0]) for name, one in group.indices.items()}
-                yield Kind((), (), group.trees[label], Frame({**self.sizes, **values}, 1, self.names, {}))
-                continue
-            if label in group.keyed:
-                yield self.keyed(group.keyed[label], places_of(group, label), group.trees[label])
-                continue
-            axes = {axis: name for name, axis in axes_of(group, label).items()}
-            loops: list[Loop] = []
-            indices: list[Whole] = []
-            axes_names: list[str] = []
-            names = dict(self.names)
-            for axis, (low, high) in enumerate(ranges(group, label)):
-                wanted = axes.get(axis, LETTERS[axis])
-                index = self.fresh(wanted, Frame({}, 1, {one.index: named(one.index) for one in loops}, {}))
-                whole = named(index)
-                axes_names.append(index)
-                if low == high:
-                    whole = self.bound(family, axis, low)
-                else:
-                    start, stop = self.bound(family, axis, low), self.bound(family, axis, high + 1)
-                    loops.append(Loop(index, start if low > 2 else number(low), stop))
-                indices.append(whole)
-                if axis in axes:
-                    names[axes[axis]] = whole
-            chosen = group.labels == label
-            values = {name: one[chosen] for name, one in group.indices.items()}
-            places = dict(zip(axes_names, places_of(group, label)))
-            arrays = {loop.index: places[loop.index] for loop in loops}
-            frame = Frame({**self.sizes, **values}, int(chosen.sum()), names, arrays)
-            yield Kind(tuple(loops), tuple(indices), group.trees[label], frame)
+        for label, tree in enumerate(group.trees):
+            yield self.keyed(group.keyed.get(label, ()), places_of(group, label), tree)
 
     def keyed(self, axes: Sequence[Axis], places: Sequence[Any], tree: Tree) -> Kind:
         """Members that are written with the ``axes`` of a key: the loops are those of the key. Their
@@ -118,14 +87,26 @@ class MemberKinds(Builder):
         indices: list[Whole] = []
         names, arrays = dict(self.names), dict[str, Any]()
         for one, own in zip(axes, places):
-            if one.index:
-                index = self.fresh(one.index, Frame({}, 1, names, arrays))
-                loops.append(loop_of(index, one, names))
+            if not one.index:
+                indices.append(whole_of(one.bounds[0], names))
+                continue
+            index = self.fresh(one.index, Frame({}, 1, names, arrays))
+            loop = loop_of(index, one, names)
+            if self.has_one(loop):
+                names[one.index] = loop.start
+            else:
+                loops.append(loop)
                 names[one.index], arrays[index] = named(index), own
-            indices.append(named(index) if one.index else whole_of(one.bounds[0], names))
+            indices.append(names[one.index])
         values = {one.index: own for one, own in zip(axes, places) if one.index}
         frame = Frame({**self.sizes, **values}, len(places[0]) if axes else 1, names, arrays)
         return Kind(tuple(loops), tuple(indices), tree, frame)
+
+    def has_one(self, loop: Loop) -> bool:
+        """Whether a loop without conditions has one member, of a number that sizes determine."""
+        if loop.conditions or not loop.names <= self.sizes.keys():
+            return False
+        return int((loop.stop - loop.start).value(self.sizes)) == 1
 
     def kinds(
         self, loops: Sequence[Loop], frame: Frame, build: Callable[[Frame], Any]

@@ -6,9 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.groups import Group
-from lagrange_cli.symbolic.indexed.whole import Span
 
 
 def axes_of(group: Group, label: int) -> dict[str, int]:
@@ -32,12 +30,3 @@ def places_of(group: Group, label: int) -> tuple[Any, ...]:
     order = np.empty(group.count, dtype=np.int64)
     order[group.place_of[number_of]] = number_of
     return np.unravel_index(order[group.labels == label], group.family.shape)
-
-
-def ranges(group: Group, label: int) -> list[Span]:
-    """The ranges (inclusive) whose product the members with a label are. Raises ``Unsuited``."""
-    places = places_of(group, label)
-    found = [(int(one.min()), int(one.max())) for one in places]
-    if np.prod([high - low + 1 for low, high in found], dtype=np.int64) != np.sum(group.labels == label):
-        raise Unsuited
-    return found

@@ -139,6 +139,36 @@ def test_kinks_and_conditions_on_the_state(case: int, pytestconfig: pytest.Confi
     holds(printed(text.replace('"-u_dot[0, j]*j"', chance.choice(RUBBING))))
 
 
+SHARES = (
+    ("i in range(N) if i % 2 == 0", "i in range(N) if i % 2"),
+    ("i in range(N) if i != N//2", "N//2"),
+    ("i in range(0, N, 3)", "i in range(N) if i % 3"),
+    ("i in range(N - 1, 0, -2)", "i in range(N - 2, 0, -2)", "0"),
+    ("i in range(N) if i < 2 or i == N - 1", "i in range(2, N - 1)"),
+)
+
+
+@pytest.mark.exhaustive(keep=0.3)
+@pytest.mark.parametrize("count", [2, 3, 4, 9])
+@pytest.mark.parametrize("shares", SHARES)
+def test_members_in_pieces_between_each_other(shares: tuple[str, ...], count: int) -> None:
+    masses = ", ".join(
+        f'"b[{one}]": {k} + 1/(1 + {"i" if "in" in one else 0})' for k, one in enumerate(shares)
+    )
+    places = ", ".join(
+        f'"r[{one}]": "{k + 1}*x[{"i" if "in" in one else one}] + x[0]"' for k, one in enumerate(shares)
+    )
+    text = f"""
+sizes: {{N: {count}}}
+coordinates: {{"x[i in range(N)]": {{initial: sin(i + 1)}}}}
+masses: {{{masses}}}
+definitions: {{{places}}}
+embedding: {{"b[i in range(N)]": ["x[i]"]}}
+potential: sum((r[(i + 1) % N] - r[i])**2 + cos(r[i]*b[i].x) for i in range(N) if i != 2)
+"""
+    holds(printed(text))
+
+
 def test_contacts_of_pairs_as_in_a_textbook() -> None:
     attraction, contact = "-sum(G*m[i]*m[j]/{}", "sum(G*max(0, 1 - {})**2"
     text = BODIES.replace(*(one.format("norm(body[i] - body[j])") for one in (attraction, contact)))
