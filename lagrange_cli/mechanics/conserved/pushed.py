@@ -43,8 +43,8 @@ MOST_FUNCTIONS = 4
 """Functions of t of which Y consists."""
 MOST_COUPLED = 3
 """Coupled coordinates whose normal modes are looked for."""
-RATIOS = (0.0, 1.0, -1.0, 2.0, -2.0, math.sqrt(2), -math.sqrt(2))
-"""The components of u that are tried, up to a common factor."""
+RATIOS = (0.0, 1.0, -1.0, 2.0, -2.0)
+"""The components of u that are tried, up to a common factor, and perhaps divided by the masses."""
 NEGLIGIBLE = 1e-9
 """What is smaller, relative to its terms, is 0."""
 
@@ -84,21 +84,24 @@ def modes(system: LinearSystem, part: Sequence[int]) -> Iterator[Mode]:
     graph, count = system.graph, len(part)
     matrices = [[[rows[i][k] for i in part] for k in part] for rows in system.matrices]
     sizes = [[[drawn(one) for one in row] for row in rows] for rows in matrices]
-    for u in product(RATIOS if count > 1 else (1.0,), repeat=count) if count <= MOST_COUPLED else ():
-        if next((one for one in u if one), 0.0) != 1:
+    ratios = product(RATIOS if count > 1 else (1.0,), repeat=count) if count <= MOST_COUPLED else ()
+    inverse = [graph.one / row[k] for k, row in enumerate(matrices[0])]
+    scales = [[graph.one] * count] + [inverse] * (len({*inverse}) > 1)
+    for ratio, scale in product(ratios, scales):
+        if next((one for one in ratio if one), 0.0) != 1:
             continue
-        numbers, *more = [[sum(map(mul, row, u)) for row in rows] for rows in sizes]
+        u = [r * one for r, one in zip(ratio, scale)]
+        numbers, *more = [[sum(map(mul, row, map(drawn, u))) for row in rows] for rows in sizes]
         at = max(range(count), key=lambda k: abs(numbers[k]))
         apart = [x * numbers[at] - y * one[at] for one in more for x, y in zip(one, numbers)]
-        if not numbers[at] or max(map(abs, apart)) > NEGLIGIBLE:
-            continue
-        masses, *others = [[graph.sum([*zip(row, u)]) for row in rows] for rows in matrices]
-        if all(is_zero(x * masses[at] - y * one[at]) for one in others for x, y in zip(one, masses)):
+        if numbers[at] and max(map(abs, apart)) < NEGLIGIBLE:  # the integral will be proven
+            masses, *others = [
+                [graph.sum([(m * x, 1.0) for m, x in zip(row, u)]) for row in rows] for rows in matrices
+            ]
             drag, spring = (one[at] / masses[at] for one in others)
-            scale = graph.one / masses[at]
-            directions = {k: one * scale for k, one in zip(part, u) if one}
+            directions = {k: one / masses[at] for k, one in zip(part, u) if not one.is_zero}
             force = graph.sum([(a * system.constant[k], 1.0) for k, a in directions.items()])
-            weights = {k: m * scale for k, m in zip(part, masses) if not is_zero(m)}
+            weights = {k: m / masses[at] for k, m in zip(part, masses) if not is_zero(m)}
             yield Mode(directions, weights, drag, spring, force)
 
 
@@ -195,8 +198,15 @@ class Driving:
         graph, square = self.graph, mode.spring - 0.25 * mode.drag * mode.drag
         growth = graph.function("exp", (0.5 * mode.drag * self.time,))
         size = self.value(square)
-        if is_zero(mode.spring):
-            return [graph.one, growth * growth], {}, ""
+        if is_zero(
+            mode.spring
+        ):  # what moves uniformly without the force is plain if it is a single coordinate
+            single = len(mode.directions) == 1 and is_zero(mode.drag)
+            return (
+                [graph.one, *([] if single else [self.time if is_zero(mode.drag) else growth * growth])],
+                {},
+                "",
+            )
         if not size:
             return [growth, growth * self.time], {}, ""
         square = square if size > 0 else -square
@@ -213,7 +223,7 @@ class Driving:
         )
 
     def motion(self, mode: Mode) -> tuple[Node, Node] | None:
-        """A number, and Y times it, by Cramer's rule; None in resonance, with the values in the file."""
+        """A number, and Y times it, by Cramer's rule; None where only values in the file make it 0."""
         graph, force = self.graph, self.in_time(mode.force)
         functions = [*force]
         pushes = list[Functions]()
@@ -222,9 +232,20 @@ class Driving:
             functions += [other for other in pushes[-1] if other not in functions]
             if len(functions) > MOST_FUNCTIONS:
                 return None
+        found = functions
         matrix = [[push.get(one, graph.zero) for push in pushes] for one in functions]
-        right: Row = [force.get(one, graph.zero) for one in functions]
         below = determinant(graph, matrix)
+        if is_zero(below):  # in resonance, Y grows in proportion to t
+            for one in functions:
+                rate = self.in_time(graph.diff(one, self.time))
+                functions += [other for other in rate if other not in functions]
+                if len(functions) > MOST_FUNCTIONS:
+                    return None
+            found = [self.time * one for one in functions]
+            pushes = [self.pushing(mode, one) for one in found]
+            matrix = [[push.get(one, graph.zero) for push in pushes] for one in functions]
+            below = determinant(graph, matrix)
+        right: Row = [force.get(one, graph.zero) for one in functions]
         if is_zero(below) or not self.value(below):
             return None
         above = [
@@ -232,7 +253,7 @@ class Driving:
             for c in range(len(functions))
         ]
         below, *above = primitive(graph, [below, *above])
-        return below, graph.sum([(factor * one, 1.0) for factor, one in zip(above, functions)])
+        return below, graph.sum([(factor * one, 1.0) for factor, one in zip(above, found)])
 
     def pushing(self, mode: Mode, motion: Node) -> Functions:
         """The force that y needs to move like this."""

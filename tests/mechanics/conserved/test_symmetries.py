@@ -602,6 +602,11 @@ CASES |= {
     "a driven oscillator with friction": (DRIVEN.format("k*x**2/2 - m*x*cos(w*t)", "b"), {"C_1", "C_2"}),
     "a driven body with friction": (DRIVEN.format("-m*x*cos(w*t)", "b"), {"C_1", "C_2"}),
     "forces that fall with the time": (DRIVEN.format("-m*x*(1/(2 + t) + sqrt(2 + t))", "0"), {"C_1"}),
+    "an oscillator in resonance": (DRIVEN.format("k*x**2/2 - m*x*cos(sqrt(k/m)*t)", "0"), {"C_1", "C_2"}),
+    "two masses on a spring, driven": (
+        LINE.format("k*(p.x - q.x)**2/2 - m*p.x*sin(k*t)"),
+        {"C_1", "C_2", "C_3", "C_4"},
+    ),
     "a square wave drives an oscillator": (DRIVEN.format("k*x**2/2 - m*x*sign(cos(w*t))", "0"), set()),
     "two driven oscillators, coupled": (
         PLANE.format("k*(x**2 + y**2 + (x - y)**2)/2 - m*x*cos(w*t)"),
