@@ -12,7 +12,7 @@ for where all derivatives of u.f are sums of a few functions of t.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import combinations, product
 from operator import mul
@@ -27,7 +27,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conserved.ansatz import has_smooth_forces
 from lagrange_cli.mechanics.conserved.combinations import combined
 from lagrange_cli.mechanics.conserved.found import Found
-from lagrange_cli.mechanics.conserved.linear import LinearSystem, Row
+from lagrange_cli.mechanics.conserved.linear import LinearSystem
 from lagrange_cli.mechanics.conserved.noether import Change
 from lagrange_cli.mechanics.conserved.reasons import term
 from lagrange_cli.mechanics.conserved.residue_states import States
@@ -41,6 +41,8 @@ from lagrange_cli.spec.values import resolve_parameters
 
 MOST_FUNCTIONS = 4
 """Functions of t of which Y consists."""
+MOST_RESONANT = 2
+"""The highest power of t with which Y grows in resonance."""
 MOST_COUPLED = 3
 """Coupled coordinates whose normal modes are looked for."""
 RATIOS = (0.0, 1.0, -1.0, 2.0, -2.0)
@@ -161,6 +163,7 @@ class Driving:
             node = z * (whole * speed - graph.diff(moved, self.time)) + back * (whole * place - moved)
             texts = [term(one, said, time) for one, said in zip((z, back), words) if not is_zero(one)]
             text = joined(texts) if len(texts) == 1 or whole is graph.one else f"({joined(texts)})"
+            text = words[0][1:-1] if text == words[0] and whole is graph.one else text
             directions = {k: whole * one * z for k, one in mode.directions.items()}
             gain = graph.sum([*((xi * momenta[k], 1.0) for k, xi in directions.items()), (node, -1.0)])
             *changed, gain = substituted(graph, [*directions.values(), gain], pace)
@@ -198,62 +201,68 @@ class Driving:
         graph, square = self.graph, mode.spring - 0.25 * mode.drag * mode.drag
         growth = graph.function("exp", (0.5 * mode.drag * self.time,))
         size = self.value(square)
-        if is_zero(
-            mode.spring
-        ):  # what moves uniformly without the force is plain if it is a single coordinate
-            single = len(mode.directions) == 1 and is_zero(mode.drag)
-            return (
-                [graph.one, *([] if single else [self.time if is_zero(mode.drag) else growth * growth])],
-                {},
-                "",
-            )
+        if is_zero(mode.spring):
+            other = self.time if is_zero(mode.drag) else graph.function("exp", (mode.drag * self.time,))
+            plain = other is self.time and len(mode.directions) == 1  # a single coordinate moves uniformly
+            return ([graph.one] if plain else [graph.one, other]), {}, ""
         if not size:
             return [growth, growth * self.time], {}, ""
         square = square if size > 0 else -square
         factor, rest = graph.split_coefficient(square)
         rate = math.sqrt(abs(factor)) * graph.product([(rest if factor > 0 else -rest, 0.5)])
-        plain = rate.kind in (Kind.SYMBOL, Kind.NUMBER)
-        symbol = rate if plain else graph.symbol(self.free("s"))
+        named = rate.kind not in (Kind.SYMBOL, Kind.NUMBER)
+        symbol = graph.symbol(self.free("s")) if named else rate
         names = ("cos", "sin") if size > 0 else ("cosh", "sinh")
         swings = [growth * graph.function(name, (symbol * self.time,)) for name in names]
-        return (
-            (swings, {}, "")
-            if plain
-            else (swings, {symbol: rate}, f"; {symbol.data} = sqrt({text_of(square)})")
-        )
+        return swings, {symbol: rate} if named else {}, f"; {symbol.data} = sqrt({text_of(square)})" * named
 
     def motion(self, mode: Mode) -> tuple[Node, Node] | None:
-        """A number, and Y times it, by Cramer's rule; None where only values in the file make it 0."""
-        graph, force = self.graph, self.in_time(mode.force)
-        functions = [*force]
-        pushes = list[Functions]()
-        for one in functions:
-            pushes.append(self.pushing(mode, one))
-            functions += [other for other in pushes[-1] if other not in functions]
-            if len(functions) > MOST_FUNCTIONS:
+        """A number, and Y times it; None where Y is not found, or the number is 0 for values in the file."""
+        graph, left = self.graph, {**self.in_time(mode.force)}
+        parts = list[tuple[Node, Node]]()
+        while left:
+            functions = self.closed(next(iter(left)), lambda one: self.pushing(mode, one))
+            part = self.response(mode, functions, {one: left.pop(one) for one in functions if one in left})
+            if part is None or not self.value(part[0]):
                 return None
-        found = functions
-        matrix = [[push.get(one, graph.zero) for push in pushes] for one in functions]
-        below = determinant(graph, matrix)
-        if is_zero(below):  # in resonance, Y grows in proportion to t
-            for one in functions:
-                rate = self.in_time(graph.diff(one, self.time))
-                functions += [other for other in rate if other not in functions]
-                if len(functions) > MOST_FUNCTIONS:
-                    return None
-            found = [self.time * one for one in functions]
+            parts.append(part)
+        numbers = dict.fromkeys(below for below, _ in parts)
+        whole = graph.split_coefficient(graph.product([(one, 1) for one in numbers]))[1]
+        return whole, graph.sum([(whole / below * above, 1.0) for below, above in parts])
+
+    def response(self, mode: Mode, functions: Sequence[Node], force: Functions) -> tuple[Node, Node] | None:
+        """The same for a force that consists of some functions, by Cramer's rule: a sum of these, or in
+        resonance of their products with t or t^2."""
+        graph = self.graph
+        for power in range(MOST_RESONANT + 1):
+            if power == 1:
+                functions = self.closed(functions[0], lambda one: self.in_time(graph.diff(one, self.time)))
+            count, found = len(functions), [one * self.time**power for one in functions]
+            if count > MOST_FUNCTIONS:
+                return None
             pushes = [self.pushing(mode, one) for one in found]
             matrix = [[push.get(one, graph.zero) for push in pushes] for one in functions]
             below = determinant(graph, matrix)
-        right: Row = [force.get(one, graph.zero) for one in functions]
-        if is_zero(below) or not self.value(below):
-            return None
-        above = [
-            determinant(graph, [[*row[:c], f, *row[c + 1 :]] for row, f in zip(matrix, right)])
-            for c in range(len(functions))
-        ]
-        below, *above = primitive(graph, [below, *above])
-        return below, graph.sum([(factor * one, 1.0) for factor, one in zip(above, found)])
+            if not is_zero(below):
+                right = [force.get(one, graph.zero) for one in functions]
+                rows = [*zip(matrix, right)]
+                above = [
+                    determinant(graph, [[*row[:c], f, *row[c + 1 :]] for row, f in rows])
+                    for c in range(count)
+                ]
+                below, *above = primitive(graph, [below, *above])
+                return below, graph.sum([(factor * one, 1.0) for factor, one in zip(above, found)])
+        return None
+
+    def closed(self, function: Node, change: Callable[[Node], Functions]) -> list[Node]:
+        """A function, those that it consists of after a ``change``, and so on; more than ``MOST_FUNCTIONS``
+        of them where it does not end."""
+        found = [function]
+        for one in found:
+            found += [other for other in change(one) if other not in found]
+            if len(found) > MOST_FUNCTIONS:
+                break
+        return found
 
     def pushing(self, mode: Mode, motion: Node) -> Functions:
         """The force that y needs to move like this."""

@@ -602,6 +602,8 @@ CASES |= {
     "a driven oscillator with friction": (DRIVEN.format("k*x**2/2 - m*x*cos(w*t)", "b"), {"C_1", "C_2"}),
     "a driven body with friction": (DRIVEN.format("-m*x*cos(w*t)", "b"), {"C_1", "C_2"}),
     "forces that fall with the time": (DRIVEN.format("-m*x*(1/(2 + t) + sqrt(2 + t))", "0"), {"C_1"}),
+    "a force that grows drives a body": (DRIVEN.format("-m*x*t**3", "0"), {"C_1"}),
+    "weight, friction and a drive": (DRIVEN.format("m*w*x - m*x*cos(k*t)", "b"), {"C_1", "C_2"}),
     "an oscillator in resonance": (DRIVEN.format("k*x**2/2 - m*x*cos(sqrt(k/m)*t)", "0"), {"C_1", "C_2"}),
     "two masses on a spring, driven": (
         LINE.format("k*(p.x - q.x)**2/2 - m*p.x*sin(k*t)"),
