@@ -18,7 +18,7 @@ from lagrange_cli.expression.node import Kind, Node, union
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import branches_on, deciding, independent, is_zero, zeros
 from lagrange_cli.mechanics.energetics import Energetics
-from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.substitution import root_of, substituted
 from lagrange_cli.mechanics.variables import graph_of, numbered, state_symbols
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events, changes_of
@@ -73,13 +73,17 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
 
 
 def surfaces_of_events(model: Model[Node]) -> dict[str, dict[Node, Node]]:
-    """By event, the coordinate that its argument is linear in, with the value at which it happens."""
+    """By event, a coordinate that its argument is linear in, or of second degree, with the value at which it
+    happens."""
     graph, moving, found = graph_of(model), state_symbols(model), dict[str, dict[Node, Node]]()
     for event in model.events:
-        for q in model.q if event.changes else ():
-            slope = graph.diff(event.argument, q)
-            if not slope.is_zero and not slope.symbols & moving:
-                found[event.name] = {q: q - event.argument / slope}
+        slopes = {q: graph.diff(event.argument, q) for q in model.q if event.changes}
+        linear = [q for q, slope in slopes.items() if not slope.is_zero and not slope.symbols & moving]
+        square = [q for q, slope in slopes.items() if not graph.diff(slope, q).symbols & moving]
+        for q in (*linear, *square):
+            root = root_of(graph, event.argument, q)
+            if root is not None:
+                found[event.name] = {q: root}
                 break
     return found
 
@@ -112,7 +116,10 @@ def broken(
     for name, values in surfaces.items():
         jump = jumps.get(name, graph.zero)
         if jump not in kept and any(jump.symbols & q.symbols for q in values):
-            (jumps[name],) = substituted(graph, [jump], values)
+            from lagrange_cli.mechanics.laurent import multiplied_out  # of few events
+
+            plain = multiplied_out(graph, jump)  # with x**2, which is no root, in place of x*(x + ...)
+            (jumps[name],) = substituted(graph, [plain], values)
             kept |= zeros([jumps[name]])
     breaks = tuple(name for name, jump in jumps.items() if jump not in kept)
     because = f"{each.because}; {between_events(breaks)}" if breaks else each.because

@@ -156,6 +156,26 @@ def _keeps(graph: Graph, model: Model[Node], one: Conserved, contact: Contact) -
     return steady and all(parallel)
 
 
+def without_contacts(residual: Residual) -> Model[Node]:
+    """The model without the forces of resting contact."""
+    model, graph = residual.model, residual.graph
+    free = dict.fromkeys((x for one in residual.contacts for x in (one.rest, one.multiplier)), graph.zero)
+    return replace(model, generalized_forces=tuple(substituted(graph, model.generalized_forces, free)))
+
+
+def lasts_in_contact(residual: Residual, each: Conserved, node: Node) -> bool:
+    """Whether no force of resting contact changes a conserved function of the state: no impact does, however
+    slow, or it is constant along the direction of slow impacts."""
+    graph, model = residual.graph, residual.model
+    for one in residual.contacts:
+        event = model.events[one.event]
+        if event.name in each.breaks:
+            pushed = [(one.direction[k] * graph.diff(node, model.v[k]), 1.0) for k in one.direction.places]
+            if not _vanishes_at(graph, model, graph.sum(pushed), event.argument):
+                return False
+    return True
+
+
 def pressing(residual: Residual, contacts: Sequence[Contact]) -> list[Contact]:
     """The contacts whose forces change multipliers: along their directions d a constraint with the slopes a
     would change, as a d is not 0 where the motion rests."""

@@ -18,6 +18,18 @@ def substituted(graph: Graph, nodes: Iterable[Node], values: Mapping[Node, Node]
     return tuple(made.get(node, node) for node in nodes)
 
 
+def root_of(graph: Graph, node: Node, x: Node) -> Node | None:
+    """An x at which ``node`` is 0, if it is a polynomial of the first or second degree in x."""
+    slope = graph.diff(node, x)
+    second = graph.diff(slope, x)
+    if second.symbols & x.symbols:
+        return None
+    b, c = substituted(graph, [slope, node], {x: graph.zero})
+    if second.is_zero:
+        return None if b.is_zero else -(c / b)
+    return (graph.product([(b * b - 2.0 * second * c, 0.5)]) - b) / second
+
+
 def rewritten(
     graph: Graph,
     nodes: Iterable[Node],

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.node import Node, union
 from lagrange_cli.expression.vocabulary import COMPONENTS
-from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import substituted
@@ -51,13 +51,17 @@ class Planner:
         return self.residual.model
 
     def further(self) -> Sequence[tuple[Conserved, Node]]:
-        """Conserved quantities besides h and momenta of cyclic coordinates. None of them contains a force of
-        resting contact: what this changes is not conserved while the motion rests."""
+        """Conserved quantities besides h and momenta of cyclic coordinates, without those that a force of
+        resting contact may change."""
         from lagrange_cli.mechanics.conserved.symmetries import symmetries
 
-        found = symmetries(self.model, self.residual.conserved)
-        pushed = union(x for one in self.residual.contacts for x in (one.multiplier, one.rest))
-        return [(one.conserved, one.node) for one in found if not one.node.symbols & pushed]
+        if not self.residual.contacts:
+            return [(one.conserved, one.node) for one in symmetries(self.model, self.residual.conserved)]
+        from lagrange_cli.mechanics.contacts import lasts_in_contact, without_contacts
+
+        model = without_contacts(self.residual)
+        found = [(one.conserved, one.node) for one in symmetries(model, conservation(model)[1])]
+        return [one for one in found if lasts_in_contact(self.residual, *one)]
 
     def kept_by_constraints(self) -> Sequence[tuple[Conserved, Node]]:
         """Functions of coordinates and t that constraints on velocities keep constant."""

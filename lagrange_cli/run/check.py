@@ -184,6 +184,7 @@ def of_members(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics:
     """The mechanics of any system, derived member by member."""
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
+    from lagrange_cli.mechanics.conserved.related import related
     from lagrange_cli.mechanics.conserved.symmetries import symmetries
     from lagrange_cli.mechanics.derive import depending_on_time
     from lagrange_cli.mechanics.omitted_work import engine, has_forces
@@ -202,7 +203,9 @@ def of_members(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics:
         less = reduced(residual)
         integrated = residual if less is None else less.after
         cut = residual.graph.work.cut
-        further = tuple(found.conserved for found in symmetries(residual.model, residual.conserved))
+        found = symmetries(residual.model, residual.conserved)
+        further = tuple(one.conserved for one in found)
+        further += related(residual.model, residual.conserved, found)
         cut = residual.graph.work.cut - cut
         return Mechanics(
             depending_on_time(residual.model),

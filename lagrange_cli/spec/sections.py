@@ -82,7 +82,8 @@ SECTIONS = Table(
             rule=Rule(
                 STATE | {Kind.MULTIPLIER},
                 "definitions may use coordinates, velocities, t, parameters, multipliers and other "
-                "definitions, but no particles",
+                "definitions, but no particles, whose positions may use them: write the expression where "
+                "it is used",
             ),
             family="some",
         ),

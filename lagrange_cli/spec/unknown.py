@@ -14,7 +14,7 @@ from lagrange_cli.expression.confusions import (
     rate_of,
     romanized,
 )
-from lagrange_cli.expression.near import known_hint, near_hint, shown
+from lagrange_cli.expression.near import known_hint, near_match, shown
 from lagrange_cli.expression.syntax import Name
 from lagrange_cli.expression.vocabulary import (
     CALLABLE,
@@ -67,7 +67,9 @@ class Unknown:
             return message, f"write {NAMES[name]}"
         if hint := self._of_particle(name) or self._other_notation(name) or self._run_together(name):
             return message, hint
-        near = near_hint(name, [*self._usable(), *self.indices, *CONSTANTS])
+        match = near_match(name, [*self._usable(), *self.indices, *CONSTANTS])
+        family = self.table[match].family if match in self.table else None
+        near = f"did you mean '{family.label if family else match}'?" if match else ""
         if (not near or len(name) < SHORT) and (factors := self._factors(name)):
             return message, f"write {'*'.join(factors)}"
         known = known_hint(self._words())
@@ -118,6 +120,8 @@ class Unknown:
                     return meaning.family.hint(name)
                 if index in self.indices:
                     return f"write {one}[{index}]"
+                if len(index) == 1 and "_" in name[len(one) :]:  # perhaps the index of a sum
+                    return f"did you mean '{one}[{index}]'?"
         for one, meaning in self.bound.items():
             if spelled in MULTIPLIERS or spelled in {
                 spelling for word in FORCES for spelling in (f"{word}_{one}", f"{one}_{word}")

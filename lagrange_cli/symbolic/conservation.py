@@ -57,14 +57,22 @@ def balance(
 
 
 def surfaces_of_events(model: Model[sympy.Expr]) -> dict[str, dict[sympy.Expr, sympy.Expr]]:
-    """By event, the coordinate that its argument is linear in, with the value at which it happens."""
+    """By event, a coordinate that its argument is linear in, or of second degree, with the value at which it
+    happens."""
     found, moving = dict[str, dict[sympy.Expr, sympy.Expr]](), [*model.q, *model.v, model.time]
     for event in model.events:
-        for q in model.q if event.changes else ():
-            rate = slope(event.argument, q)
+        slopes = {q: slope(event.argument, q) for q in model.q if event.changes}
+        for q, rate in slopes.items():
             if rate != 0 and not depends_on(rate, moving):
                 found[event.name] = {q: sympy.expand(q - event.argument / rate)}
                 break
+        else:
+            for q, rate in slopes.items():
+                second = slope(rate, q)
+                if second != 0 and not depends_on(second, moving):
+                    b, c = (sympy.expand(one.xreplace({q: sympy.S.Zero})) for one in (rate, event.argument))
+                    found[event.name] = {q: (sympy.sqrt(sympy.expand(b**2 - 2 * second * c)) - b) / second}
+                    break
     return found
 
 

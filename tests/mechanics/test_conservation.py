@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.conservation import conservation
 from tests.support.draws import examples
-from tests.support.motion import residual_of
+from tests.support.motion import model_of, residual_of
 
 FORCED = """
 parameters: {{w: 1}}
@@ -234,3 +235,22 @@ positions: {{p: [x, y, z]}}
     assert phrase in because["h"]
     acts = "neither a generalized force nor a force of constraint" if constraint else "no generalized force"
     assert because["p_z"].endswith(f", and {acts} acts on it")
+
+
+def test_the_energy_is_kept_by_a_round_wall():
+    """The action has r**2 where x**2 + y**2 may stand, since it happens there alone."""
+    text = """
+    parameters: {r: 0.5}
+    coordinates: {x: {initial: 1, velocity: -1}, y: {initial: 0.2}}
+    definitions: {f: 2*(x*x_dot + y*y_dot)/r**2}
+    masses: {p: 1}
+    positions: {p: [x, y]}
+    events:
+      disc:
+        when: x**2 + y**2 - r**2
+        direction: falling
+        action: {set: {x_dot: x_dot - f*x, y_dot: y_dot - f*y}}
+    """
+    for factor, breaks in (("2", ()), ("1.9", ("disc",))):
+        _, kept = conservation(model_of(text.replace("f: 2", f"f: {factor}")))
+        assert {one.quantity: one.breaks for one in kept}["h"] == breaks

@@ -334,7 +334,8 @@ BAD = [
     ("u[i + 1]", "i[0]", [(11, "i[0]", "unknown name 'i'", "pi")]),
     ("u[i + 1]", "pi[0]", [(11, "pi[0]", "'pi' is a number: it takes no index", "write pi")]),
     ("u[i + 1]", "w[i]", [(11, "w[i]", "unknown name 'w'", "known: t, N, u[i], u_dot[i], m[i], k, bead[i]")]),
-    ("u[i + 1]", "uu[i]", [(11, "uu[i]", "unknown name 'uu'", "did you mean 'u'?")]),
+    ("u[i + 1]", "uu[i]", [(11, "uu[i]", "unknown name 'uu'", "did you mean 'u[i]'?")]),
+    ("u[i + 1]", "u_j", [(11, "u_j", "unknown name 'u_j'", "did you mean 'u[j]'?")]),
     ("u[i + 1]", "bead[i].z", [(11, "bead[i].z", "no component 'z'", "bead[i].x, bead[i].y, bead[i].vx")]),
     ("u[i + 1]", "u_ddot[i]", [(11, "u_ddot[i]", "acceleration", "")]),
     (

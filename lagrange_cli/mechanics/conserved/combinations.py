@@ -146,6 +146,9 @@ def gains_of_time(found: Found) -> Iterable[Node]:
             pair = ("sin", "cos") if one.data in ("sin", "cos") else (one.data,) * (one.data == "exp")
             known = [graph.function(name, one.arguments) for name in pair]
             yield from (*known, *([known[0] * known[1]] if len(known) > 1 else []))
+        for base, power in factors_of(one) if one.symbols & variables(model) == time else ():
+            if power == -1 or not (isinstance(power, int) and power > 0):  # of forces such as F/(t0 + t)
+                yield graph.function("log", (base,)) if power == -1 else graph.product([(base, power + 1)])
     rate = energetics.lagrangian_rate(model.time)
     if rate.symbols & time or not rate.is_zero:
         yield from (model.time * model.time, model.time * model.time * model.time)
@@ -272,10 +275,13 @@ def is_energy_first(found: Found, change: Change) -> bool:
 
 
 def is_circular(found: Found, node: Node) -> bool:
-    """Whether it has sines of conserved angles as factors, as the rotations in ``turns_of_spheres`` do."""
+    """Whether it has sines of conserved angles as factors, as the rotations in ``turns_of_spheres`` do, or of
+    an angle that grows with t."""
     angles = [q for name, q in zip(found.model.coordinates, found.model.q) if f"p_{name}" in found.names]
     inside = (one for one in reachable([node]) if one.kind is Kind.FUNCTION and one.data in ("sin", "cos"))
-    return any(one.arguments[0] is angle for one in inside for angle in angles)
+    time, moving = found.model.time.symbols, variables(found.model)
+    turned = [one.arguments[0] for one in inside]
+    return any(one in angles or one.symbols & moving == time for one in turned)
 
 
 def momentum_of(found: Found, change: Change) -> str:

@@ -21,7 +21,7 @@ from lagrange_cli.mechanics.conserved.reasons import term
 from lagrange_cli.mechanics.conserved.residue_states import States
 from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import variables
+from lagrange_cli.mechanics.variables import state_symbols, variables
 
 LONGEST_INTEGRAL = 600
 """Characters of its formula."""
@@ -37,7 +37,7 @@ def of_derivatives(found: Found) -> None:
         return
     states = States(model, found.noether)
     system = LinearSystem(found, states)
-    if not system.possible:
+    if not system.possible or any(f.symbols & variables(model) for f in system.constant):
         return
     for order, node, text in system.energies():
         if found.is_independent(node) and states.conserves(node):
@@ -60,13 +60,26 @@ class LinearSystem:
 
     @property
     def possible(self) -> bool:
-        """Whether the coefficients are constants; those of M are."""
-        moving = variables(self.model)
+        """Whether the coefficients are constants; those of M are, and f may depend on t."""
+        moving, free = variables(self.model), state_symbols(self.model) & ~self.model.time.symbols
         every = [one for part in (self.springs, self.turning) for row in part for one in row]
-        return not any(one.symbols & moving for one in (*every, *self._constant))
+        return not any(one.symbols & moving for one in every) and not any(
+            f.symbols & free for f in self.constant
+        )
 
     @property
-    def _constant(self) -> Row:
+    def matrices(self) -> tuple[Sequence[Row], Sequence[Row], Sequence[Row]]:
+        """M, G, K."""
+        return self.masses, self.turning, self.springs
+
+    @property
+    def coupled(self) -> list[list[int]]:
+        """The coordinates that act on each other, in pairs."""
+        pairs = [(i, j) for i in range(self.count) for j in range(self.count)]
+        return [[i, j] for i, j in pairs if any(not is_zero(rows[i][j]) for rows in self.matrices)]
+
+    @property
+    def constant(self) -> Row:
         """f."""
         still = dict.fromkeys((*self.model.q, *self.model.v), self.graph.zero)
         return substituted(self.graph, self.forces, still)
@@ -78,7 +91,7 @@ class LinearSystem:
             [graph.one if i == j else graph.zero for j in range(2 * n + 1)] for i in range(2 * n)
         ]
         places, speeds = unit[:n], unit[n:]
-        pushed = [[*(graph.zero,) * (2 * n), f] for f in self._constant]
+        pushed = [[*(graph.zero,) * (2 * n), f] for f in self.constant]
         for order in range(1, n):
             rates = self._accelerations(places, speeds, pushed)
             places, speeds, pushed = speeds, rates, [[graph.zero] * (2 * n + 1)] * n

@@ -12,7 +12,7 @@ from lagrange_cli.expression.modular import solved
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.residues import LARGE, NoValue, Residues, Step
 from lagrange_cli.mechanics.conserved.noether import Noether
-from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.substitution import root_of, substituted
 from lagrange_cli.mechanics.variables import OfModel, variables
 from lagrange_cli.records import dataclass
 
@@ -177,15 +177,3 @@ class States(OfModel):
 def with_values(graph: Graph, known: Mapping[Node, Node], values: Mapping[Node, Node]) -> dict[Node, Node]:
     """The known nodes in terms of ``values``."""
     return dict(zip(known, substituted(graph, known.values(), values)))
-
-
-def root_of(graph: Graph, node: Node, x: Node) -> Node | None:
-    """An x at which ``node`` is 0, if it is a polynomial of the first or second degree in x."""
-    slope = graph.diff(node, x)
-    second = graph.diff(slope, x)
-    if second.symbols & x.symbols:
-        return None
-    b, c = substituted(graph, [slope, node], {x: graph.zero})
-    if second.is_zero:
-        return None if b.is_zero else -(c / b)
-    return (graph.product([(b * b - 2.0 * second * c, 0.5)]) - b) / second

@@ -14,7 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
@@ -38,6 +38,8 @@ MOST_TURNED = 3
 """The largest number of coordinates for which they are tried in other axes."""
 MOST_OSCILLATORS = 4
 """The largest number of coordinates of a linear system whose further energies are looked for."""
+MOST_DRIVEN = 6
+"""The largest number of coordinates of a driven linear system."""
 ROUNDED = 2.0**-44
 """A value of a sum that is so much smaller than its terms is 0."""
 WORTH = 2_500_000
@@ -78,6 +80,7 @@ def searched(model: Model[Node], known: Sequence[Conserved]) -> tuple[Symmetry, 
         tops,
         polynomials,
         linear,
+        pushed,
         rescaled,
         lasting,
         without_gauge,
@@ -130,6 +133,21 @@ def linear(found: Found) -> None:
         from lagrange_cli.mechanics.conserved.linear import of_derivatives  # of few coordinates
 
         of_derivatives(found)
+
+
+def pushed(found: Found) -> None:
+    """What a linear system keeps that a force of t drives, or all in a frame that turns."""
+    model, energetics = found.model, found.noether.energetics
+    given = union([energetics.lagrangian, *energetics.applied])
+    driven = "h" not in found.names and given & model.time.symbols
+    if model.constraints or not 1 <= len(model.q) <= MOST_DRIVEN:
+        return
+    if (driven or len(model.q) > 1) and found.noether.has_constant_masses:
+        from lagrange_cli.mechanics.conserved import pushed  # with functions of t
+
+        pushed.in_turning_frames(found)
+        if driven:
+            pushed.pushed(found)
 
 
 def rescaled(found: Found) -> None:

@@ -111,6 +111,36 @@ nonholonomic: {{along: {constraints[0]}, across: {constraints[1]}{more}}}
 """
 
 
+@st.composite
+def oscillators(draw: st.DrawFn) -> str:
+    """Linear systems that forces drive, which depend on t in several ways; some have friction."""
+    spring, other = (draw(st.sampled_from(["0", "k", "-k", "g"])) for _ in range(2))
+    drives = [
+        "cos(a*t)",
+        "sin(k*t + 1)",
+        "t",
+        "t*cos(t)",
+        "exp(-a*t)",
+        "cos(t)**2",
+        "1",
+        "1/(2 + t)",
+        "exp(sin(t))",
+    ]
+    forces = [draw(st.sampled_from(drives)) for _ in range(2)]
+    friction = draw(
+        st.sampled_from(["0", "0", "a*(x_dot**2 + y_dot**2)", "a*x_dot**2", "k*(x_dot - y_dot)**2"])
+    )
+    turned = draw(st.sampled_from(["0", "0", "2*m*a*(x*y_dot - y*x_dot)", "m*a*x*y_dot"]))
+    coupled = draw(st.sampled_from(["0", "g", "k"]))
+    return f"""{PARAMETERS}
+coordinates: {{{places(["x", "y"])}}}
+lagrangian: >
+  m*(x_dot**2 + y_dot**2)/2 - ({spring})*x**2/2 - ({other})*y**2/2 - {coupled}*(x - y)**2/2
+  + ({turned}) + x*({forces[0]}) - k*y*{forces[1]}
+dissipation: ({friction})/2
+"""
+
+
 def places(names):
     return ", ".join(f"{name}: {{initial: 0.7}}" for name in names)
 
@@ -133,6 +163,12 @@ def check(text):
 @given(particles())
 @examples(2)
 def test_particles_conserve_what_is_claimed(text):
+    check(text)
+
+
+@given(oscillators())
+@examples(2)
+def test_driven_oscillators_conserve_what_is_claimed(text):
     check(text)
 
 

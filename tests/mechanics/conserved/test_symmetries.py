@@ -21,6 +21,12 @@ masses: {{p: m}}
 positions: {{p: [x, y]}}
 potential: {}
 """
+DRIVEN = """
+parameters: {{m: 2, k: 3, w: 0.7, b: 0.4}}
+coordinates: {{x: {{initial: 1.2, velocity: 0.1}}}}
+lagrangian: m*x_dot**2/2 - ({})
+dissipation: ({})*x_dot**2/2
+"""
 SPACE = """
 parameters: {{pitch: 1.3, q: 2, B: 1.7, m: 2}}
 coordinates: {{x: {{initial: 1}}, y: {{velocity: 0.5}}, z: {{initial: 0.2}}}}
@@ -587,6 +593,33 @@ CASES |= {
         "potential: sum(m*g*p[i].z for i in range(N)) - "
         "sum(1/norm(p[i] - p[j]) for i in range(N) for j in range(i))\n",
         {"P_x", "P_y", "L_z", "K_x", "K_y", "S_x", "S_y", "C_1", "K_z"},
+    ),
+    "a driven oscillator": (DRIVEN.format("k*x**2/2 - m*x*cos(w*t)", "0"), {"C_1", "C_2"}),
+    "a driven oscillator that is unstable": (
+        DRIVEN.format("-w*x**2/2 - m*x*t*exp(-w*t)", "0"),
+        {"C_1", "C_2"},
+    ),
+    "a driven oscillator with friction": (DRIVEN.format("k*x**2/2 - m*x*cos(w*t)", "b"), {"C_1", "C_2"}),
+    "a driven body with friction": (DRIVEN.format("-m*x*cos(w*t)", "b"), {"C_1", "C_2"}),
+    "forces that fall with the time": (DRIVEN.format("-m*x*(1/(2 + t) + sqrt(2 + t))", "0"), {"C_1"}),
+    "a force that grows drives a body": (DRIVEN.format("-m*x*t**3", "0"), {"C_1"}),
+    "weight, friction and a drive": (DRIVEN.format("m*w*x - m*x*cos(k*t)", "b"), {"C_1", "C_2"}),
+    "an oscillator in resonance": (DRIVEN.format("k*x**2/2 - m*x*cos(sqrt(k/m)*t)", "0"), {"C_1", "C_2"}),
+    "two masses on a spring, driven": (
+        LINE.format("k*(p.x - q.x)**2/2 - m*p.x*sin(k*t)"),
+        {"C_1", "C_2", "C_3", "C_4"},
+    ),
+    "a square wave drives an oscillator": (DRIVEN.format("k*x**2/2 - m*x*sign(cos(w*t))", "0"), set()),
+    "two driven oscillators, coupled": (
+        PLANE.format("k*(x**2 + y**2 + (x - y)**2)/2 - m*x*cos(w*t)"),
+        {"C_1", "C_2", "C_3", "C_4"},
+    ),
+    "two particles in a frame that turns": (
+        "parameters: {m: 1.3, n: 0.4, w: 0.7, k: 2}\n"
+        "coordinates: {x: {initial: 1}, y: {velocity: 1}, u: {initial: -1}, z: {initial: 0.3}}\n"
+        "lagrangian: m*((x_dot - w*y)**2 + (y_dot + w*x)**2)/2 + n*((u_dot - w*z)**2 + (z_dot + w*u)**2)/2"
+        " - k*((x - u)**2 + (y - z)**2)**2\n",
+        {"C_1", "C_2", "C_3", "C_4"},
     ),
     "a free particle of relativity": (
         "parameters: {c: 3}\ncoordinates: {x: {velocity: 1}, y: {velocity: 0.5}}\n"
