@@ -181,7 +181,7 @@ def by_speeds(
             )
             (slope,), _ = slopes(root, system.root, [system.momenta, one], system.slots, system.v)
             steps = state.values.of(slope)[places] * (new - speeds)
-        changes: Values = np.bincount(acting, steps)
+        changes = np.bincount(acting, steps).astype(np.float64)
         events = np.flatnonzero(differ(whole + changes, whole, changes))
         yield np.array([np.full(len(events), len(rows) + k), events])
 
