@@ -23,6 +23,7 @@ from lagrange_cli.expression.indices import (
     counted,
 )
 from lagrange_cli.expression.syntax import (
+    Axis,
     Binary,
     Call,
     Comparison,
@@ -148,6 +149,14 @@ def visited(loop: Sum, indices: Indices, count: int) -> Places:
     np.add.at(begun, start[runs] - first, 1)
     np.add.at(begun, stop[runs] - first, -1)
     return first + np.flatnonzero(np.cumsum(begun))
+
+
+def satisfied(axis: Axis, values: range, known: Indices) -> list[int]:
+    """The values of an index that satisfy the conditions of its axis."""
+    found = np.arange(values.start, values.stop, values.step, dtype=np.int64)
+    for condition in axis.conditions:
+        found = found[np.broadcast_to(holding(condition, {**known, axis.index: found}), len(found))]
+    return [*map(int, found)]
 
 
 def limited(terms: int) -> int:

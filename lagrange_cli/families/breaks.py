@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places
+from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.currents import current
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.events import built, refuse_unchanging, sets_of
+from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.model.events import between_events
@@ -124,18 +126,64 @@ def breaks(
                 made.append(h if only_speeds else h + at.node(system.potential))
         return np.concatenate([np.reshape(one, (-1, *v.shape[1:])) for one in made])
 
-    changed = np.zeros((len(quantities), len(actions.names)), dtype=bool)
+    pairs: list[Places] = []
     for state in states:
-        new, before = actions.values(state), values(*state.moved(state.q, state.v))
+        new = actions.values(state)
+        if only_speeds and system.joints is None:
+            pairs += by_speeds(system, state, rows, currents, acting, places - n, new)
+            continue
+        before = values(*state.moved(state.q, state.v))
         for events, sets in together(acting, places, 2 * n, max(2 * n, 0 if only_speeds else system.terms)):
             whole = np.concatenate([state.q, state.v, state.parameters])
             columns = np.repeat(whole[:, None], len(events), axis=1)
             columns[places[sets], np.searchsorted(events, acting[sets])] = new[sets]
             after = values(*state.moved(columns[:n], columns[n : 2 * n], columns[2 * n :, 0]))
-            apart = np.abs(after - before[:, None])
-            changed[:, events] |= ~(apart <= ROUNDED * (np.abs(after) + np.abs(before[:, None])))
+            which, event = np.nonzero(differ(after, before[:, None], after - before[:, None]))
+            pairs.append(np.array([which, events[event]]))
+    found: list[list[int]] = [[] for _ in quantities]
+    for which, event in np.unique(np.concatenate(pairs, axis=1), axis=1).T.tolist():
+        found[which].append(event)
     order = [one for one in quantities if one in momenta] + others
-    return {name: np.flatnonzero(own).tolist() for name, own in zip(order, changed)}
+    return dict(zip(order, found))
+
+
+def differ(after: Values, before: Values, change: Values) -> NDArray[np.bool_]:
+    """Whether numbers have changed by more than rounding, or are none."""
+    return ~(np.abs(change) <= ROUNDED * (np.abs(after) + np.abs(before)))
+
+
+def by_speeds(
+    system: FamilySystem,
+    state: State,
+    rows: Places,
+    currents: Sequence[Total | None],
+    acting: Places,
+    places: Places,
+    new: Values,
+) -> Iterator[Places]:
+    """Which momenta of coordinates (their ``rows``) and which ``currents`` change, by number, and at which
+    events, where these set nothing but velocities (``places``) and M is diagonal: a momentum is m v, and all
+    currents are sums of such momenta but h, which stands as None. So each event is only looked at where it
+    sets something."""  # fmt: skip
+    speeds, masses = state.v[places], state.values.of(system.masses)[places]
+    number = np.full(system.q.count, -1, dtype=np.int64)
+    number[rows] = np.arange(len(rows))
+    own = np.flatnonzero((number[places] >= 0) & differ(new, speeds, new - speeds))
+    yield np.array([number[places[own]], acting[own]])
+    for k, one in enumerate(currents):
+        if one is None:
+            whole = state.values.node(system.kinetic)
+            steps = masses * (new**2 - speeds**2) / 2
+        else:
+            (whole,), root = (
+                state.values.of(one),
+                system.slots.symbol(system.root, one, np.zeros(1, dtype=np.int64)),
+            )
+            (slope,), _ = slopes(root, system.root, [system.momenta, one], system.slots, system.v)
+            steps = state.values.of(slope)[places] * (new - speeds)
+        changes = np.bincount(acting, steps).astype(np.float64)
+        events = np.flatnonzero(differ(whole + changes, whole, changes))
+        yield np.array([np.full(len(events), len(rows) + k), events])
 
 
 def together(acting: Places, places: Places, parameters: int, size: int) -> Iterator[tuple[Places, Places]]:

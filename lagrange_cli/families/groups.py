@@ -16,7 +16,7 @@ from lagrange_cli.families.arrays import Array, Domain
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.content import groups_by_name
 from lagrange_cli.spec.family import Family, MemberNames
-from lagrange_cli.spec.members import indices_of, numbers_of
+from lagrange_cli.spec.members import flat_places, indices_of, numbers_of
 from lagrange_cli.spec.spec import Expression, Spec
 from lagrange_cli.spec.whole import Part, Template, WrittenFamily
 
@@ -125,8 +125,7 @@ def places_of(family: Family) -> Places:
         raise Unsuited
     found = np.full(size, -1, dtype=np.int64)
     assert isinstance(family.members, MemberNames)
-    places = np.array([*family.members.places])
-    found[np.ravel_multi_index(tuple(places.T), family.shape)] = np.arange(len(places))
+    found[flat_places(family.members.places, family.shape)] = np.arange(len(family.members))
     return found
 
 

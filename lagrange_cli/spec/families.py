@@ -16,7 +16,7 @@ from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import in_order
 from lagrange_cli.spec.draft import Declared, Draft, Entry, WrittenBody, WrittenEvent
-from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames, grids
+from lagrange_cli.spec.family import Family, Grid, MemberNames, Places, places_of
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place as FilePlace
@@ -97,7 +97,7 @@ class _Expander:
             if given is None:
                 return None
             for part, order in given:
-                again = taken.again(part, order)
+                again = taken.again(part, order) if pieces[1:] else None
                 if again is not None:
                     place, other = again
                     self.problems.add(
@@ -140,24 +140,24 @@ class _Expander:
 
     def _some(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]] | None:
         """Members whose indices depend on one another, as ``range(i)`` does, or satisfy conditions."""
-        from lagrange_cli.expression.listed import places
+        from lagrange_cli.expression.listed import grids
 
         if any(plain_names(tree) & self.problems.broken for axis in piece.key.axes for tree in axis.trees):
             return None
         try:
-            found = [place for place, _ in places(piece.key.axes, self.sizes, MAX_MEMBERS)]
-            smallest = min((min(place) for place in found), default=0)
+            found = grids(piece.key.axes, self.sizes, MAX_MEMBERS)
+            smallest = min((values[0] for ranges in found for values in ranges), default=0)
             if smallest < 0:
                 span = piece.key.axes[0].span
                 raise ExpressionError(span, f"negative index {smallest}", "indices count from 0")
         except ExpressionError as error:
             self._report(piece, error)
             return None
-        if not self._count(piece, len(found)):
+        if not self._count(piece, sum(prod(map(len, ranges)) for ranges in found)):
             return None
         self._note(piece)
         indices = tuple(axis.index for axis in piece.key.axes)
-        return [(Part(piece, indices, ranges, piece.key.axes), ranges) for ranges in grids(sorted(found))]
+        return [(Part(piece, indices, ranges, piece.key.axes), ranges) for ranges in found]
 
     def _list(self, piece: Declared) -> list[tuple[Part[Declared], tuple[range, ...]]] | None:
         values = piece.fields["value"]
@@ -267,11 +267,9 @@ class _Expander:
         shape = tuple(max((part.ranges[k][-1] + 1 for part in parts), default=0) for k in range(axes))
         count = sum(part.count for part in parts)
         if count == prod(shape):
-            members: Grid | Listed = Grid(tuple(map(range, shape)))
-        elif len(parts) == 1:
-            members = Grid(parts[0].ranges)
+            members: Places = Grid(tuple(map(range, shape)))
         else:
-            members = Listed(sorted(place for part in parts for place in part.places))
+            members = places_of([part.ranges for part in parts])
         if complete and count != prod(shape):
             missing = next(place for place in product(*map(range, shape)) if members.number(place) is None)
             self.problems.add(

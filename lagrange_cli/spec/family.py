@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from itertools import groupby, product
+from itertools import accumulate, chain, pairwise, product
 from math import prod
 from typing import Any, TypeAlias, TypeVar, overload
 
@@ -104,27 +105,49 @@ class Listed(Made[Place]):
         return self._numbers.get(place)
 
 
-def grids(places: Sequence[Place]) -> list[tuple[range, ...]]:
-    """Places in ascending order as few grids: those of ``range(i)`` are one for each i."""
-    if not places[0:1] or not places[0]:
-        return [()] * len(places[0:1])
-    rows = [(i, grids([one[1:] for one in own])) for i, own in groupby(places, lambda one: one[0])]
-    found: list[tuple[range, ...]] = []
-    while rows:
-        (first, tails), step = rows[0], (rows[1][0] if rows[1:] else rows[0][0] + 1) - rows[0][0]
-        count = next(
-            (k for k, (i, own) in enumerate(rows) if own != tails or i != first + k * step), len(rows)
-        )
-        found += [(range(first, first + count * step, step), *tail) for tail in tails]
-        del rows[:count]
-    return found
+class Blocks(Made[Place]):
+    """The places of several grids, each of which ends before the next one begins."""
+
+    def __init__(self, parts: Sequence[Grid]) -> None:
+        self.parts = parts
+        self._first = [part[0] for part in parts]
+        self._before = [0, *accumulate(map(len, parts))]
+
+    def __len__(self) -> int:
+        return self._before[-1]
+
+    def nth(self, number: int) -> Place:
+        k = bisect_right(self._before, number) - 1
+        return self.parts[k].nth(number - self._before[k])
+
+    def __iter__(self) -> Iterator[Place]:
+        return chain.from_iterable(self.parts)
+
+    def number(self, place: Place) -> int | None:
+        """Which one it is, counted from 0; None where it is none of them."""
+        k = bisect_right(self._first, place) - 1
+        found = self.parts[k].number(place) if k >= 0 else None
+        return None if found is None else self._before[k] + found
+
+
+Places: TypeAlias = "Grid | Blocks | Listed"
+
+
+def places_of(parts: Sequence[tuple[range, ...]]) -> Places:
+    """The places of several grids in ascending order; none is in two of them."""
+    made = sorted(map(Grid, parts), key=lambda one: one[0])
+    if len(made) == 1:
+        return made[0]
+    if all(one[-1] < other[0] for one, other in pairwise(made)):
+        return Blocks(made)
+    return Listed(sorted(chain.from_iterable(made)))
 
 
 class MemberNames(LikeTuple[str]):
     """The names of the members of the family ``base``, at these ``places``: ``u[0,0]``, ``u[0,1]`` and so
     on."""
 
-    def __init__(self, base: str, places: Grid | Listed) -> None:
+    def __init__(self, base: str, places: Places) -> None:
         self.base, self.places = base, places
         self._all: list[str] | None = None
 
@@ -151,6 +174,8 @@ class MemberNames(LikeTuple[str]):
         return isinstance(name, str) and self.number(name) is not None
 
     def __eq__(self, other: object) -> bool:
+        if isinstance(other, MemberNames) and self.places is other.places:
+            return self.base == other.base
         if (
             isinstance(other, MemberNames)
             and isinstance(self.places, Grid)

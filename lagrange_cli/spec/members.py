@@ -13,7 +13,8 @@ from lagrange_cli.expression.index_arrays import FARTHEST, Places, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.many_bounds import Many
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
-from lagrange_cli.spec.family import Family, Grid, Listed, MemberNames
+from lagrange_cli.spec import family as families
+from lagrange_cli.spec.family import Blocks, Family, Grid, Listed, MemberNames
 from lagrange_cli.spec.kinds import Meaning
 from lagrange_cli.spec.meanings import Settled
 from lagrange_cli.spec.whole import Part
@@ -101,7 +102,7 @@ def numbers_of(family: Family, part: Part[Any]) -> Places:
     """Which members of a family those of a part are, in the order of their places (members,)."""
     if part.count == len(family.members):
         return np.arange(part.count)
-    return members_at(family, flat_places(Grid(part.ranges), family.shape))
+    return members_at(family, grid_places(Grid(part.ranges), family.shape))
 
 
 def members_at(family: Family, which: Places) -> Places:
@@ -120,10 +121,17 @@ def members_at(family: Family, which: Places) -> Places:
 
 
 @lru_cache(maxsize=64)
-def flat_places(places: Grid | Listed, shape: tuple[int, ...]) -> Places:
+def flat_places(places: families.Places, shape: tuple[int, ...]) -> Places:
     """Places as one number each, the last index fastest (places,)."""
     if isinstance(places, Listed):
         return np.array(np.ravel_multi_index(tuple(np.array([*places]).T), shape), dtype=np.int64)
+    if isinstance(places, Blocks):
+        return np.concatenate([grid_places(one, shape) for one in places.parts])
+    return grid_places(places, shape)
+
+
+def grid_places(places: Grid, shape: tuple[int, ...]) -> Places:
+    """The same of a grid."""
     found = np.zeros(1, dtype=np.int64)
     for values, size in zip(places.ranges, shape):
         found = (found[:, None] * size + np.arange(values.start, values.stop, values.step)).ravel()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import re
+from itertools import product
 
 import pytest
 from hypothesis import given
@@ -12,11 +13,14 @@ from hypothesis import strategies as st
 from lagrange_cli import solve
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.keys import parse_key
+from lagrange_cli.expression.listed import grids, places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
 from lagrange_cli.run import shipped
 from lagrange_cli.spec.families import MAX_MEMBERS
+from lagrange_cli.spec.family import places_of
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.spec.values import Values, resolve_values
@@ -248,6 +252,28 @@ def test_indices_may_depend_on_one_another(size: int, shift: int, start: int, co
     for i, j in expected:
         one = spec.definitions[f"d[{i},{j}]"]
         assert one.indices == {"i": i, "j": j}
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "d[i in range(N), j in range(N) if i != j]",
+        "d[i in range(N), j in range(N - 1, -1, -1) if (i*j) % 7 < 2 and not j == 5]",
+        "d[i in range(3), j in range(N) if j % (i + 1), k in range(j - N + 3)]",
+    ],
+)
+def test_many_members_are_those_of_the_loops(key: str) -> None:
+    """Values of an index are examined together from 64 on; members are in few ranges."""
+    count = 90
+    parsed = parse_key(key)
+    found = grids(parsed.axes, {"N": count}, 10**6)
+    members = [place for ranges in found for place in product(*ranges)]
+    assert members == sorted(place for place, _ in places(parsed.axes, {"N": count}, 10**6))
+    made = places_of(found)
+    assert [*made] == members == [made[k] for k in range(len(made))]
+    assert [made.number(place) for place in members] == [*range(len(members))]
+    assert made.number((count, 0)) is None
+    assert len(found) < len(members)
 
 
 GAPS = """
