@@ -107,6 +107,8 @@ class RateNoise:
                     else:
                         parts = row.at(half) * EXPLAINED, change * EXPLAINED
                         keep_larger(row, self.place, *parts, partial(self._counts, row))
+        for first, count in steps.given.related:
+            self._where_none(f, first + degrees, count)
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)
         f.copy_rows((kept, 0), (node, 0), width, lanes)
@@ -114,6 +116,23 @@ class RateNoise:
         f.store(f.constant(1.0), "%state", steps.state.carried_at + ROUNDED)
         f.give()
         return f
+
+    def _where_none(self, f: Function, first: int, count: int) -> None:
+        """Let the errors of so many velocities, where none was found, be the mean of the others: by chance no
+        change may have been smooth."""
+        lengths = self.steps.lengths
+        start, last, zero = lengths.vector(first), first + count, f.zero(lengths.lanes)
+        total, found = f.variable(zero), f.variable(zero)
+        with lengths.each(f, start, last) as row:
+            error = row.only(row.among(first, count), row.at("%state", self.place))
+            total.set(total.get() + error)
+            found.set(found.get() + (error > zero).to_real())
+        size, known = (f.reduce("fadd", one.get(), f.constant(0.0)) for one in (total, found))
+        mean = lengths.wide(f, size / f.larger(known, f.constant(1.0)))
+        with lengths.each(f, start, last) as row:
+            error = row.at("%state", self.place)
+            none = row.among(first, count) & error.equals(0.0)
+            row.put(f.select(none, mean, error), "%state", self.place)
 
     def _let_go(self, f: Function, guards: GuardCode) -> None:
         """The same of integrands, where nothing holds the motion."""
