@@ -22,7 +22,7 @@ from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
 from lagrange_cli.native.stepping.rate_places import HEAD, LONGEST, ROUNDED, wide_of
 from lagrange_cli.native.stepping.related import write_fastest
-from lagrange_cli.native.stepping.rounding_errors import set_off
+from lagrange_cli.native.stepping.rounding_errors import set_off, share
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
 
@@ -30,30 +30,16 @@ if TYPE_CHECKING:
     from lagrange_cli.native.stepping.guards import GuardCode
     from lagrange_cli.native.stepping.watching import Trials
 
-SIZE = 2.0**-48
+SIZE = 2.0**-50
 """By what part coordinates and velocities are changed at most; coordinates near 0 by that part of how far
 they go in the longest step: what is computed from them may be rounded by far more than they are."""
-EXPLAINED = 2.0**-2
-"""This part of what changes counts: the changes must stand out from the rounding that they are to measure."""
 FAMILY = 16.0
 """Coordinates of a family are changed by at least so many times that part of how far the fastest of them
 goes: depths of contacts between them are rounded as its place is."""
 LATER = 0.5
 """And the time, by this part of that: by whole units of its rounding."""
-MIXING, BITS = (2654435769, 2246822519, 3266489917), 2**32
-"""Odd numbers of many bits, and the range of products of these that count."""
 WAYS = 3
 """They are in so many ways: in one of them rates may change less by chance."""
-
-
-def scattered(row: Row, way: Integer) -> Real:
-    """Numbers from -1 to 1, without a pattern: differences between neighbours, and differences of these, are
-    as large as the numbers, so that those on which a chain's forces depend change, too."""
-    number = row.beyond(0)
-    mixed = number * MIXING[0] + row.f.splat(way * MIXING[1], number.lanes)
-    for _ in range(2):
-        mixed = (mixed * (mixed ^ MIXING[2])) & (BITS - 1)
-    return mixed.to_real() * (2.0 / BITS) - 1.0
 
 
 @dataclass(frozen=True)
@@ -96,7 +82,7 @@ class RateNoise:
                     own = row.at("%state")
                     most = f.select(row.among(0, degrees), f.larger(f.magnitude(own), moved), own)
                     change = f.select(
-                        row.among(0, 2 * degrees), most * scattered(row, way) * size, f.zero(lanes)
+                        row.among(0, 2 * degrees), most * share(f, row, way) * size, f.zero(lanes)
                     )
                     steps.put_state(f, i, change, row.at("%state", width))
                 rates, _ = steps.node(f, f.fused(now, size * LATER, now))
@@ -105,10 +91,7 @@ class RateNoise:
                     if size < SIZE:
                         row.put(change, half)
                     else:
-                        parts = row.at(half) * EXPLAINED, change * EXPLAINED
-                        keep_larger(row, self.place, *parts, partial(self._counts, row))
-        for first, count in steps.given.related:
-            self._where_none(f, first + degrees, count)
+                        keep_larger(row, self.place, row.at(half), change, partial(self._counts, row))
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)
         f.copy_rows((kept, 0), (node, 0), width, lanes)
@@ -116,23 +99,6 @@ class RateNoise:
         f.store(f.constant(1.0), "%state", steps.state.carried_at + ROUNDED)
         f.give()
         return f
-
-    def _where_none(self, f: Function, first: int, count: int) -> None:
-        """Let the errors of so many velocities, where none was found, be the mean of the others: by chance no
-        change may have been smooth."""
-        lengths = self.steps.lengths
-        start, last, zero = lengths.vector(first), first + count, f.zero(lengths.lanes)
-        total, found = f.variable(zero), f.variable(zero)
-        with lengths.each(f, start, last) as row:
-            error = row.only(row.among(first, count), row.at("%state", self.place))
-            total.set(total.get() + error)
-            found.set(found.get() + (error > zero).to_real())
-        size, known = (f.reduce("fadd", one.get(), f.constant(0.0)) for one in (total, found))
-        mean = lengths.wide(f, size / f.larger(known, f.constant(1.0)))
-        with lengths.each(f, start, last) as row:
-            error = row.at("%state", self.place)
-            none = row.among(first, count) & error.equals(0.0)
-            row.put(f.select(none, mean, error), "%state", self.place)
 
     def _let_go(self, f: Function, guards: GuardCode) -> None:
         """The same of integrands, where nothing holds the motion."""
@@ -155,11 +121,7 @@ class RateNoise:
                 )
                 before = row.at("%state", self.place)
                 larger = row.among(first, steps.state.quadratures) & (change < ENDLESS)
-                row.put(
-                    f.select(larger, f.larger(change * (SIZE * EXPLAINED), before), before),
-                    "%state",
-                    self.place,
-                )
+                row.put(f.select(larger, f.larger(change * SIZE, before), before), "%state", self.place)
         steps.spend(f, f.constant(2.0))
 
     def _counts(self, row: Row, steady: Bit) -> Bit:
