@@ -58,7 +58,18 @@ const { outputFiles: [made] } = await build({
 const license = readFileSync(join(three, "LICENSE"), "utf8").trim();
 const text = `/* three.js ${version}, ${homepage}, as far as pages use it: made by tools/three/build.js.
 
-\`exec\` in it is always that of a regular expression, which matches text, such as a colour of the system file, and runs\nnone. \`setTimeout\` is given functions. It calls neither \`eval\` nor \`Function\`: no text is run as a program.\n\n${license}\n*/\n// Each \`exec\` below is that of a regular expression, which runs nothing. Of a system file only colours get here, as\n// text that \`spec/draw/colours.py\` has checked: a known name, or # and hexadecimal digits.\n${made.text}`;
+\`exec\` in it is always that of a regular expression, which matches text, such as a colour of the system file, and runs
+none. \`setTimeout\` is given functions. It calls neither \`eval\` nor \`Function\`: no text is run as a program.
+
+${license}
+*/
+// Why each \`exec\` below is safe: all nine are RegExp.prototype.exec, which searches a text and runs none of it.
+// - Five in Color.setStyle take a colour apart. Of a system file only colours get here, as text that
+//   \`spec/draw/colours.py\` has checked: a known name, or # and hexadecimal digits.
+// - One takes apart the name of a variable of a shader; all shaders are three.js's own.
+// - One finds the line in an error message of the compiler of shaders, two the number in the version of WebGL.
+// tests/test_structure.py counts them, and checks that there is neither \`eval\` nor \`Function\`.
+${made.text}`;
 writeFileSync(join(assets, "three.js"), text);
 writeFileSync(join(assets, "three.LICENSE"), `${license}\n`);
 console.log(`three.js ${version}: ${text.length} bytes`);
