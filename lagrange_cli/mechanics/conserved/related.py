@@ -28,8 +28,8 @@ from lagrange_cli.records import replace
 def related(
     model: Model[Node], known: Sequence[Conserved], found: Sequence[Symmetry]
 ) -> tuple[Conserved, ...]:
-    """The quantities that do not follow from those ``known`` (h and momenta) and ``found``; none where looking
-    for them takes too much work."""
+    """The quantities that do not follow from those ``known`` (h and momenta) and ``found``; none where
+    looking for them takes too much work."""
     work = graph_of(model).work
     return work.attempt(whole("work"), partial(_related, model, known, found)) or ()
 
