@@ -140,7 +140,7 @@ class _Expander:
 
     def _some(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]] | None:
         """Members whose indices depend on one another, as ``range(i)`` does, or satisfy conditions."""
-        from lagrange_cli.expression.listed import grids
+        from lagrange_cli.expression.loops import grids
 
         if any(plain_names(tree) & self.problems.broken for axis in piece.key.axes for tree in axis.trees):
             return None

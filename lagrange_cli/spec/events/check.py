@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from lagrange_cli.expression.confusions import rate_of
-from lagrange_cli.expression.listed import places
+from lagrange_cli.expression.loops import places
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span
 from lagrange_cli.expression.vocabulary import family_name, member_name, velocity_name
