@@ -15,7 +15,7 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_long_values
-from tests.model.test_start import numbers, refused, start
+from tests.model.test_start import SLIDER_CRANK, numbers, refused, start
 
 CRANK = """
 coordinates:
@@ -90,6 +90,15 @@ def test_constraints_that_contradict_each_other_are_refused_at_their_lines():
     with pytest.raises(SpecError) as caught:
         start(text, forced=True)
     assert {9, 11} <= {one.line for one in caught.value.problems}
+
+
+def test_an_angle_without_a_value_has_no_full_turns():
+    """Before, the same state was listed twice, as equally near: with -6.2131 and 0.0701."""
+    text = SLIDER_CRANK.replace("{initial: 0.1170928911202160}", "{}").replace("x: {}", "x: {initial: 1.6}")
+    phi, psi, x = start(text, forced=True).q
+    assert math.sin(psi) == pytest.approx(0.3 * math.sin(phi), rel=1e-14)
+    assert x == pytest.approx(0.3 * math.cos(phi) + math.cos(psi), rel=1e-14)
+    assert abs(psi) < 0.2
 
 
 def test_velocities_without_values_do_not_pull_at_given_ones():

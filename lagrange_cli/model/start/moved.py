@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.model.start.closures import ROUNDINGS, SAME, satisfied
+from lagrange_cli.model.start.closures import ROUNDINGS, SAME, tidied
 from lagrange_cli.model.start.given_masses import GivenMasses
 from lagrange_cli.model.start.linear import DENSE, independent, steepness
 from lagrange_cli.model.start.missing import MOST, begins
@@ -96,7 +96,7 @@ def equally_near(
     scale, typical = surface.scale, search.typical(surface.scale)
     free = search.given.open_q
     part = ASIDE * (1.0 if near is None else far(x, near, scale, free)) / math.sqrt(len(x))
-    found = [] if near is None else [near]
+    found = [] if near is None else [plain(surface, near, free)]
     places: Iterable[list[Any]] = (
         away(x, scale, number, side) for number in range(sides(x)) for side in (part, -part)
     )
@@ -113,6 +113,7 @@ def equally_near(
                 kept = independent(surface.at(begin)[1], scale, typical)
                 aside = replace(surface, kept=kept)
                 one = aside.nearest(x, begin)
+                one = one and plain(aside, one, free)
                 if one is not None and all(far(one, other, scale) > SAME for other in found):
                     found.append(one)
                     idle = 0
@@ -149,9 +150,12 @@ def in_own_metric(
         near = tried(partial(surface.nearest, begin=before), place) or before
         if far(before, near, surface.scale) <= NEAR:
             break
-    level = [0 * one if abs(one) <= FLAT * size else one for one, size in zip(near, surface.scale)]
-    near = level if satisfied(surface, level, ROUNDINGS * ROUND) else near
-    return surface.gap(x, near), near
+    return surface.gap(x, near), plain(surface, near, search.given.open_q)
+
+
+def plain(surface: Surface, x: list[Any], free: Collection[int]) -> list[Any]:
+    """The same state, without full turns of ``free`` coordinates, and 0 in place of rounding errors."""
+    return tidied(replace(surface, unknown=sorted(free)), x, flat=FLAT, unit=ROUNDINGS * ROUND)
 
 
 def sides(x: Sequence[Any]) -> int:
