@@ -91,14 +91,22 @@ class Extremum(OfExpressions):
 
     @classmethod
     def simplified(cls, *arguments: sympy.Expr) -> sympy.Expr | None:
-        """Numbers are compared; what is equal is one."""
-        distinct = tuple(dict.fromkeys(arguments))
+        """Numbers are compared, and come first; what is equal is one, and so is one within another."""
+        flat = (inner for one in arguments for inner in (one.args if isinstance(one, cls) else (one,)))
+        distinct = tuple(dict.fromkeys(flat))
         constants = [one for one in distinct if decided(one)]
         beaten = {one for one in constants for other in constants if sign_of(other - one) == cls.SIGN}
-        kept = tuple(one for one in distinct if one not in beaten)
+        kept = [one for one in distinct if one not in beaten]
         if len(kept) == 1:
             return kept[0]
-        return cls(*kept) if len(kept) < len(arguments) else None
+        ordered = tuple(sorted(kept, key=lambda one: (not one.is_number, sympy.default_sort_key(one))))
+        return cls(*ordered) if ordered != arguments else None
+
+    @property
+    def opposite(self) -> sympy.Expr:
+        """The negative of the same: min(-a, -b) = -max(a, b)."""
+        other = Least if isinstance(self, Largest) else Largest
+        return other(*(-one for one in self.args))
 
     def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
         first, *others = self.args

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.expression.algebra import Value
-from lagrange_cli.expression.bounds import BoundsAlgebra
+from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Place, Spec
@@ -20,9 +20,17 @@ class Largest:
     place: Place
 
 
+class Sizes(Scope[Bounds]):
+    """The sizes of the values of names."""
+
+    def _rate(self, component: Bounds) -> Bounds:
+        """A rate is about as long as what changes; it is 0 only where that is a number."""
+        return component if component.value is None else Bounds(0.0)
+
+
 def largest_expression(spec: Spec) -> Largest | None:
     """The largest expression of a file that has been checked; None where all are small."""
-    scope = Scope(spec, BoundsAlgebra())
+    scope = Sizes(spec, BoundsAlgebra())
     sizes = [Largest(size_of(scope.build(one)), one.at(one.tree.span)) for one in spec.moving_members]
     largest = max(sizes, key=lambda one: one.size)
     return largest if largest.size >= LEAST else None

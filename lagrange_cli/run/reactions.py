@@ -23,13 +23,13 @@ def with_reactions(spec: Spec, equations: Equations) -> Equations:
     from lagrange_cli.run.derive import graph_model
     from lagrange_cli.symbolic.from_graph import from_graph
     from lagrange_cli.symbolic.reactions import reaction
+    from lagrange_cli.symbolic.solved import known_accelerations
 
     if spec.lagrangian is not None:
         raise UsageError("no --form reactions: the file gives L, in which there are no particles")
     model = graph_model(spec, ExactGraphAlgebra())
     reactions = Reactions(model)
-    solved, symbols = equations.accelerations, [each.multiplier for each in equations.constraints]
-    known = None if solved is None else dict(zip(equations.a, solved, strict=True))
+    known, symbols = known_accelerations(equations), [each.multiplier for each in equations.constraints]
     own = dict(zip(map(from_graph, (one.multiplier for one in model.constraints)), symbols))
     found, unknown = [], dict(reactions.unknown)
     for name, nodes in reactions.on_particles.items():

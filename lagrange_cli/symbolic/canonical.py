@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import sympy
 
-from lagrange_cli.expression.symbolic_switches import Switch
+from lagrange_cli.expression.symbolic_switches import OfExpressions
 from lagrange_cli.symbolic.monomials import (
     LARGEST,
     ONE,
@@ -173,7 +173,7 @@ def is_reducible(base: sympy.Expr, exponent: Number) -> bool:
 
 def contract(terms: Terms) -> Terms:
     """The sum, contracted until no rule shortens it."""
-    return contract_by((contract_powers, contract_switches, contract_squares, contract_angles), terms)
+    return contract_by((contract_powers, contract_kinks, contract_squares, contract_angles), terms)
 
 
 def contract_by(rules: Sequence[Callable[[Terms, Monomial], bool]], terms: Terms) -> Terms:
@@ -204,21 +204,22 @@ def contract_powers(terms: Terms, monomial: Monomial) -> bool:
     return False
 
 
-def contract_switches(terms: Terms, monomial: Monomial) -> bool:
-    """max(0, u) where(u > 0, a, b) = max(0, u) a: apply it to one term, in place."""
-    if not any(type(base) is Switch for base, _ in monomial):
+def contract_kinks(terms: Terms, monomial: Monomial) -> bool:
+    """Apply a rule for functions with kinks and jumps to one term, in place."""
+    if not any(isinstance(base, OfExpressions) for base, _ in monomial):
         return False
-    for base, exponent in monomial:
-        if type(base) is not Switch or exponent != 1:
-            continue
-        for other, power in monomial:
-            branch = base.where_nonzero(other) if power > 0 else None
-            if branch is not None:
-                coefficient = terms[monomial]
-                rest = combine(monomial, frozenset({(base, -1)}))
-                add_into(terms, {monomial: -coefficient})
-                add_into(terms, multiply({rest: coefficient}, to_terms(branch)))
-                return True
+    from lagrange_cli.symbolic.kinks import replacements  # few systems have them
+
+    for product, value, better in replacements(terms, monomial):
+        found = dict(terms)
+        coefficient = found.pop(monomial)
+        factors = (one.as_base_exp() for one in sympy.Mul.make_args(product))
+        rest = combine(monomial, frozenset((base, -ratio(power)) for base, power in factors))
+        add_into(found, multiply({rest: coefficient}, to_terms(value)))
+        if better or len(found) < len(terms):
+            terms.clear()
+            terms.update(found)
+            return True
     return False
 
 

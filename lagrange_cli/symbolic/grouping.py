@@ -239,6 +239,6 @@ def with_leading_sign(terms: Terms, number: Number, order: Order) -> Number:
 
 def multiplied(factor: sympy.Expr, expression: sympy.Expr) -> sympy.Expr:
     """The product, without distributing a number over the terms of a sum."""
-    if expression.is_Add and factor.is_Number and abs(factor) != 1:
+    if expression.is_Add and factor.is_Number and factor and abs(factor) != 1:
         return sympy.Mul(factor, expression, evaluate=False)
     return factor * expression

@@ -7,13 +7,15 @@ so, and the factor is the size of R except for its sign.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from math import isqrt
 
 import sympy
 
+from lagrange_cli.expression.symbolic_switches import OfExpressions
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.canonical import contract, multiply, to_terms
+from lagrange_cli.symbolic.canonical import contract, multiply, to_terms, without_denominators
 from lagrange_cli.symbolic.grouping import multiplied, tidy, with_leading_sign
 from lagrange_cli.symbolic.linear import HIGHEST_FRACTION, LARGEST_FRACTION, STEPS_TO_CANCEL, quotient
 from lagrange_cli.symbolic.monomials import (
@@ -32,6 +34,7 @@ from lagrange_cli.symbolic.monomials import (
     term,
 )
 from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.switches import in_one_direction, normal, without_squares
 from lagrange_cli.symbolic.work import charge, size_of
 
 LONGEST = 120
@@ -62,18 +65,27 @@ class Reaction:
 def reaction(
     particle: str,
     components: Sequence[sympy.Expr],
-    accelerations: Mapping[sympy.Expr, sympy.Expr] | None,
+    known: Sequence[Mapping[sympy.Expr, sympy.Expr]],
     order: Order,
 ) -> Reaction:
-    """The force with these ``components``, in which known ``accelerations`` are put where that is short."""
+    """The force with these ``components``. The first of the ``known`` accelerations that make it no longer
+    than is readable are put in."""
     plain = tuple(tidy(each, order) for each in components)
-    try:
-        fractions = [as_fraction(each.xreplace(accelerations or {})) for each in plain]
-        found = tuple(quotient(above, below, order) for above, below in fractions)
-    except TooLargeError:
-        return Reaction(particle, plain, None)
-    if any(size_of(one) > max(LONGEST, size_of(other)) for one, other in zip(found, plain, strict=True)):
-        return Reaction(particle, plain, None)
+    for values in known:
+        with suppress(TooLargeError):
+            fractions = shortest_fractions([each.xreplace(values) for each in plain])
+            found = tuple(quotient(above, below, order) for above, below in fractions)
+            pairs = zip(found, plain, strict=True)
+            if all(size_of(one) <= max(LONGEST, size_of(other)) for one, other in pairs):
+                return with_size(particle, fractions, found, order)
+    return Reaction(particle, plain, None)
+
+
+def with_size(
+    particle: str, fractions: Sequence[tuple[Terms, Terms]], found: tuple[sympy.Expr, ...], order: Order
+) -> Reaction:
+    """The force with the components ``found``, which are these ``fractions``; by size and direction where
+    that is short."""
     if len(found) < 2:
         return Reaction(particle, found, None)
     try:
@@ -98,6 +110,26 @@ def directed(
     if any(order.role(part) >= Role.VELOCITY for part in parts):
         return None
     return Reaction(particle, tuple(multiplied(part, whole) for part in parts), whole)
+
+
+def shortest_fractions(expressions: Sequence[sympy.Expr]) -> list[tuple[Terms, Terms]]:
+    """The expressions as fractions: as they are written, or with their kinks and jumps in a normal form, if
+    that is shorter. Raises ``TooLargeError``."""
+    if not any(one.has(OfExpressions) for one in expressions):
+        return [as_fraction(one) for one in expressions]
+    found = [as_fraction(one) for one in in_one_direction(expressions)]
+    for side in (1, -1):
+        written = in_one_direction([normal(one, side) for one in expressions])
+        others = [(contract(without_squares(one)), other) for one, other in map(as_fraction, written)]
+        found = min(found, others, key=complexity)
+    return found
+
+
+def complexity(fractions: Sequence[tuple[Terms, Terms]]) -> tuple[int, int]:
+    """How many different kinks and jumps, and how many terms, there are."""
+    bases = {base for above, _ in fractions for monomial in above for base, _ in monomial}
+    kinks = {kink for base in bases for kink in base.atoms(OfExpressions)}
+    return len(kinks) + sum(base.is_Pow for base in bases), sum(len(above) for above, _ in fractions)
 
 
 def as_fraction(expression: sympy.Expr) -> tuple[Terms, Terms]:
@@ -126,7 +158,7 @@ def size_of_vector(fractions: Sequence[tuple[Terms, Terms]], order: Order) -> tu
     total: Terms = {}
     for square in squares:
         add_into(total, square)
-    total = contract(total)
+    total = without_denominators(contract(total))
     above = root(total, order) if total else None
     return (above, below) if above else None
 

@@ -417,6 +417,12 @@ BAD = [
     # keys
     (COORDINATE, COORDINATE.replace("N", "N - 4"), [(6, "i in range(N - 4)", "empty range for N = 4", "")]),
     (COORDINATE, COORDINATE.replace("N", "1, N"), [(6, "u[i in range(1, N)]", "has no member 'u[0]'", "")]),
+    # a force on members of a family with a mistake is no further one
+    (
+        "  bead[i in range(N)]: [u[i], 0]",
+        "  bead[i in range(1, N)]: [u[i], 0]\nforces: {'bead[i in range(1, N)]': [1, 0]}",
+        [(10, "bead[i in range(1, N)]", "the family 'bead' has no member 'bead[0]'", "")],
+    ),
     (COORDINATE, COORDINATE.replace("N", "-1, N"), [(6, "i in range(-1, N)", "negative index -1", "")]),
     (COORDINATE, COORDINATE.replace("i in", "t in"), [(6, "t", "the name 't' is reserved", "")]),
     (COORDINATE, COORDINATE.replace("range(N)", "N"), [(6, "N", "an index needs a range", "")]),

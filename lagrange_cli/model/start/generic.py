@@ -47,7 +47,7 @@ def refuse_constants(search: Search) -> None:
 def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Generic:
     """Which constraints are independent at consistent states nearby, where most of them are."""
     if search.known is not None:
-        return search.known
+        return search.known.generic
     rows, typical = search.rates(q, search.given.v).rows, search.typical(scale)
     best = independent(rows, scale, typical)
     if len(best) == len(search.names):
