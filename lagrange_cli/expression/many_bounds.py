@@ -16,7 +16,7 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.bounds import MAX_EXPONENT, Bounds, BoundsAlgebra
-from lagrange_cli.expression.index_arrays import MOST, Differ, Indices, Places, TooMany, Whole
+from lagrange_cli.expression.index_arrays import MOST, Differ, Indices, TooMany, Whole
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.limits import way_out, whole
@@ -151,10 +151,9 @@ class BoundsBuilder(ArrayBuilder):
         except (Unsuited, Differ, ExpressionError, ArithmeticError):
             return None
 
-    def of_members(self, tree: Tree, indices: Mapping[str, Places]) -> Value | None:
-        """The bounds of an expression that the members of a family share; None where they cannot be found at
-        once."""
-        count = len(next(iter(indices.values())))
+    def of_members(self, tree: Tree, indices: Mapping[str, Whole], count: int) -> Value | None:
+        """The bounds of an expression that ``count`` members of a family share; None where they cannot be
+        found at once."""
         try:
             return self._value(tree, Members(None, count, {**self._sizes, **indices}))
         except (Unsuited, Differ, ExpressionError, ArithmeticError):

@@ -100,18 +100,6 @@ def placed_parts(
     return Group(family, known_places(family), whole, labels, indices, keyed)
 
 
-def listed(written: Sequence[Expression]) -> Group:
-    """Expressions, each with the values of its own indices, as the members of a group without a name."""
-    seen: dict[int, int] = {}
-    labels = np.array([seen.setdefault(id(one.tree), len(seen)) for one in written], dtype=np.int64)
-    names = dict.fromkeys(name for one in written for name in one.indices)
-    indices = {
-        name: np.array([one.indices.get(name, 0) for one in written], dtype=np.int64) for name in names
-    }
-    trees = {id(one.tree): one.tree for one in written}
-    return Group(Family("", (), ("",), ()), None, tuple(trees.values()), labels, indices)
-
-
 def parts_of(family: Family, written: Mapping[str, T]) -> Sequence[Part[T]]:
     """The members of a family by what they have in common. Raises ``Unsuited`` where others are written."""
     found = groups_by_name(written).get(family.name)

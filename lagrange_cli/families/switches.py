@@ -150,7 +150,7 @@ class Switching(Switched):
         system, events = self.system, self.system.events
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
-            events = replace(events, arguments=arguments, simple=frozenset(), affected=())
+            events = replace(events, arguments=arguments, simple=np.zeros_like(events.simple), affected=())
         needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes)
         if self.held is not None:
             needed.append(self.held.other)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from lagrange_cli.expression.syntax import Key, Tree, has_decimals
+from lagrange_cli.expression.syntax import has_decimals
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.content import bases_of, firsts_of, written
 from lagrange_cli.spec.family import Family as Family
@@ -13,6 +13,7 @@ from lagrange_cli.spec.source import Expression as Expression
 from lagrange_cli.spec.source import Place as Place
 
 if TYPE_CHECKING:
+    from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.wanted import Wanted
 
 T = TypeVar("T")
@@ -69,24 +70,6 @@ class Coordinate:
 
 SURFACE = "--where"
 """The name of the event that a section is taken at; no name of a file is like it."""
-
-
-@dataclass(frozen=True)
-class Event:
-    """What happens where ``when`` becomes 0.
-
-    ``direction`` is +1 where it must rise, -1 where it must fall, 0 where either counts. The motion ends
-    there if it ``stops``. ``changes`` are the new values of coordinates, velocities and parameters, by name.
-    In the file it has this ``key``, and ``sets`` are what is set there, with the new values.
-    """
-
-    when: Expression
-    direction: int
-    stops: bool
-    changes: Mapping[str, Expression]
-    place: Place
-    key: Key | None = None
-    sets: tuple[tuple[Key, Tree], ...] = ()
 
 
 SOLIDS = {"sphere": "r", "cylinder": "[r, h]", "box": "[a, b, c]", "disc": "r", "rod": "l"}
@@ -248,12 +231,16 @@ class Spec:
     def moving(self) -> Iterator[Expression]:
         """What the equations of motion and the events are made of; of members of a family that are written
         alike the first."""
-        return self._moving(written)
+        yield from self._moving(written)
+        for event in written(self.events):
+            yield from event.written
 
     @property
     def moving_members(self) -> Iterator[Expression]:
         """The same of all members."""
-        return self._moving(lambda section: section.values())
+        yield from self._moving(lambda section: section.values())
+        for event in self.events.values():
+            yield from (event.when, *event.changes.values())
 
     @property
     def in_equations(self) -> Iterator[Expression]:
@@ -274,8 +261,11 @@ class Spec:
             yield from body.expressions
         if self.lagrangian is not None:
             yield self.lagrangian
-        for event in self.events.values():
-            yield from (event.when, *event.changes.values())
+
+    @property
+    def acts(self) -> bool:
+        """Whether an event sets anything."""
+        return any(one.sets for one in written(self.events))
 
     @property
     def decimals(self) -> bool:

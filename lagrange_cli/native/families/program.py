@@ -10,6 +10,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TypeAlias
 
+import numpy as np
+
 from lagrange_cli.native.families.approach import approach
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
@@ -70,7 +72,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             given=self.kind.parts if self.factor is None else 2,
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
             vectors=(),
-            events=self.numbered(), changed=self.events.changed if self.events else (),
+            events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
@@ -196,12 +198,11 @@ class FamilyProgram(Returning, Observation, MotionJets):
             [] if self.events.impacts is None else self.events.impacts.events.tolist(), LOOSE
         )
         kinds |= dict.fromkeys([] if self.contact is None else self.contact.events.tolist(), EXPLICIT)
-        found = []
-        for e, one in enumerate(self.events.listed):
-            acts = Role.CHANGE if e in self.events.simple else Role.ACTION
-            role = acts if one.stops or one.changes else Role.RECORD
-            found.append((one.direction, int(role), kinds.get(e, SIMPLE)))
-        return tuple(found)
+        roles = np.where(self.events.stops, int(Role.ACTION), int(Role.RECORD))
+        roles[self.events.changed[0]] = int(Role.ACTION)
+        roles[self.events.simple] = int(Role.CHANGE)
+        listed = enumerate(zip(self.events.directions.tolist(), roles.tolist()))
+        return tuple((direction, role, kinds.get(e, SIMPLE)) for e, (direction, role) in listed)
 
     def shared(self) -> str:
         """The functions by which threads share work, if they do; their board is the next array."""
