@@ -187,7 +187,7 @@ def test_a_length_that_is_to_be_0_is_refused_for_what_it_is(constraint, function
     constraints: {{joint: {constraint}}}
     """
     (problem,) = refused(text)
-    assert problem.line == 8
+    assert problem.line == 7
     assert problem.message == (
         f"constraint 'joint' has no derivative where it is satisfied: {function}(...) is 0 there"
     )
