@@ -170,3 +170,24 @@ def test_no_other_search_finds_a_nearer_state(seed):
     for state in states:
         assert np.abs(constraints(np.array(state))).max() < 1e-9
         assert gap(np.array(state)) <= best * (1 + 1e-5) + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("constraint", "function"),
+    [("norm(a - b)", "norm"), ("-2*norm(a - b)/k", "norm"), ("d", "norm"), ("k*sqrt(x)", "sqrt")],
+)
+def test_a_length_that_is_to_be_0_is_refused_for_what_it_is(constraint, function):
+    """Before: no finite derivative at the initial state, or a coordinate that the constraint leaves free."""
+    text = f"""
+    parameters: {{k: 2}}
+    coordinates: {{x: {{initial: 1}}, y: {{initial: 0}}, u: {{initial: 1}}, w: {{initial: 0}}}}
+    definitions: {{d: "sqrt((x - u)**2 + (y - w)**2)"}}
+    masses: {{a: 1, b: 2}}
+    positions: {{a: [x, y], b: [u, w]}}
+    constraints: {{joint: {constraint}}}
+    """
+    (problem,) = refused(text)
+    assert problem.line == 7
+    assert problem.message == (
+        f"constraint 'joint' has no derivative where it is satisfied: {function}(...) is 0 there"
+    )
