@@ -17,7 +17,8 @@ CHARGE = """
 parameters: {m: 1, c: 2, q: 3, B: 4, k: 5}
 coordinates: {x: {initial: 1}, y: {initial: 0.2}, z: {initial: 0.1, velocity: 0.3}}
 lagrangian: >-
-  -m*c**2*sqrt(1 - (x_dot**2 + y_dot**2 + z_dot**2)/c**2) + q*B*(x*y_dot - y*x_dot)/2 - k*(x**2 + y**2 + z**2)/2
+  -m*c**2*sqrt(1 - (x_dot**2 + y_dot**2 + z_dot**2)/c**2) + q*B*(x*y_dot - y*x_dot)/2
+  - k*(x**2 + y**2 + z**2)/2
 """
 
 
