@@ -6,6 +6,7 @@ import sympy
 
 from lagrange_cli.symbolic.canonical import contract, settled, to_terms
 from lagrange_cli.symbolic.monomials import (
+    ONE,
     Monomial,
     Number,
     Terms,
@@ -162,7 +163,7 @@ def is_power_of_speed(item: tuple[sympy.Expr, Number], order: Order) -> bool:
 
 def once(factor: Monomial, terms: Terms, order: Order) -> sympy.Expr:
     """A common factor of terms, written once."""
-    return term(factor) * factored(terms, order) if factor else collected(terms, order)
+    return factored(terms, order, factor) if factor else collected(terms, order)
 
 
 def is_of_motion(item: tuple[sympy.Expr, Number], order: Order) -> bool:
@@ -177,11 +178,13 @@ def is_sum(item: tuple[sympy.Expr, Number], order: Order) -> bool:
     return bool(base.is_Add) and order.role(base) > Role.PARAMETER
 
 
-def factored(terms: Terms, order: Order) -> sympy.Expr:
-    """The sum as one product: its common factor times the rest."""
+def factored(terms: Terms, order: Order, factor: Monomial = ONE) -> sympy.Expr:
+    """The sum, times a factor, as one product: with its common factor in front."""
     content, number = common_factor(terms)
     number = with_leading_sign(terms, number, order)
-    return multiplied(term(content, number), collected(divide(terms, content, number), order))
+    return multiplied(
+        term(combine(factor, content), number), collected(divide(terms, content, number), order)
+    )
 
 
 def collected(terms: Terms, order: Order) -> sympy.Expr:

@@ -122,6 +122,8 @@ def reason(noether: Noether, change: Change, named: Named, others: Change) -> st
         return f"changing {', '.join(names[:-1])} and {names[-1]} together, in the ratio {ratio}, {ending}"
     if is_constant(model, change):
         return f"changing {names[0]} {ending}"
+    if not names and change.time is graph_of(model).one:
+        return f"a shift of t {ending}"
     return f"an infinitesimal change of {changes_text(model, change)} {ending}"
 
 
@@ -159,7 +161,18 @@ def term(factor: Node, name: str, moving: int = 0) -> str:
     if single and factor.data[1][0] == -1:
         return f"-{term(factor.arguments[0], name, moving)}"
     text = text_of(factor, moving=moving)
-    return f"{text}*{name}" if single or factor.kind is not Kind.SUM else f"({text})*{name}"
+    return times(text, name) if single or factor.kind is not Kind.SUM else f"({text})*{name}"
+
+
+def times(product: str, name: str) -> str:
+    """A product, multiplied by what has a name: in front of what it is divided by."""
+    depth = 0
+    for at, sign in enumerate(product):
+        depth += (sign == "(") - (sign == ")")
+        if sign == "/" and depth == 0:
+            above = "" if product[:at] == "1" else f"{product[:at]}*"
+            return f"{above}{name}{product[at:]}"
+    return f"{product}*{name}"
 
 
 def without_denominators(graph: Graph, factors: Sequence[Node]) -> list[Node]:
