@@ -206,8 +206,8 @@ def of_members(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics:
         integrated = residual if less is None else less.after
         cut = residual.graph.work.cut
         found = symmetries(residual.model, residual.conserved)
+        found = (*found, *related(residual.model, residual.conserved, found))
         further = tuple(one.conserved for one in found)
-        further += related(residual.model, residual.conserved, found)
         cut = residual.graph.work.cut - cut
         return Mechanics(
             depending_on_time(residual.model),

@@ -5,6 +5,7 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lagrange_cli.run.equations import as_written, derive
 from lagrange_cli.symbolic import common_denominators
 from lagrange_cli.symbolic.canonical import contract, to_terms
 from lagrange_cli.symbolic.common_denominators import over_one_denominator
@@ -14,6 +15,7 @@ from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.squares import shortest
 from tests.support.draws import examples
+from tests.support.motion import spec_of
 from tests.support.systems import agree_at_random, derived, expression
 
 BIPOLAR = "a*sinh(v)/(cosh(v) - cos(u)), a*sin(u)/(cosh(v) - cos(u))"
@@ -148,3 +150,13 @@ def test_powers_of_sums_are_found(drawn, exponent):
     assert agree_at_random(expanded, found)
     if not base.has(sympy.Function):
         assert not found.is_Add
+
+
+def test_a_sum_of_negative_terms_has_its_sign_in_front():
+    spec = spec_of("""
+        parameters: {R: 1, r: 0.2, g: 9.81}
+        coordinates: {theta: {initial: 0.1}, phi: {initial: 0}}
+        lagrangian: (theta_dot**2 + phi_dot**2)/2 - g*cos(theta)
+        nonholonomic: {rolling: r*phi_dot - (R + r)*theta_dot}
+        """)
+    assert "= -(R + r)*lambda_rolling   [theta]" in as_written(derive(spec), "text", "lagrange", {})
