@@ -33,8 +33,14 @@ CONVERGED = 1e-12
 of that, and the state by less than its rounding. (Rates that are rounded change it by as much.)"""
 ROUNDS, FEWEST = 12, 2
 """Iterations at most; and how many there are before it counts that they do not come closer any more."""
-SENSITIVITY = {TERMS - 2: 38800.0, TERMS - 1: 11600.0}
+SENSITIVITY = {TERMS - 3: 51100.0, TERMS - 2: 38800.0, TERMS - 1: 11600.0}
 """What rounding errors of rates change a term by at most, as multiples of them."""
+ROUNDED, SMOOTH, BETWEEN = 5.0, 200.0, 1 / 3
+"""How many times as large as the last term the third last one is by rounding errors of rates, and in a step
+of the right length at full double precision. Rates are rounded where it is less than the first times this
+power of the ratio between these."""
+NO_LONGER = 1.25
+"""If a step whose rates are rounded should be longer by no more than this, these errors are measured."""
 LEAST = 0.8
 """A step is taken again that should have been shorter by this factor."""
 BESIDE = 2.0**-10
@@ -86,7 +92,7 @@ class GaussRadauSteps(RateSteps):
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
         self._predict(f, h, ratio)
         regular = self._iterate(f, t, low, h)
-        factor, finite = self.judged(f, doubtful & regular, LEAST, lambda: self._factor(f))
+        factor, finite = self.judged(f, doubtful & regular, lambda: self._factor(f))
         if self.given.approach:
             factor = f.smaller(factor, self._approached(f, t + low, h))
         return Trial(factor, factor < LEAST, regular & finite)
@@ -199,29 +205,40 @@ class GaussRadauSteps(RateSteps):
                 largest.set(f.larger(error, largest.get()))
         return f.reduce("fmax", largest.get()), good
 
-    def _factor(self, f: Function) -> tuple[Real, Bit]:
-        """By what the step should be longer, by its last two terms, and whether all rates are finite."""
-        lanes = self.lengths.lanes
-        most = [f.variable(f.zero(lanes)) for _ in range(2)]
-        total = f.variable(f.zero(lanes))
+    def _factor(self, f: Function) -> tuple[Real, Bit, Bit]:
+        """By what the step should be longer, by its last two terms; whether all rates are finite; and whether
+        rounding may have shortened it."""
+        lanes, last = self.lengths.lanes, TERMS - 1
+        zero, one = f.zero(lanes), f.splat(f.constant(1.0), lanes)
+        unseen = f.splat(f.constant(self._last_term / SENSITIVITY[last]), lanes)
+        plain, known, level = ({k: f.variable(zero) for k in range(last - 2, last + 1)} for _ in range(3))
+        total = f.variable(zero)
         with self._each(f, self._count) as i:
             # a velocity that begins at 0, without an acceleration, is measured by what it becomes
-            grown = f.splat(f.constant(1.0), lanes) / f.magnitude(self._term(f, self.terms, 0, i))
+            grown = one / f.magnitude(self._term(f, self.terms, 0, i))
             scale = f.smaller(f.load_row("%work", i + self.scale, lanes), grown)
             errors = self.rounding.of(f, i)
-            for one, k in zip(most, (TERMS - 2, TERMS - 1)):
+            rough = f.smaller(scale, unseen / errors)
+            for k in plain:
                 b = f.magnitude(self._term(f, self.terms, k, i))
-                known = f.larger(f.fused(errors, -SENSITIVITY[k], b), f.zero(lanes))
-                one.set(f.larger(known * scale, one.get()))
+                rest = f.larger(f.fused(errors, -SENSITIVITY[k], b), zero)
+                for largest, size in (
+                    (plain[k], b * scale),
+                    (known[k], rest * scale),
+                    (level[k], rest * rough),
+                ):
+                    largest.set(f.larger(size, largest.get()))
             moving = self._among(f, i, self.lengths.degrees)
-            total.set(total.get() + f.select(moving, b, f.zero(lanes)))
-        goal = math.log2(self._last_term)
-        exponents = []
-        for one, order in zip(most, (TERMS - 1, TERMS)):
-            largest = f.smaller(f.reduce("fmax", one.get()), f.constant(LARGEST))
-            exponents.append((log2_roughly(largest) * -1.0) * (1.0 / order) + goal / TERMS)
+            total.set(total.get() + f.select(moving, b, zero))
+        finite = f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
+        flat = f.reduce("fmax", plain[last - 2].get()) < f.reduce("fmax", plain[last].get()) * self._flat
+        goal, exponents = math.log2(self._last_term), list[Real]()
+        for k in (last - 1, last):
+            most = f.reduce("fmax", f.select(flat, level[k].get(), known[k].get()))
+            size = log2_roughly(f.smaller(most, f.constant(LARGEST)))
+            exponents.append((size * -1.0) * (1.0 / (k + 1)) + goal / TERMS)
         factor = exp2_roughly(f.smaller(*exponents))
-        return factor, f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
+        return factor, finite, (factor < LEAST) | ((factor < NO_LONGER) & flat)
 
     def _approached(self, f: Function, t: Real, h: Real) -> Real:
         """By what the step should be longer, by how near it may bring the motion to a pole."""
@@ -241,6 +258,13 @@ class GaussRadauSteps(RateSteps):
     def _last_term(self) -> float:
         looser: float = max(1.0, self.given.tolerance * 2.0**52) ** (TERMS / (2 * TERMS + 1))
         return LAST_TERM * looser
+
+    @property
+    def _flat(self) -> float:
+        """Rates are rounded where the third last term is less than the last one times this."""
+        smooth: float = SMOOTH * (LAST_TERM / self._last_term) ** (2 / TERMS)
+        factor: float = (smooth / ROUNDED) ** BETWEEN
+        return ROUNDED * factor
 
     def finish(self, f: Function, h: Real) -> None:
         """The coefficients of the polynomials, in time, where ``advance`` reads them."""

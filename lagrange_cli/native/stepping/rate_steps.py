@@ -122,16 +122,16 @@ class RateSteps(RatesAtNodes):
         not to be shorter because of rounding."""
 
     def judged(
-        self, f: Function, doubtful: Bit, least: float, factor: Callable[[], tuple[Real, Bit]]
+        self, f: Function, doubtful: Bit, factor: Callable[[], tuple[Real, Bit, Bit]]
     ) -> tuple[Real, Bit]:
-        """The ``factor`` by which a step should be longer, and whether its rates are finite. If it is below
-        the ``least`` one, and ``doubtful``, what rounding explains is measured first."""
+        """The ``factor`` by which a step should be longer, and whether its rates are finite. If rounding may
+        have made it small, and it is ``doubtful``, what rounding explains is measured first."""
         kept, finite = f.variable(f.constant(0.0)), f.variable(Bit(f, "true"))
         with f.forever() as judging:
-            found, sound = factor()
+            found, sound, rounded = factor()
             kept.set(found)
             finite.set(sound)
-            with f.when(~((found < least) & sound & doubtful) | self.rounding.known(f)):
+            with f.when(~(rounded & sound & doubtful) | self.rounding.known(f)):
                 judging.leave()
             self.rounding.measure(f)
         return kept.get(), finite.get()
