@@ -173,3 +173,14 @@ def test_a_difference_of_parameters_has_the_direction_of_the_file():
     assert "a - R" not in text
     assert "p_theta = 7*(R - a)**2*m*theta_dot/5" in text
     assert "theta_ddot = -5*g*sin(theta)/(7*(R - a))" in text
+
+
+def test_an_exponential_of_time_is_divided_out():
+    """The damped oscillator by a Lagrangian (Goldstein, Poole and Safko, 3rd ed., derivation 2.14)."""
+    spec = spec_of("""
+        parameters: {m: 1, k: 4, gamma: 0.5}
+        coordinates: {q: {initial: 1}}
+        lagrangian: exp(gamma*t)*(m*q_dot**2/2 - k*q**2/2)
+        """)
+    line = "m*q_ddot + m*gamma*q_dot + k*q = 0   [q, divided by exp(gamma*t)]"
+    assert line in as_written(derive(spec), "text", "lagrange", {})
