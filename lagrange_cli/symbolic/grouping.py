@@ -210,8 +210,17 @@ def in_powers(terms: Terms, order: Order) -> sympy.Expr | None:
     if split is None:
         return None
     scale, found = split
-    factors = (by_functions(factor, order) ** exponent for factor, exponent in found)
+    factors = (as_written(by_functions(factor, order) ** exponent, order) for factor, exponent in found)
     return multiplied(term(content, number * scale), sympy.Mul(*factors))
+
+
+def as_written(product: sympy.Expr, order: Order) -> sympy.Expr:
+    """A product with its differences of parameters in the direction that the file has."""
+    pairs = [factor.as_base_exp() for factor in sympy.Mul.make_args(product)] if order.written else []
+    if not any(-base in order.written and exponent.is_Integer for base, exponent in pairs):
+        return product
+    turned = [(-base in order.written and exponent.is_Integer, base, exponent) for base, exponent in pairs]
+    return sympy.Mul(*((-1) ** e * (-base) ** e if turn else base**e for turn, base, e in turned))
 
 
 def by_functions(terms: Terms, order: Order) -> sympy.Expr:
@@ -249,7 +258,7 @@ def times_constant(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
     rest = from_terms(inner)
     mixed = any(exponent > 1 or len(m) > 1 for m in terms for _, exponent in m - content)
     if len(terms) > 2 and mixed and is_factored(inner):
-        rest = split(rest, inner)  # m2**2 + 2*m2*m3 + m3**2
+        rest = as_written(split(rest, inner), order)  # m2**2 + 2*m2*m3 + m3**2
     return multiplied(term(moving) * term(content, number), rest)
 
 
@@ -272,7 +281,13 @@ def is_factored(terms: Terms) -> bool:
 
 
 def with_leading_sign(terms: Terms, number: Number, order: Order) -> Number:
-    """The common number with the sign that leaves the first term of the sum positive."""
+    """The common number with the sign that leaves the first term of the sum positive, or a difference of
+    parameters as it is written in the file."""
+    if order.written and len(terms) > 1:
+        content, size = common_factor(terms)
+        rest = from_terms(divide(terms, content, abs(size)))
+        if rest in order.written or -rest in order.written:
+            return abs(number) if rest in order.written else -abs(number)
     first = min(terms, key=lambda monomial: order.term_key(term(monomial)))
     return abs(number) if terms[first] > 0 else -abs(number)
 

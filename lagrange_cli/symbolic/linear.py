@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import sympy
 
 from lagrange_cli.symbolic.canonical import contract, is_reducible, multiply, to_terms
-from lagrange_cli.symbolic.grouping import group, shortened
+from lagrange_cli.symbolic.grouping import group, shortened, with_leading_sign
 from lagrange_cli.symbolic.monomials import (
     ONE,
     Terms,
@@ -114,8 +114,7 @@ def quotient(numerator: Terms, denominator: Terms, order: Order) -> sympy.Expr:
         numerator, denominator = reduced(numerator, denominator)
     if denominator == {ONE: 1}:
         return group(numerator, order)
-    first = min(denominator, key=lambda monomial: order.term_key(term(monomial)))
-    sign = 1 if denominator[first] > 0 else -1
+    sign = with_leading_sign(denominator, 1, order)
     content, number = common_factor(numerator)
     above = group(expanded(divide(numerator, content, number)), order)
     return term(content, number * sign) * above / group(divide(denominator, ONE, sign), order)

@@ -160,3 +160,27 @@ def test_a_sum_of_negative_terms_has_its_sign_in_front():
         nonholonomic: {rolling: r*phi_dot - (R + r)*theta_dot}
         """)
     assert "= -(R + r)*lambda_rolling   [theta]" in as_written(derive(spec), "text", "lagrange", {})
+
+
+def test_a_difference_of_parameters_has_the_direction_of_the_file():
+    """A ball in a bowl, whose radius is the greater one, though it is the later one in the file."""
+    spec = spec_of("""
+        parameters: {a: 0.1, R: 1, m: 1, g: 9.81}
+        coordinates: {theta: {initial: 0.5}}
+        lagrangian: 7*m*(R - a)**2*theta_dot**2/10 + m*g*(R - a)*cos(theta)
+        """)
+    text = as_written(derive(spec), "text", "lagrange", {})
+    assert "a - R" not in text
+    assert "p_theta = 7*(R - a)**2*m*theta_dot/5" in text
+    assert "theta_ddot = -5*g*sin(theta)/(7*(R - a))" in text
+
+
+def test_an_exponential_of_time_is_divided_out():
+    """The damped oscillator by a Lagrangian (Goldstein, Poole and Safko, 3rd ed., derivation 2.14)."""
+    spec = spec_of("""
+        parameters: {m: 1, k: 4, gamma: 0.5}
+        coordinates: {q: {initial: 1}}
+        lagrangian: exp(gamma*t)*(m*q_dot**2/2 - k*q**2/2)
+        """)
+    line = "m*q_ddot + m*gamma*q_dot + k*q = 0   [q, divided by exp(gamma*t)]"
+    assert line in as_written(derive(spec), "text", "lagrange", {})

@@ -61,3 +61,25 @@ def test_a_shift_of_time() -> None:
         potential: m*g*bob.y
         """)
     assert [*found.values()] == ["a shift of t leaves the action unchanged"]
+
+
+def test_what_constraints_on_velocities_keep_makes_nothing_new() -> None:
+    """The turning of a carriage is constant, and so is its angle less that of its wheels; not told is their
+    product."""
+    found = told("""
+        parameters: {M: 1, a: 0.1, b: 0.5, g: 9.81, alpha: 0.2, I: M*a**2/2}
+        coordinates:
+          x: {initial: 0}
+          y: {initial: 0}
+          th: {initial: 0.3, velocity: 0.4}
+          p1: {initial: 0}
+          p2: {initial: 0}
+        lagrangian: >-
+          M*(x_dot**2 + y_dot**2) + M*b**2*th_dot**2/4 + I*(p1_dot**2 + p2_dot**2)/2 + 2*M*g*sin(alpha)*y
+        nonholonomic:
+          n: x_dot*cos(th) + y_dot*sin(th)
+          r1: x_dot*sin(th) - y_dot*cos(th) - a*p1_dot - b*th_dot/2
+          r2: x_dot*sin(th) - y_dot*cos(th) - a*p2_dot + b*th_dot/2
+        """)
+    (integral,) = [one for one in found if one.startswith("I_")]
+    assert "sin(alpha)*sin(th)" in integral
