@@ -149,7 +149,7 @@ def double(equations: Specification) -> MotionCode:
             short, given = arrange(series, RATES), (equations.constants, equations.emitter)
             brief, room, operations = write_jet(residual, series, *given, short, BRIEF, alone=False)
             name, jet = BRIEF, jet + brief
-        families = related(residual.model, fewest=2)
+        families = related(residual.model, fewest=2) + related_integrals(equations)
         rates = replace(given_of(equations, room, project), rates=name, related=families)
         work, text = on_rates(equations.scheme, rates, partial(of_residual, residual), work)
         steps.append(text)

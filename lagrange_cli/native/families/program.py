@@ -152,7 +152,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             own, name = made.work, BRIEF
             texts.append(made.text)
         families = related(self.system.spec)
-        given = replace(self.given(interface, own, floors), rates=name, related=families)
+        given = replace(self.given(interface, own, floors), rates=name, related=[*families, *self.alike])
         if self.poles:
             given = replace(given, approach=approach(self, self.poles, self.bounds, self.span))
         work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
@@ -180,7 +180,12 @@ class FamilyProgram(Returning, Observation, MotionJets):
         """The same, with integrals that are measured by the largest one of their family."""
         if not (given.floors and lengths.floor):
             return given
-        return replace(given, related=of_names(self.integrals, self.layout.integrals.start - self.degrees))
+        return replace(given, related=self.alike)
+
+    @property
+    def alike(self) -> list[tuple[int, int]]:
+        """The integrals of each family: the first one, and their number."""
+        return of_names(self.integrals, self.layout.integrals.start - self.degrees)
 
     def given(self, interface: Interface, work: int, floors: str) -> Given:
         """What steps need to know of the motion."""

@@ -19,9 +19,11 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
 from lagrange_cli.native.stepping.given import Given
+from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.polynomial import powers
 from lagrange_cli.native.stepping.rate_places import HEADER, Places, span_of
 from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
+from lagrange_cli.native.stepping.related import FAINT, HARDLY_SEEN, write_fastest
 
 ORDER = TERMS + 2
 """The degree of q's polynomials."""
@@ -58,7 +60,7 @@ AHEAD = 8.0
 class GaussRadauSteps(RateSteps):
     """Steps of ``ias15``."""
 
-    order, compares, approaches = ORDER, True, True
+    order, beside, compares, approaches = ORDER, True, True, True
     most, shorter = 2.0, 0.0625
 
     @staticmethod
@@ -110,6 +112,7 @@ class GaussRadauSteps(RateSteps):
         wide, rows = [f.splat(one, lanes) for one in powers(ratio, TERMS)], inverse(products())
         length, zero = f.splat(h, lanes), f.zero(lanes)
         least = f.splat(self._largest(f, length) * BESIDE, lanes) if self.mutual else zero
+        self._measure_related(f, length)
         with self._each(f, self._count) as i:
             before = layout.carried_at + HEADER
             b = [f.load_row("%state", i + (before + k * self.span), lanes) * wide[k] for k in range(TERMS)]
@@ -131,6 +134,21 @@ class GaussRadauSteps(RateSteps):
             there = self._among(f, i, self._count) & (size > SMALLEST)
             one = length / f.select(there, size, f.splat(f.constant(1.0), lanes))
             f.store_row(f.select(there, one, zero), "%work", i + self.scale)
+
+    def _measure_related(self, f: Function, length: Real) -> None:
+        """Write down what velocities are measured by at least, beside the largest one, and integrals, beside
+        that of their family: as it is, or will be after the ``length`` of the step. In a chain at rest that
+        is pushed, the motion far away grows as a power of t that polynomials do not have."""
+        rates = self._places.begin - self.lengths.degrees
+
+        def size(row: Row) -> Real:
+            return f.larger(f.magnitude(row.at("%state")), f.magnitude(row.at("%work", rates)) * length)
+
+        lengths, least = self.lengths, bool(self.given.floors)
+        if lengths.floor:
+            every = [(0, lengths.degrees)]
+            write_fastest(f, lengths, every, lengths.floor, f.constant(FAINT), size, least=least)
+            write_fastest(f, lengths, self.alike, lengths.floor, f.constant(HARDLY_SEEN), size)
 
     def _largest(self, f: Function, length: Real) -> Real:
         """The largest velocity, or acceleration times the ``length`` of the step."""

@@ -57,7 +57,11 @@ class Steps(ABC):
         rows = first + silent, given.state.quadratures - silent
         self._multipliers = first + arguments, given.multipliers
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
-        self.related = [one for one in given.related if one[0] < given.state.degrees]
+        self.related: Sequence[tuple[int, int]] = [
+            one for one in given.related if one[0] < given.state.degrees
+        ]
+        self.alike = [one for one in given.related if one[0] >= given.state.degrees]
+        """Velocities and integrals that are measured by the largest one of their family, too."""
         self.noise = self._noise()
         self.sizes = StepSize(
             lengths, given.tolerance, rest, fades=self.parts == 1,
@@ -68,7 +72,7 @@ class Steps(ABC):
             self.quadratures = Quadratures(
                 lengths, *rows, given.tolerance, self.bounds, beyond=sums.beyond,
                 rest=AT_REST if given.proving[1] else 0.0, known=self.state.errors,
-                related=[one for one in given.related if one[0] >= given.state.degrees],
+                related=self.alike,
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = None

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
 from lagrange_cli.native.stepping.acceptance import PredictionBounds, accepted
-from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.related import write_floors
 from lagrange_cli.native.stepping.step_size import ENDLESS, LARGEST_GUESS, StepSize
 from lagrange_cli.records import replace
@@ -71,8 +71,16 @@ class Quadratures:
     def measure(self, f: Function, state: Pointer, work: Pointer, left: Real | None = None) -> None:
         """Write down what integrals are measured by at least, beside the largest one of their family, as it
         is or will be after what is ``left`` of a step."""
-        if self._related:
-            write_floors(f, self.lengths, self._related, state, work, left)
+        if not self._related:
+            return
+
+        def size(row: Row) -> Real:
+            one = f.magnitude(row.at(state))
+            if left is None:
+                return one
+            return f.larger(one, f.magnitude(row.series(work)[1]) * row.lengths.wide(f, left))
+
+        write_floors(f, self.lengths, self._related, size, work)
 
     def allow(self, f: Function, allowed: Pointer) -> None:
         """Add the known rounding errors to what integrands may be off by after a step; they are less and less

@@ -88,7 +88,7 @@ class RateNoise:
         longest = f.load("%state", steps.state.carried_at + LONGEST)
         with lengths.each(f) as row:
             row.put(f.zero(lanes), "%work", ways)
-        write_fastest(f, lengths, steps.given.related, ways, longest * FAMILY)
+        write_fastest(f, lengths, steps.related, ways, longest * FAMILY)
         longest = lengths.wide(f, longest)
         f.copy_rows((node, 0), (kept, 0), width, lanes)
         with f.loop(0, WAYS, tested=False) as way:
@@ -114,7 +114,7 @@ class RateNoise:
                     else:
                         parts = row.at(half) * EXPLAINED, change * EXPLAINED
                         keep_larger(row, self.place, *parts, partial(self._counts, row))
-        for first, count in steps.given.related:
+        for first, count in steps.related:
             self._where_none(f, first + degrees, count)
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)

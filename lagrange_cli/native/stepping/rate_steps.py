@@ -59,6 +59,8 @@ class RateSteps(RatesAtNodes):
     """How often a step is taken again before rounding errors of rates are measured."""
     approaches = False
     """Whether it takes short steps near poles (``Given.approach``)."""
+    beside = False
+    """Whether velocities are measured beside the largest one (``Lengths.floor``)."""
     compares = False
     """Whether rates at the end of a step are compared with those that its polynomials have there."""
     most: float
@@ -68,7 +70,9 @@ class RateSteps(RatesAtNodes):
 
     def __init__(self, given: Given) -> None:
         layout, order, places = given.state, self.order, self.places_of(given)
-        lengths = side_by_side(layout.degrees, layout.rows, order, places.floor if given.floors else 0)
+        lengths = side_by_side(layout.degrees, layout.rows, order, places.floor)
+        if not (given.floors or (self.beside and layout.degrees > 1)):
+            lengths = replace(lengths, floor=0)
         super().__init__(given, lengths, places)
         self.noise = None
         self.rounding = RateNoise(self, places.begin, places.spare, places.modes, places.state)

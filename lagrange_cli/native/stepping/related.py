@@ -9,13 +9,13 @@ The integrals of forces, in the balances of momenta, are measured by that of the
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
-from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.lengths import Lengths, Row
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 FAINT = 2.0**-52
 """The part of the fastest velocity."""
+HARDLY_SEEN = 0.125
+"""The part of the largest integral by which others are measured where sizes are those after a step: errors
+are less than the rounding error of the largest one."""
 FEWEST = 4
 """Families of fewer members have no tail."""
 
@@ -45,31 +48,31 @@ def of_names(names: Iterable[str], first: int = 0, fewest: int = FEWEST) -> list
 
 def write_floors(
     f: Function, lengths: Lengths, related: Sequence[tuple[int, int]],
-    state: Pointer | str = "%state", work: Pointer | str = "%work", over: Real | None = None,
+    size: Callable[[Row], Real] | None = None, work: Pointer | str = "%work",
 ) -> None:  # fmt: skip
     """Write down the least that velocities are measured by, where ``Lengths.floor`` is."""
-    write_fastest(f, lengths, related, lengths.floor, f.constant(FAINT), state, work, over)
+    write_fastest(f, lengths, related, lengths.floor, f.constant(FAINT), size, work)
 
 
 def write_fastest(
     f: Function, lengths: Lengths, related: Sequence[tuple[int, int]], place: int, part: Real,
-    state: Pointer | str = "%state", work: Pointer | str = "%work", over: Real | None = None,
+    size: Callable[[Row], Real] | None = None, work: Pointer | str = "%work", *, least: bool = False,
 ) -> None:  # fmt: skip
     """Write this ``part`` of the fastest velocity of its family to the row of each velocity, from a ``place``
-    in ``%work`` on; and of the largest integral, whose numbers go on behind those of velocities. What rests
-    yet is as large as it will be after a time ``over``, where that is given."""
+    in ``%work`` on; and of the largest integral, whose numbers go on behind those of velocities. How large
+    they are is their ``size``, or that of the numbers in the state. What is there is replaced, or where it is
+    to be the ``least``, made larger."""
     for first, count in related:
         fastest, last = f.variable(f.zero(lengths.lanes)), first + count
         first += lengths.degrees
         last += lengths.degrees
         start = lengths.vector(first)
         with lengths.each(f, start, last) as row:
-            speed = f.magnitude(row.at(state))
-            if over is not None:
-                speed = f.larger(speed, f.magnitude(row.series(work)[1]) * lengths.wide(f, over))
+            speed = size(row) if size else f.magnitude(row.at("%state"))
             speed = row.only(row.among(first, count), speed)
             fastest.set(f.larger(fastest.get(), speed))
-        least = lengths.wide(f, lengths.gather(f, "fmax", fastest.get()) * part)
+        found = lengths.wide(f, lengths.gather(f, "fmax", fastest.get()) * part)
         with lengths.each(f, start, last) as row:
             before = row.at(work, place)
-            row.put(f.select(row.among(first, count), least, before), work, place)
+            new = f.larger(found, before) if least else found
+            row.put(f.select(row.among(first, count), new, before), work, place)
