@@ -33,6 +33,9 @@ LONGER, APART = 16.0, 0.125
 """By what factor at most, and by which one where rates are not finite."""
 SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
 STRAIGHT = 3
+STOPPED = 64.0
+"""Friction along a vector has stopped it where it is so many times as large as what the tolerance allows
+velocities: steps across this are as short as that, and have errors as large."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,8 @@ class RateSteps(RatesAtNodes):
         self.watching = None
         if self.guards:
             assert given.guards
-            self.guards = replace(self.guards, interpolated=True)
+            close = STOPPED * given.tolerance
+            self.guards = replace(self.guards, interpolated=True, close=close)
             self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
