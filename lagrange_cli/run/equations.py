@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import LagrangeError, SpecError, TooLargeSystem
+from lagrange_cli.expression.syntax import names
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import graph_model, located
 from lagrange_cli.run.monitor import Stage, untimed
@@ -88,8 +89,8 @@ def derive(
         equations = derive_equations(build_model(spec, SympyAlgebra()))
         further = further_conserved(graph_model(spec, ExactGraphAlgebra()), equations)
         conserved = (*equations.conserved, *further)
-        names = {each.quantity for each in further}
-        changing = tuple(each for each in equations.changing if each.quantity not in names)
+        quantities = {each.quantity for each in further}
+        changing = tuple(each for each in equations.changing if each.quantity not in quantities)
         freedom = spec.degrees_of_freedom
         told = replace(equations, conserved=conserved, changing=changing, degrees_of_freedom=freedom)
         return Derived(spec, told, work)
@@ -156,7 +157,13 @@ def further_conserved(model: Model[Node], equations: Equations) -> list[Conserve
     from lagrange_cli.symbolic.grouping import neat
     from lagrange_cli.symbolic.order import Role
 
-    found, every = [], [*symmetries(model, conservation(model)[1])]
+    known = conservation(model)[1]
+    every = [*symmetries(model, known)]
+    if model.spec is not None and any(any(names(one.value.tree)) for one in model.spec.parameters):
+        from lagrange_cli.mechanics.conserved.related import related  # what formulas of parameters cause
+
+        every += related(model, known, every)
+    found = []
     if model.constraints and any(each.quantity == "T + U" for each in equations.changing):
         every += total_energy(model)
     for one in every:

@@ -50,7 +50,7 @@ def balance(
             kinds = "a generalized force" * (force != 0), "a force of constraint" * (own != 0)
             acting = " and ".join(filter(None, kinds))
             because = f"`{name}` is cyclic, but {acting} {'act' if all(kinds) else 'acts'} on it"
-            changing.append(Changing(f"p_{name}", tidy(force + own, order), because))
+            changing.append(Changing(f"p_{name}", rate_of(force + own, order), because))
     balance_energy(model, order, energies, forces, accelerations, constraints, conserved, changing)
     changes, surfaces = changes_of(model), surfaces_of_events(model)
     return tuple(broken(each, changes, surfaces, order) for each in conserved), tuple(changing)
@@ -123,7 +123,7 @@ def balance_energy(
         reasons = ["`L` contains `t` explicitly"] if slip != 0 or branching else []
         if any(working):
             reasons.append(" and ".join(filter(None, working)) + " do work")
-        rate = tidy(slip + power + drawn, order)
+        rate = rate_of(slip + power + drawn, order)
         jumping = lagrangian.atoms(Sign, Switch)
         jumps = (slip == 0 and branching) or any(model.time in node.free_symbols for node in jumping)
         jump = "; where `L` jumps at a time, `h` changes by the opposite" if jumps else ""
@@ -135,12 +135,22 @@ def balance_energy(
         return
     *slopes, drift = gradient(difference, [*model.q, *model.v, model.time])
     rates = [one * rate for one, rate in zip(slopes, [*model.v, *accelerations], strict=True)]
-    rate = tidy(sympy.Add(*rates, drift, slip, power, drawn), order)
+    rate = rate_of(sympy.Add(*rates, drift, slip, power, drawn), order)
     because = "the embedding contains `t`, so that the constraint forces do work"
     if rate == 0:
         conserved.append(Conserved("T + U", tidy(kinetic + potential, order), "its rate of change is zero"))
     else:
         changing.append(Changing("T + U", rate, because))
+
+
+def rate_of(expression: sympy.Expr, order: Order) -> sympy.Expr:
+    """A rate of change in textbook form."""
+    plain = tidy(expression, order)
+    if not plain.is_Add:
+        return plain
+    from lagrange_cli.symbolic.compact import compact  # of several terms
+
+    return compact(plain, order)
 
 
 def describe_energy(model: Model[sympy.Expr], energies: Energies, order: Order) -> str:

@@ -7,6 +7,7 @@ sum_k v_k d/dq_k + a_k d/dv_k + d/dt.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import sympy
@@ -30,6 +31,9 @@ from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.slopes import along_motion, gradient
 from lagrange_cli.symbolic.textbook import textbook_form
 from lagrange_cli.symbolic.work import check_size
+
+DIFFERENCE = re.compile(r"\(\s*\w+\s*-\s*\w+\s*\)")
+"""What a difference of two parameters looks like."""
 
 
 def derive_equations(model: Model[sympy.Expr]) -> Equations:
@@ -139,7 +143,11 @@ def textbook_order(
         (Role.ACCELERATION, a),
     )
     ranks = {symbol: (role, rank) for role, symbols in roles for rank, symbol in enumerate(symbols)}
-    return Order(ranks, model.spec is None or model.spec.decimals)
+    if model.spec is None or not DIFFERENCE.search(model.spec.text):
+        return Order(ranks, model.spec is None or model.spec.decimals)
+    from lagrange_cli.symbolic.differences import written_differences  # few files have them
+
+    return Order(ranks, model.spec.decimals, written_differences(model.spec))
 
 
 def kinetic_energy(model: Model[sympy.Expr]) -> sympy.Expr:

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 class Equation:
     """One Euler-Lagrange equation, ``left = right``, in textbook form.
 
-    ``right`` holds the terms without coordinates and velocities. ``factor``, made of parameters and
-    numbers, has been divided out: d/dt dL/dv_k - dL/dq_k - Q_k = factor * (left - right), with forces of
-    constraint in Q_k, which stand on the right.
+    ``right`` holds the terms without coordinates and velocities. ``factor``, made of parameters, numbers and
+    exponentials of t, has been divided out: d/dt dL/dv_k - dL/dq_k - Q_k = factor * (left - right), with
+    forces of constraint in Q_k, which stand on the right.
     """
 
     left: sympy.Expr

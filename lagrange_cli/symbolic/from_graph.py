@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import pi
 
 import sympy
 
@@ -12,14 +11,10 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.symbolic import FUNCTIONS
 from lagrange_cli.expression.symbolic_switches import OfExpressions
 
+PLAIN = 1000
+"""Fractions with lesser denominators are written as they are."""
 LARGEST = 2000
 """Nodes of the largest expression that is written out."""
-TWELFTHS = 12
-"""Parts of pi, or of its reciprocal, that are recognized."""
-LARGEST_DENOMINATOR = 1 << 40
-"""The largest denominator of a fraction that is written as it is."""
-DENOMINATOR = 5000
-"""The largest denominator of the square of a root that is recognized."""
 
 
 def from_graph(node: Node) -> sympy.Expr | None:
@@ -62,16 +57,12 @@ def _power(base: sympy.Expr, exponent: sympy.Expr) -> sympy.Expr:
 
 
 def number(value: float | Fraction) -> sympy.Expr:
-    """The exact rational, or a simple multiple of pi or 1/pi, or the root of a simple fraction."""
-    for factor, multiple in ((sympy.pi, float(value) / pi), (1 / sympy.pi, float(value) * pi)):
-        parts = round(multiple * TWELFTHS)
-        if parts and abs(multiple * TWELFTHS - parts) < 1e-12 * abs(parts):
-            return sympy.Rational(parts, TWELFTHS) * factor
-    if isinstance(value, float) or value.denominator > LARGEST_DENOMINATOR:
-        square = Fraction(float(value) ** 2).limit_denominator(DENOMINATOR)
-        if square and abs(float(value) ** 2 - square) < 1e-15 * square:
-            root = sympy.sqrt(sympy.Rational(square.numerator, square.denominator))
-            return root if value > 0 else -root
-    if isinstance(value, float):
-        return sympy.Rational(repr(value))
-    return sympy.Rational(value.numerator, value.denominator)
+    """As people write it: an exact fraction or the root of one, or one of these times pi or 1/pi."""
+    if not isinstance(value, float) and value.denominator < PLAIN:
+        return sympy.Rational(value.numerator, value.denominator)
+    from lagrange_cli.expression.written import as_written
+
+    found, root, turns = as_written(abs(value))
+    size = sympy.Rational(found.numerator, found.denominator)
+    whole = (sympy.sqrt(size) if root else size) * sympy.pi**turns
+    return whole if value >= 0 else -whole

@@ -6,10 +6,12 @@ import sympy
 
 from lagrange_cli.symbolic.canonical import contract, settled, to_terms
 from lagrange_cli.symbolic.monomials import (
+    ONE,
     Monomial,
     Number,
     Terms,
     TooLargeError,
+    add_into,
     combine,
     common_factor,
     degree,
@@ -81,6 +83,8 @@ def is_power_of_sum(factor: sympy.Expr) -> bool:
 
 def group(terms: Terms, order: Order) -> sympy.Expr:
     """The sum of the terms, collected by their velocities, accelerations and roots."""
+    if any(is_power_of_speed(item, order) for monomial in terms for item in monomial):
+        terms = with_shared_speeds(terms, order)
     groups: dict[Monomial, Terms] = {}
     for monomial, coefficient in terms.items():
         moving = frozenset(item for item in monomial if is_of_motion(item, order))
@@ -123,9 +127,43 @@ def with_denominators(moving: Monomial, terms: Terms, order: Order) -> sympy.Exp
     return one if size_of(one) < size_of(each) else each
 
 
+def with_shared_speeds(terms: Terms, order: Order) -> Terms:
+    """The sum, with different powers of sums of velocities over the lowest of them where that is shorter:
+    m v^2/u + m c^2 u = m c^2/u with u = sqrt(1 - v^2/c^2)."""
+    from lagrange_cli.symbolic.common_denominators import over_one_denominator
+
+    parts: dict[Monomial, Terms] = {}
+    for monomial, coefficient in terms.items():
+        kind = frozenset(
+            (base, exponent % 1) if is_power_of_speed((base, exponent), order) else (base, exponent)
+            for base, exponent in monomial
+            if is_power_of_speed((base, exponent), order) or order.role(base) >= Role.ACCELERATION
+        )
+        parts.setdefault(kind, {})[monomial] = coefficient
+    found: Terms = {}
+    for part in parts.values():
+        try:
+            joined = over_one_denominator(part) if len(part) > 1 else None
+        except TooLargeError:  # it would not be shorter
+            joined = None
+        if joined is not None:
+            numerator, denominator = joined
+            other = {combine(monomial, denominator): number for monomial, number in numerator.items()}
+            part = other if size_of(from_terms(other)) < size_of(from_terms(part)) else part
+        add_into(found, part)
+    return found
+
+
+def is_power_of_speed(item: tuple[sympy.Expr, Number], order: Order) -> bool:
+    """Whether this factor of a monomial is a power of a sum with velocities, as in relativity."""
+    base, exponent = item
+    odd = exponent < 0 or exponent.denominator != 1
+    return bool(odd and base.is_Add and order.role(base) >= Role.VELOCITY)
+
+
 def once(factor: Monomial, terms: Terms, order: Order) -> sympy.Expr:
     """A common factor of terms, written once."""
-    return term(factor) * factored(terms, order) if factor else collected(terms, order)
+    return factored(terms, order, factor) if factor else collected(terms, order)
 
 
 def is_of_motion(item: tuple[sympy.Expr, Number], order: Order) -> bool:
@@ -140,11 +178,13 @@ def is_sum(item: tuple[sympy.Expr, Number], order: Order) -> bool:
     return bool(base.is_Add) and order.role(base) > Role.PARAMETER
 
 
-def factored(terms: Terms, order: Order) -> sympy.Expr:
-    """The sum as one product: its common factor times the rest."""
+def factored(terms: Terms, order: Order, factor: Monomial = ONE) -> sympy.Expr:
+    """The sum, times a factor, as one product: with its common factor in front."""
     content, number = common_factor(terms)
     number = with_leading_sign(terms, number, order)
-    return multiplied(term(content, number), collected(divide(terms, content, number), order))
+    return multiplied(
+        term(combine(factor, content), number), collected(divide(terms, content, number), order)
+    )
 
 
 def collected(terms: Terms, order: Order) -> sympy.Expr:
@@ -170,8 +210,17 @@ def in_powers(terms: Terms, order: Order) -> sympy.Expr | None:
     if split is None:
         return None
     scale, found = split
-    factors = (by_functions(factor, order) ** exponent for factor, exponent in found)
+    factors = (as_written(by_functions(factor, order) ** exponent, order) for factor, exponent in found)
     return multiplied(term(content, number * scale), sympy.Mul(*factors))
+
+
+def as_written(product: sympy.Expr, order: Order) -> sympy.Expr:
+    """A product with its differences of parameters in the direction that the file has."""
+    pairs = [factor.as_base_exp() for factor in sympy.Mul.make_args(product)] if order.written else []
+    if not any(-base in order.written and exponent.is_Integer for base, exponent in pairs):
+        return product
+    turned = [(-base in order.written and exponent.is_Integer, base, exponent) for base, exponent in pairs]
+    return sympy.Mul(*((-1) ** e * (-base) ** e if turn else base**e for turn, base, e in turned))
 
 
 def by_functions(terms: Terms, order: Order) -> sympy.Expr:
@@ -209,7 +258,7 @@ def times_constant(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
     rest = from_terms(inner)
     mixed = any(exponent > 1 or len(m) > 1 for m in terms for _, exponent in m - content)
     if len(terms) > 2 and mixed and is_factored(inner):
-        rest = split(rest, inner)  # m2**2 + 2*m2*m3 + m3**2
+        rest = as_written(split(rest, inner), order)  # m2**2 + 2*m2*m3 + m3**2
     return multiplied(term(moving) * term(content, number), rest)
 
 
@@ -232,7 +281,13 @@ def is_factored(terms: Terms) -> bool:
 
 
 def with_leading_sign(terms: Terms, number: Number, order: Order) -> Number:
-    """The common number with the sign that leaves the first term of the sum positive."""
+    """The common number with the sign that leaves the first term of the sum positive, or a difference of
+    parameters as it is written in the file."""
+    if order.written and len(terms) > 1:
+        content, size = common_factor(terms)
+        rest = from_terms(divide(terms, content, abs(size)))
+        if rest in order.written or -rest in order.written:
+            return abs(number) if rest in order.written else -abs(number)
     first = min(terms, key=lambda monomial: order.term_key(term(monomial)))
     return abs(number) if terms[first] > 0 else -abs(number)
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import sympy
 
-from lagrange_cli.symbolic.canonical import contract, multiply, to_terms
-from lagrange_cli.symbolic.grouping import group, shortened
+from lagrange_cli.symbolic.canonical import contract, is_reducible, multiply, to_terms
+from lagrange_cli.symbolic.grouping import group, shortened, with_leading_sign
 from lagrange_cli.symbolic.monomials import (
     ONE,
     Terms,
@@ -109,16 +109,25 @@ def quotient(numerator: Terms, denominator: Terms, order: Order) -> sympy.Expr:
     if not numerator:
         return sympy.S.Zero
     content, number = common_factor(denominator)
-    numerator, denominator = divide(numerator, content, number), divide(denominator, content, number)
+    numerator, denominator = (expanded(divide(one, content, number)) for one in (numerator, denominator))
     if len(denominator) > 1 and len(numerator) + len(denominator) <= LARGEST_FRACTION:
         numerator, denominator = reduced(numerator, denominator)
     if denominator == {ONE: 1}:
         return group(numerator, order)
-    first = min(denominator, key=lambda monomial: order.term_key(term(monomial)))
-    sign = 1 if denominator[first] > 0 else -1
+    sign = with_leading_sign(denominator, 1, order)
     content, number = common_factor(numerator)
-    above = group(divide(numerator, content, number), order)
+    above = group(expanded(divide(numerator, content, number)), order)
     return term(content, number * sign) * above / group(divide(denominator, ONE, sign), order)
+
+
+def expanded(terms: Terms) -> Terms:
+    """The sum, with the powers of sums expanded that a division has left: a root divided by its inverse."""
+    if not any(is_reducible(base, exponent) for monomial in terms for base, exponent in monomial):
+        return terms
+    total: Terms = {}
+    for monomial, coefficient in terms.items():
+        add_into(total, to_terms(term(monomial, coefficient)))
+    return contract(total)
 
 
 def reduced(numerator: Terms, denominator: Terms) -> tuple[Terms, Terms]:

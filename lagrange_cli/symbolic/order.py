@@ -40,6 +40,8 @@ class Order:
 
     ranks: dict[sympy.Symbol, tuple[Role, int]]
     decimals: bool = True
+    written: frozenset[sympy.Expr] = frozenset()
+    """Differences of parameters that are written in this direction."""
     known: dict[sympy.Expr, tuple[Role, tuple[int, ...]]] = field(default_factory=dict, compare=False)
     keys: dict[sympy.Expr, tuple[Any, ...]] = field(default_factory=dict, compare=False)
 
@@ -131,10 +133,12 @@ class Order:
         return terms
 
     def is_reversed(self, expression: sympy.Expr) -> bool:
-        """Whether it is like r - R for (R - r)**2, with R first in the file: parameters of which the first
-        one has a minus sign."""
+        """Whether it is like r - R for (R - r)**2, with R - r or R first in the file: parameters of which the
+        first one has a minus sign."""
         if self.role(expression) is not Role.PARAMETER:
             return False
+        if expression in self.written or -expression in self.written:
+            return expression not in self.written
         return is_negative(min(sympy.Add.make_args(expression), key=self.term_key))
 
 

@@ -22,8 +22,8 @@ from lagrange_cli.symbolic.work import check_size, size_of
 
 
 def textbook_form(left: sympy.Expr, order: Order) -> Equation:
-    """``left = 0`` without common factors of parameters and common denominators; what does not depend on the
-    motion, and forces of constraint, on the right.
+    """``left = 0`` without common factors that are not zero and common denominators; what does not depend on
+    the motion, and forces of constraint, on the right.
 
     The factor may be divided out although a parameter could be zero: it then makes the mass matrix singular.
     """
@@ -44,9 +44,9 @@ def length(form: Equation) -> int:
 
 def divided_by(denominator: Monomial, terms: Terms, order: Order) -> Equation:
     """The equation with both sides, sorted, divided by powers of functions of the coordinates, and by common
-    factors of parameters."""
+    factors of parameters and exponentials of t."""
     content, number = common_factor(terms)
-    content = frozenset((base, e) for base, e in content if order.role(base) is Role.PARAMETER)
+    content = frozenset((base, e) for base, e in content if is_never_zero(base, order))
     content = combine(content, denominator)
     if accelerated := [c for m, c in terms.items() if any(order.role(b) is Role.ACCELERATION for b, _ in m)]:
         number = abs(number) if accelerated[0] > 0 else -abs(number)
@@ -59,6 +59,12 @@ def divided_by(denominator: Monomial, terms: Terms, order: Order) -> Equation:
         else:
             given[monomial] = -coefficient
     return Equation(group(moving, order), group(given, order), term(content, number))
+
+
+def is_never_zero(base: sympy.Expr, order: Order) -> bool:
+    """Whether a common factor can be divided out: of parameters, or an exponential of t."""
+    role = order.role(base)
+    return role is Role.PARAMETER or (role is Role.TIME and base.func is sympy.exp)
 
 
 def common_denominators(terms: Terms, order: Order) -> list[Monomial]:

@@ -65,6 +65,14 @@ def test_where_both_sides_meet_the_nearest_closure_is_taken_to_all_digits():
     assert [one.name for one in found.changed if one.given is None] == ["y"]
 
 
+def test_from_the_centre_where_constraints_depend_on_each_other_the_nearest_are_found():
+    """At x = s = 0 both constraints turn with y alone. Before, places where one of them holds were nearer."""
+    with pytest.raises(SpecError) as caught:
+        start(CRANK, forced=True, x=0.0, s=0.0)
+    listed = numbers(r"x = (\S+), y = (\S+), s = (\S+)", caught.value.problems[0].message)
+    np.testing.assert_allclose(listed, [(-0.5, 0, 0.7), (0.5, 0, -0.7)], atol=1e-12)
+
+
 def test_without_being_asked_for_it_is_refused_with_each_residual_at_its_line():
     missing, crank, rod = refused(CRANK, x=-0.4)
     assert (missing.line, crank.line, rod.line) == (4, 9, 10)
@@ -170,3 +178,24 @@ def test_no_other_search_finds_a_nearer_state(seed):
     for state in states:
         assert np.abs(constraints(np.array(state))).max() < 1e-9
         assert gap(np.array(state)) <= best * (1 + 1e-5) + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("constraint", "function"),
+    [("norm(a - b)", "norm"), ("-2*norm(a - b)/k", "norm"), ("d", "sqrt"), ("k*sqrt(x)", "sqrt")],
+)
+def test_a_length_that_is_to_be_0_is_refused_for_what_it_is(constraint, function):
+    """Before: no finite derivative at the initial state, or a coordinate that the constraint leaves free."""
+    text = f"""
+    parameters: {{k: 2}}
+    coordinates: {{x: {{initial: 1}}, y: {{initial: 0}}, u: {{initial: 1}}, w: {{initial: 0}}}}
+    definitions: {{d: "sqrt((x - u)**2 + (y - w)**2)"}}
+    masses: {{a: 1, b: 2}}
+    positions: {{a: [x, y], b: [u, w]}}
+    constraints: {{joint: {constraint}}}
+    """
+    (problem,) = refused(text)
+    assert problem.line == 7
+    assert problem.message == (
+        f"constraint 'joint' has no derivative where it is satisfied: {function}(...) is 0 there"
+    )

@@ -1,8 +1,11 @@
 """What is conserved, why, and what is not."""
 
 import pytest
+import sympy
 
+from lagrange_cli.run.equations import derive
 from lagrange_cli.symbolic.statements import plain
+from tests.support.motion import spec_of
 from tests.support.systems import NAMES, agree_at_random, derived, equations_of, same
 
 CONSERVED = {
@@ -127,3 +130,23 @@ def test_what_jumps_depends_on_its_argument_although_its_derivative_vanishes(jum
     )
     assert {e.quantity for e in derived(system.format(jump.format("x"))).conserved} == {"p_z", "h"}
     assert {e.quantity for e in derived(system.format(jump.format("t"))).conserved} == {"p_x", "p_z"}
+
+
+def test_what_formulas_of_parameters_conserve_is_printed():
+    """The integral of the swinging Atwood machine whose masses are 3 : 1 (N. B. Tufillaro 1986)."""
+    text = """
+        parameters: {m: 1, M: 3*m, g: 9.81}
+        coordinates: {r: {initial: 1}, theta: {initial: 1.2}}
+        masses: {swing: m, weight: M}
+        positions: {swing: [r*sin(theta), -r*cos(theta)], weight: [0, r]}
+        potential: m*g*swing.y + M*g*weight.y
+        """
+    (found,) = [one for one in derive(spec_of(text)).equations.conserved if one.quantity == "A_y"]
+    assert found.because.endswith("only where M = 3*m")
+    r, theta, v, w, m, g = sympy.symbols("r theta r_dot theta_dot m g")
+    sin, cos = sympy.sin(theta / 2), sympy.cos(theta / 2)
+    known = r**2 * w * (v * cos - r * w * sin / 2) + g * r**2 * sin * cos**2
+    written = found.expression.subs(sympy.cos(theta), 2 * cos**2 - 1)
+    assert sympy.expand(written + 2 * m * known) == 0
+    without = derive(spec_of(text.replace("3*m", "3"))).equations.conserved
+    assert [one.quantity for one in without] == ["h"]

@@ -5,6 +5,7 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lagrange_cli.run.equations import as_written, derive
 from lagrange_cli.symbolic import common_denominators
 from lagrange_cli.symbolic.canonical import contract, to_terms
 from lagrange_cli.symbolic.common_denominators import over_one_denominator
@@ -14,6 +15,7 @@ from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.squares import shortest
 from tests.support.draws import examples
+from tests.support.motion import spec_of
 from tests.support.systems import agree_at_random, derived, expression
 
 BIPOLAR = "a*sinh(v)/(cosh(v) - cos(u)), a*sin(u)/(cosh(v) - cos(u))"
@@ -148,3 +150,37 @@ def test_powers_of_sums_are_found(drawn, exponent):
     assert agree_at_random(expanded, found)
     if not base.has(sympy.Function):
         assert not found.is_Add
+
+
+def test_a_sum_of_negative_terms_has_its_sign_in_front():
+    spec = spec_of("""
+        parameters: {R: 1, r: 0.2, g: 9.81}
+        coordinates: {theta: {initial: 0.1}, phi: {initial: 0}}
+        lagrangian: (theta_dot**2 + phi_dot**2)/2 - g*cos(theta)
+        nonholonomic: {rolling: r*phi_dot - (R + r)*theta_dot}
+        """)
+    assert "= -(R + r)*lambda_rolling   [theta]" in as_written(derive(spec), "text", "lagrange", {})
+
+
+def test_a_difference_of_parameters_has_the_direction_of_the_file():
+    """A ball in a bowl, whose radius is the greater one, though it is the later one in the file."""
+    spec = spec_of("""
+        parameters: {a: 0.1, R: 1, m: 1, g: 9.81}
+        coordinates: {theta: {initial: 0.5}}
+        lagrangian: 7*m*(R - a)**2*theta_dot**2/10 + m*g*(R - a)*cos(theta)
+        """)
+    text = as_written(derive(spec), "text", "lagrange", {})
+    assert "a - R" not in text
+    assert "p_theta = 7*(R - a)**2*m*theta_dot/5" in text
+    assert "theta_ddot = -5*g*sin(theta)/(7*(R - a))" in text
+
+
+def test_an_exponential_of_time_is_divided_out():
+    """The damped oscillator by a Lagrangian (Goldstein, Poole and Safko, 3rd ed., derivation 2.14)."""
+    spec = spec_of("""
+        parameters: {m: 1, k: 4, gamma: 0.5}
+        coordinates: {q: {initial: 1}}
+        lagrangian: exp(gamma*t)*(m*q_dot**2/2 - k*q**2/2)
+        """)
+    line = "m*q_ddot + m*gamma*q_dot + k*q = 0   [q, divided by exp(gamma*t)]"
+    assert line in as_written(derive(spec), "text", "lagrange", {})

@@ -104,7 +104,9 @@ def everything(model: Model[Node]) -> str:
     """What is displaced, in words."""
     if stands_for_all(model):
         return f"the point ({', '.join(model.coordinates)})" if is_plain(model) else "the particle"
-    return "everything" if any(one.body for one in model.particles) else "all particles"
+    if any(one.body for one in model.particles):
+        return "everything"
+    return "all particles" if len(model.particles) > 1 else "the particle"
 
 
 @dataclass(frozen=True)

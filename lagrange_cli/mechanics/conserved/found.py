@@ -132,13 +132,13 @@ class Found:
         model, graph = self.model, self.graph
         symbols = [*model.q, *model.v]
         known = [*self.kept, *(one.node for one in self.symmetries)] if known is None else known
-        given = [*known, *self._plain]
+        given = [*known, *self.plain]
         allowed = substituted(graph, [*given, node], self.noether.eliminated)
         columns = [[graph.diff(one, s) for s in symbols] for one in allowed]
         return not self.relations.may_combine(columns[:-1], columns[-1])
 
     @cached_property
-    def _plain(self) -> list[Node]:
+    def plain(self) -> list[Node]:
         """What need not be reported: constraints, functions of place that constraints on velocities keep, and
         that coordinates with conserved momenta change uniformly."""
         if not self.model.constraints:

@@ -48,14 +48,22 @@ def is_plain(model: Model[Node]) -> bool:
 
 def momentum_text(model: Model[Node], axis: str) -> str:
     """The total momentum along an axis."""
-    return f"sum of m*v{axis}" + f" - dU/dv{axis}" * has_field(model)
+    return f"{summed(model)}m*v{axis}" + f" - dU/dv{axis}" * has_field(model)
 
 
 def turning_text(model: Model[Node], i: int, j: int) -> str:
     """The total angular momentum, of rotations from axis i to axis j."""
-    momenta = [f"(m*{u} - dU/d{u})" if has_field(model) else f"m*{u}" for u in VELOCITY_COMPONENTS]
+    if stands_for_all(model) and is_plain(model):  # the file gives L, and no mass
+        momenta = [f"p_{axis}" for axis in COMPONENTS]
+    else:
+        momenta = [f"(m*{u} - dU/d{u})" if has_field(model) else f"m*{u}" for u in VELOCITY_COMPONENTS]
     spins = " + spins" * any(one.body for one in model.particles)
-    return f"sum of {COMPONENTS[i]}*{momenta[j]} - {COMPONENTS[j]}*{momenta[i]}{spins}"
+    return f"{summed(model)}{COMPONENTS[i]}*{momenta[j]} - {COMPONENTS[j]}*{momenta[i]}{spins}"
+
+
+def summed(model: Model[Node]) -> str:
+    """What is said before a term of each particle."""
+    return "sum of " if len(model.particles) > 1 else ""
 
 
 def unchanged(noether: Noether, change: Change) -> str:
@@ -103,7 +111,8 @@ def reason(noether: Noether, change: Change, named: Named, others: Change) -> st
     if named:
         turns = [f"{one.how}{by(factor, moving)}" for factor, one in named]
         turns += [f"changing {changes_text(model, others)}"] if others.directions or others.time else []
-        meaning = "; ".join(f"{one.name} is the {one.text}" for _, one in named)
+        the = "the " if summed(model) else ""
+        meaning = "; ".join(f"{one.name} is {the}{one.text}" for _, one in named)
         comma = "," * (len(turns) > 1)
         return f"{', and '.join(turns)}{comma} {ending}; {meaning}"
     changed = [(model.coordinates[k], xi) for k, xi in sorted(change.directions.items())]
@@ -113,6 +122,8 @@ def reason(noether: Noether, change: Change, named: Named, others: Change) -> st
         return f"changing {', '.join(names[:-1])} and {names[-1]} together, in the ratio {ratio}, {ending}"
     if is_constant(model, change):
         return f"changing {names[0]} {ending}"
+    if not names and change.time is graph_of(model).one:
+        return f"a shift of t {ending}"
     return f"an infinitesimal change of {changes_text(model, change)} {ending}"
 
 
@@ -150,7 +161,18 @@ def term(factor: Node, name: str, moving: int = 0) -> str:
     if single and factor.data[1][0] == -1:
         return f"-{term(factor.arguments[0], name, moving)}"
     text = text_of(factor, moving=moving)
-    return f"{text}*{name}" if single or factor.kind is not Kind.SUM else f"({text})*{name}"
+    return times(text, name) if single or factor.kind is not Kind.SUM else f"({text})*{name}"
+
+
+def times(product: str, name: str) -> str:
+    """A product, multiplied by what has a name: in front of what it is divided by."""
+    depth = 0
+    for at, sign in enumerate(product):
+        depth += (sign == "(") - (sign == ")")
+        if sign == "/" and depth == 0:
+            above = "" if product[:at] == "1" else f"{product[:at]}*"
+            return f"{above}{name}{product[at:]}"
+    return f"{product}*{name}"
 
 
 def without_denominators(graph: Graph, factors: Sequence[Node]) -> list[Node]:

@@ -27,7 +27,7 @@ from lagrange_cli.records import replace
 
 def related(
     model: Model[Node], known: Sequence[Conserved], found: Sequence[Symmetry]
-) -> tuple[Conserved, ...]:
+) -> tuple[Symmetry, ...]:
     """The quantities that do not follow from those ``known`` (h and momenta) and ``found``; none where
     looking for them takes too much work."""
     work = graph_of(model).work
@@ -36,7 +36,7 @@ def related(
 
 def _related(
     model: Model[Node], known: Sequence[Conserved], found: Sequence[Symmetry]
-) -> tuple[Conserved, ...]:
+) -> tuple[Symmetry, ...]:
     """The same, however much it takes."""
     graph, spec, algebra = graph_of(model), model.spec, model.algebra
     if spec is None or spec.families.get("parameters") or not isinstance(algebra, GraphAlgebra):
@@ -64,7 +64,7 @@ def _related(
     unbroken = [*substituted(graph, lasting, nodes)]
     taken = {one.quantity for one in (*known, *(one.conserved for one in found))}
     where = ", ".join(f"{one.data} = {text_of(node)}" for one, node in nodes.items() if one in inside)
-    new = list[Conserved]()
+    new = list[Symmetry]()
     for one in symmetries(other, kept):
         lasts = not one.conserved.breaks
         if search.is_independent(one.node, unbroken if lasts else before):
@@ -74,9 +74,8 @@ def _related(
             while name in taken:
                 name += "'"
             taken.add(name)
-            new.append(
-                replace(one.conserved, quantity=name, because=f"{one.conserved.because}; only where {where}")
-            )
+            because = f"{one.conserved.because}; only where {where}"
+            new.append(replace(one, conserved=replace(one.conserved, quantity=name, because=because)))
     return tuple(new)
 
 

@@ -238,7 +238,7 @@ def polynomials(found: Found) -> None:
         return
     from lagrange_cli.mechanics.conserved.polynomial_integrals import PolynomialIntegrals
 
-    known = [*found.kept, *(one.node for one in found.symmetries)]
+    known = [*found.kept, *(one.node for one in found.symmetries), *found.plain]
     search = PolynomialIntegrals(found.model, found.noether, known)
     few = turning or len(found.model.q) <= MOST_IN_POLYNOMIALS
     for one in search.found() if few else search.of_pairs():

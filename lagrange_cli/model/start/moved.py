@@ -69,7 +69,7 @@ def moved(
             return near
     found = [] if near is None else [near]
     if not speeds and (len(x) <= DENSE or search.given.forced):  # speeds are linear
-        found = [one for one in equally_near(search, surface, x, near) if off(one) <= NEAR]
+        found = equally_near(search, surface, x, near, off)
     if not found:
         steep = steepness(surface.at(x)[1], scale)
         flat = [i for i, (one, usual) in enumerate(zip(steep, search.typical(scale))) if one <= NEAR * usual]
@@ -85,9 +85,14 @@ def moved(
 
 
 def equally_near(
-    search: Search, surface: Surface, x: Sequence[Any], near: list[Any] | None
+    search: Search,
+    surface: Surface,
+    x: Sequence[Any],
+    near: list[Any] | None,
+    off: Callable[[Sequence[Any]], float],
 ) -> list[list[Any]]:
-    """The nearest points of a surface, of which there may be several.
+    """The nearest points of a surface, of which there may be several; how far constraints are ``off`` tells
+    others from these.
 
     The point ``near``, or none, is where the search from ``x`` itself ended. By symmetry this may be one
     where the distance is not the least, such as (0, 0) for x y = 0 from (1, 1). Searches from all sides of
@@ -114,7 +119,8 @@ def equally_near(
                 aside = replace(surface, kept=kept)
                 one = aside.nearest(x, begin)
                 one = one and plain(aside, one, free)
-                if one is not None and all(far(one, other, scale) > SAME for other in found):
+                new = one is not None and all(far(one, other, scale) > SAME for other in found)
+                if one is not None and new and off(one) <= NEAR:
                     found.append(one)
                     idle = 0
     gaps = [surface.gap(x, one) for one in found]

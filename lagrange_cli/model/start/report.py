@@ -164,6 +164,14 @@ class Refusal:
         message = f"constraint '{name}' does not change with any state: {kind} has an effect on it"
         return self.source.error(self.written(name).place, message, hint)
 
+    def never_negative(self, name: str, function: str) -> SpecError:
+        """A constraint is a length or a root, that becomes 0."""
+        hint = "write what is under the root"
+        if function == "norm":
+            hint = "write a constraint for each component that stays 0, as a.x - b.x and a.y - b.y"
+        message = f"constraint '{name}' has no derivative where it is satisfied: {function}(...) is 0 there"
+        return self.source.error(self.written(name).place, message, hint)
+
     def open_coordinate(self, number: int) -> SpecError:
         """A coordinate is not given, and the constraints leave it free."""
         coordinate = self.spec.coordinates[number]

@@ -44,6 +44,7 @@ from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.proof import Proving
+from lagrange_cli.native.stepping.related import of_names
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
@@ -134,9 +135,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             work, steps = self.on_rates(interface, work, floors)
             parts += steps
         elif by_series:
-            parts.append(
-                advance(self.by_series(lengths, replace(self.given(interface, work, floors), near=jet.near)))
-            )
+            given = replace(self.given(interface, work, floors), near=jet.near)
+            parts.append(advance(self.by_series(lengths, self.with_integrals(given, lengths))))
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
@@ -152,7 +152,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             own, name = made.work, BRIEF
             texts.append(made.text)
         families = related(self.system.spec)
-        given = replace(self.given(interface, own, floors), rates=name, related=families)
+        given = replace(self.given(interface, own, floors), rates=name, related=[*families, *self.alike])
         if self.poles:
             given = replace(given, approach=approach(self, self.poles, self.bounds, self.span))
         work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
@@ -172,9 +172,20 @@ class FamilyProgram(Returning, Observation, MotionJets):
         floor = work if self.degrees > 1 else 0
         orders = -(-(work + room(width)) // width)
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
-        given = self.given(interface, 2 * orders * width, floors)
+        given = self.with_integrals(self.given(interface, 2 * orders * width, floors), lengths)
         texts = [*operations(), *functions(), *stepper(lengths, orders, given)]
         return given.work, texts, (lengths.first, lengths.row, lengths.term)
+
+    def with_integrals(self, given: Given, lengths: Lengths) -> Given:
+        """The same, with integrals that are measured by the largest one of their family."""
+        if not (given.floors and lengths.floor):
+            return given
+        return replace(given, related=self.alike)
+
+    @property
+    def alike(self) -> list[tuple[int, int]]:
+        """The integrals of each family: the first one, and their number."""
+        return of_names(self.integrals, self.layout.integrals.start - self.degrees)
 
     def given(self, interface: Interface, work: int, floors: str) -> Given:
         """What steps need to know of the motion."""

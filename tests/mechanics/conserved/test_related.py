@@ -38,5 +38,5 @@ def test_what_follows_from_formulas_of_parameters(case):
     residual = residual_of(text)
     found = symmetries(residual.model, residual.conserved)
     new = related(residual.model, residual.conserved, found)
-    assert {one.quantity: one.breaks for one in new} == expected
-    assert all("; only where b = " in one.because for one in new)
+    assert {one.conserved.quantity: one.conserved.breaks for one in new} == expected
+    assert all("; only where b = " in one.conserved.because for one in new)

@@ -689,8 +689,8 @@ def test_they_are_given_in_formulas_and_words():
     (turning,) = told(BAR)
     assert turning[0] == "h - w*L_z"
     assert turning[1] == (
-        "turning all particles about the origin by w, and changing t by 1, leaves the action unchanged; "
-        "L_z is the sum of x*m*vy - y*m*vx"
+        "turning the particle about the origin by w, and changing t by 1, leaves the action unchanged; "
+        "L_z is x*m*vy - y*m*vx"
     )
     lagrangian = (
         "coordinates: {x: {initial: 1}, y: {initial: 0}}\nlagrangian: x_dot**2 + y_dot**2 - exp(x**2 + y**2)"
