@@ -133,7 +133,7 @@ def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expressi
 
     scope = Scope(spec, DualAlgebra(values, exact=False))
     looked = 0
-    for expression in spec.in_equations:
+    for expression in scope.in_equations:
         known = {**spec.sizes, **expression.indices}
         for border, indices in borders(expression.tree, known):
             looked += 1

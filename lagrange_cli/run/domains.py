@@ -8,6 +8,7 @@ which has values where the energy has none. So of logarithms, the energy alone c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import SpecError
@@ -35,7 +36,8 @@ def check_domain(spec: Spec, values: Values, t: float) -> None:
     begins, or a force no series."""
     if may_end(spec) and without_value(spec, values.parameters, (*values.q, *values.v), t, 1):
         raise refusal(spec, values, t)
-    if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in spec.in_equations):
+    expressions = chain(spec.in_equations, written(spec.definitions))
+    if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in expressions):
         return
     known = known_at(spec, values, t)
     lost = written_without_value(spec, known)

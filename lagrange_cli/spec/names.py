@@ -31,7 +31,7 @@ from lagrange_cli.expression.vocabulary import (
 from lagrange_cli.records import replace
 from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.kinds import Kind, Meaning, Rule
-from lagrange_cli.spec.meanings import Meanings, Unsound
+from lagrange_cli.spec.meanings import Meanings, Unsound, has_some
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.whole import Part, WrittenFamily
@@ -306,4 +306,4 @@ def unknown(bounds: Any) -> bool:
     if bounds is None:
         return True
     parts = bounds if isinstance(bounds, tuple) else (bounds,)
-    return all(one.value is None and not hasattr(one, "numbers") for one in parts)
+    return all(one.value is None and not has_some(one) for one in parts)

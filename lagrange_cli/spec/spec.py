@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from lagrange_cli.expression.syntax import has_decimals
+from lagrange_cli.expression.syntax import has_decimals, names
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.content import bases_of, firsts_of, written
+from lagrange_cli.spec.content import bases_of, firsts_of, groups_by_name, written
 from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Expression as Expression
 from lagrange_cli.spec.source import Place as Place
+from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.wanted import Wanted
 
 T = TypeVar("T")
+
+WIDE = 1000
+"""Members of a family of definitions that may all be built."""
 
 
 def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
@@ -244,7 +248,8 @@ class Spec:
 
     @property
     def in_equations(self) -> Iterator[Expression]:
-        """What the equations of motion of all members are made of; definitions come last."""
+        """What the equations of motion of all members are made of; definitions come last, without those that
+        are built where they are used."""
         if self.lagrangian is not None:
             yield self.lagrangian
         for section in (self.potential, *self.forces.values(), self.embedding):
@@ -252,7 +257,21 @@ class Spec:
         for body in self.bodies.values():
             yield from body.expressions
         yield from self.all_constraints.values()
-        yield from self.definitions.values()
+        wide = self.wide
+        for name, one in groups_by_name(self.definitions).items():
+            if name not in wide:
+                yield from one if isinstance(one, WrittenFamily) else [one]
+
+    @property
+    def wide(self) -> frozenset[str]:
+        """The families of definitions whose members are built where they are used: those that are large, and
+        do not use one another."""
+        return frozenset(
+            name
+            for name, one in groups_by_name(self.definitions).items()
+            if isinstance(one, WrittenFamily) and len(one) > WIDE
+            if not any(used.base == name for part in one.parts for used in names(part.item.tree))
+        )
 
     def _moving(self, of: Callable[[Mapping[str, Any]], Iterable[Any]]) -> Iterator[Expression]:
         for section in (self.embedding, self.potential, *self.forces.values()):

@@ -55,7 +55,8 @@ HOSTILE = {
     ),
     "a deep nest": ("potential: " + "sin(" * 200 + "x" + ")" * 200 + "\n", "nested more than 100 deep"),
     "a large exponent": ("potential: x**1e9\n", "limit 'exponent'"),
-    "a large family": ("sizes: {N: 1000000}\ndefinitions:\n  w[i in range(N)]: i\n", "=members=..."),
+    "a large family": ("sizes: {N: 1000000}\nobservables:\n  w[i in range(N)]: i*x\n", "=members=..."),
+    "many definitions": ("sizes: {N: 3000000}\ndefinitions:\n  w[i in range(N)]: i\n", "=pairs=..."),
     "a long sum": ("potential: sum(x*i for i in range(1000000000))\n", "=pairs=..."),
     "many values": ("observables:\n" + "".join(f"  o{i}: x\n" for i in range(50_000)), "=values=..."),
     "a large file": ("# " + "x" * 1_000_000 + "\n", "=bytes=..."),
@@ -109,7 +110,7 @@ def with_limits(monkeypatch, limits):
 
 
 def test_limits_move(tmp_path, monkeypatch):
-    (tmp_path / "family.yaml").write_text(SYSTEM + "sizes: {N: 20}\ndefinitions:\n  w[i in range(N)]: i\n")
+    (tmp_path / "family.yaml").write_text(SYSTEM + "sizes: {N: 20}\nobservables:\n  w[i in range(N)]: i*x\n")
     with_limits(monkeypatch, "members=19")
     assert "more than 19 members" in lagrange_process("check", "family.yaml", cwd=tmp_path).stderr
     with_limits(monkeypatch, "members=21, terms=1")
