@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, REPLACED, complain, count_of, emit, emit_json
-from lagrange_cli.cli.report.events import events_shown
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state
@@ -84,7 +83,7 @@ def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocatio
         emit_json({**listed, **where, **ends, "events": events, "seconds": seconds})
     elif not asked.quiet:
         said = f"{told['name']}: {shown} is finished already: {told['message']}"
-        emit("\n".join([said, *final_shown(final), *events_shown(events)]))
+        emit("\n".join([said, *final_shown(final), *events_line(events)]))
     return EXIT_STATUS[told["status"]]
 
 
@@ -151,6 +150,15 @@ def final_shown(final: Mapping[str, Any] | None) -> list[str]:
     return [f"  at t = {final['t']:.6g}: {', '.join(shown)}{rest}"]
 
 
+def events_line(events: Mapping[str, Any]) -> list[str]:
+    """The line of the summary that says how often events happened, if there are any."""
+    if not events:
+        return []
+    from lagrange_cli.cli.report.events import events_shown  # most systems have none
+
+    return events_shown(events)
+
+
 def ended(outcome: Outcome) -> str:
     """How the motion ended; if it did not reach the end, the reason is on standard error."""
     status: str = outcome.ending.status
@@ -168,7 +176,7 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}"
             f"{on_threads(outcome)}, method {settings.method_shown}",
             *final_shown(final_state(outcome)),
-            *events_shown(events_told(outcome)),
+            *events_line(events_told(outcome)),
             *(constraints_shown(outcome) if spec.all_constraints else []),
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             *estimate_shown(outcome, demand),
