@@ -22,9 +22,9 @@ VARIABLE = "LAGRANGE_LIMITS"
 DEFAULTS = {
     "bytes": 1_000_000,  # of a system file
     "values": 50_000,  # in a system file, its aliases written out
-    "members": 500_000,  # of all families
+    "members": 500_000,  # of all families but definitions
     "terms": 200_000,  # of all sums that are written out
-    "pairs": 2_000_000,  # of all sums that are not
+    "pairs": 2_000_000,  # of all sums that are not; members of definitions
     "size": 1_000_000,  # nodes of an expression, its definitions and powers written out
     "nodes": 750_000,  # of the equations: 20 s and 1.2 GB to derive
     "work": 20_000_000,  # steps of a derivation: some 20 s

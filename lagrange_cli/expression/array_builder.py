@@ -20,13 +20,12 @@ from lagrange_cli.expression.index_arrays import (
     Places,
     Whole,
     holding,
-    inner,
     integers,
     of_each_kind,
     one_if_equal,
     taken,
-    visited,
 )
+from lagrange_cli.expression.index_loops import inner, visited
 from lagrange_cli.expression.indices import Indices, Unsuited
 from lagrange_cli.expression.syntax import Call, Comparison, Logic, Name, Sum, Tree, is_whole, plain_names
 from lagrange_cli.expression.vocabulary import TIME

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -30,6 +30,8 @@ from lagrange_cli.limits import way_out, whole
 
 Scope = Callable[[str], Value]
 
+MANY = 64
+"""Terms of a sum from which on those that satisfy its conditions are found together."""
 MAX_TERMS = whole("terms")
 """Terms of all the sums that one builder writes out."""
 
@@ -160,7 +162,13 @@ class Builder:
         done, total = self._sums.get(key, (0, None))
         if done > len(loop):
             done, total = 0, None
-        self._terms += len(loop) - done
+        left: Sequence[int] = loop[done:]
+        if len(left) >= MANY:
+            from lagrange_cli.expression.loops import narrowed  # for long sums only
+
+            chosen = narrowed(tree, indices)
+            left = left if chosen == loop else [index for index in chosen if index in left]
+        self._terms += len(left)
         if self._terms > MAX_TERMS:
             raise ExpressionError(
                 tree.span,
@@ -168,7 +176,7 @@ class Builder:
                 f"make the sizes smaller, {way_out('terms')}",
             )
         terms = [] if total is None else [total]
-        for index in loop[done:]:
+        for index in left:
             inner = {**indices, tree.index: index}
             if all(holds(condition, inner) for condition in tree.conditions):
                 terms.append(self._term(tree.body, inner))

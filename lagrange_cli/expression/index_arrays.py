@@ -13,28 +13,8 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 
-from lagrange_cli.expression.indices import (
-    COMPARISONS,
-    EXTREMES,
-    FUNCTIONS,
-    LARGEST,
-    OPERATIONS,
-    Unsuited,
-    counted,
-)
-from lagrange_cli.expression.syntax import (
-    Axis,
-    Binary,
-    Call,
-    Comparison,
-    ExpressionError,
-    Logic,
-    Name,
-    Negative,
-    Number,
-    Sum,
-    Tree,
-)
+from lagrange_cli.expression.indices import COMPARISONS, EXTREMES, FUNCTIONS, LARGEST, OPERATIONS, Unsuited
+from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Name, Negative, Number, Tree
 from lagrange_cli.limits import whole
 
 if TYPE_CHECKING:
@@ -76,16 +56,29 @@ def integers(tree: Tree, indices: Indices) -> Whole:
         left, right = integers(tree.left, indices), integers(tree.right, indices)
         if tree.operator in ("//", "%") and np.any(np.equal(right, 0)):
             raise Unsuited
-        value: Whole = OPERATIONS[tree.operator](left, right)  # type: ignore[arg-type]
-        if np.any(np.abs(value) > LARGEST // 2**20):  # so that a further product does not overflow
-            raise Unsuited
-        return value
+        if tree.operator == "*":
+            return multiplied(left, right)
+        return modest(OPERATIONS[tree.operator](left, right))  # type: ignore[arg-type]
     if isinstance(tree, Call) and tree.function in FUNCTIONS:
         values = [integers(one, indices) for one in tree.arguments]
         if all(isinstance(one, int) for one in values):
             return FUNCTIONS[tree.function](*values)
         return np.abs(values[0]) if tree.function == "abs" else reduce(EXTREMES[tree.function], values)
     raise Unsuited
+
+
+def modest(value: Whole) -> Whole:
+    """The same numbers. Raises ``Unsuited`` where some are too large."""
+    if np.any(np.abs(value) > LARGEST):
+        raise Unsuited
+    return value
+
+
+def multiplied(left: Whole, right: Whole) -> Whole:
+    """The product. Raises ``Unsuited`` where it is too large."""
+    if np.any(np.abs(np.multiply(left, right, dtype=np.float64)) > LARGEST):
+        raise Unsuited
+    return left * right
 
 
 def holding(condition: Tree, indices: Indices) -> bool | Mask:
@@ -110,55 +103,6 @@ def compared(operators: Sequence[str], values: Sequence[Whole]) -> bool | Mask:
     return reduce(np.logical_and, (COMPARISONS[one](a, b) for one, a, b in pairs), True)  # type: ignore[arg-type]
 
 
-def rounds(loop: Sum, indices: Indices, count: int) -> tuple[Places, Places]:
-    """Every round of a sum for each of ``count`` members, member after member: whose it is, and its index."""
-    bounds = [integers(bound, indices) for bound in loop.bounds]
-    if all(isinstance(bound, int) for bound in bounds):
-        try:
-            values = counted(loop, {k: v for k, v in indices.items() if isinstance(v, int)})
-        except ExpressionError as error:
-            raise Unsuited from error
-        limited(count * len(values))
-        own = np.arange(values.start, values.stop, values.step, dtype=np.int64)
-        return np.repeat(np.arange(count), len(own)), np.tile(own, count)
-    start, stop, step = (0, bounds[0], 1) if len(bounds) == 1 else (*bounds, 1)[:3]
-    if not isinstance(step, int) or step == 0:
-        raise Unsuited
-    sizes = np.broadcast_to(np.maximum(0, -((start - stop) // step)), count)
-    total = limited(int(sizes.sum()))
-    members = np.repeat(np.arange(count), sizes)
-    before = np.repeat(np.cumsum(sizes) - sizes, sizes)
-    return members, np.broadcast_to(start, count)[members] + step * (np.arange(total) - before)
-
-
-def visited(loop: Sum, indices: Indices, count: int) -> Places:
-    """The values that the index of a loop takes for any of ``count`` members, each once, in ascending
-    order."""
-    bounds = [integers(bound, indices) for bound in loop.bounds]
-    if all(isinstance(bound, int) for bound in bounds):
-        values = rounds(loop, indices, 1)[1]
-        return values if len(values) < 2 or values[0] < values[1] else values[::-1]
-    if len(bounds) > 2:
-        return np.unique(rounds(loop, indices, count)[1])
-    start, stop = (np.broadcast_to(one, count) for one in (0, *bounds)[-2:])
-    runs = np.flatnonzero(start < stop)
-    if not len(runs):
-        return np.zeros(0, dtype=np.int64)
-    first = int(start[runs].min())
-    begun = np.zeros(limited(int(stop[runs].max()) - first) + 1, dtype=np.int64)
-    np.add.at(begun, start[runs] - first, 1)
-    np.add.at(begun, stop[runs] - first, -1)
-    return first + np.flatnonzero(np.cumsum(begun))
-
-
-def satisfied(axis: Axis, values: range, known: Indices) -> list[int]:
-    """The values of an index that satisfy the conditions of its axis."""
-    found = np.arange(values.start, values.stop, values.step, dtype=np.int64)
-    for condition in axis.conditions:
-        found = found[np.broadcast_to(holding(condition, {**known, axis.index: found}), len(found))]
-    return [*map(int, found)]
-
-
 def limited(terms: int) -> int:
     """So many terms, if they are not too many."""
     if terms > MOST:
@@ -169,16 +113,6 @@ def limited(terms: int) -> int:
 def taken(indices: Indices, members: Places) -> dict[str, Whole]:
     """The indices of some members."""
     return {name: one if isinstance(one, int) else one[members] for name, one in indices.items()}
-
-
-def inner(loop: Sum, indices: Indices, count: int) -> tuple[dict[str, Whole], Places]:
-    """The indices of all terms of a sum, and to which of ``count`` members each term belongs."""
-    members, own = rounds(loop, indices, count)
-    found = {**taken(indices, members), loop.index: own}
-    for condition in loop.conditions:
-        chosen = np.flatnonzero(np.broadcast_to(holding(condition, found), len(members)))
-        members, found = members[chosen], taken(found, chosen)
-    return found, members
 
 
 def flat(places: Sequence[Whole], shape: Sequence[int], count: int) -> Places:

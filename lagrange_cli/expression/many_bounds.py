@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,16 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.bounds import MAX_EXPONENT, Bounds, BoundsAlgebra
-from lagrange_cli.expression.index_arrays import MOST, Differ, Indices, Places, TooMany, Whole
+from lagrange_cli.expression.index_arrays import (
+    MOST,
+    Differ,
+    Indices,
+    Places,
+    TooMany,
+    Whole,
+    of_each_kind,
+    taken,
+)
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.limits import way_out, whole
@@ -29,7 +39,8 @@ if TYPE_CHECKING:
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
     "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "exp": np.exp, "log": np.log, "sqrt": np.sqrt,
-    "abs": np.abs,
+    "abs": np.abs, "sign": np.sign, "atan2": np.arctan2,
+    "min": lambda *values: reduce(np.minimum, values), "max": lambda *values: reduce(np.maximum, values),
 }  # fmt: skip
 
 
@@ -100,6 +111,65 @@ class Many(Bounds):
         return Many(-self.numbers, self)
 
 
+class Various(Bounds):
+    """Bounds of members that differ in kind: ``labels`` say which of the ``kinds`` each has."""
+
+    __slots__ = ("kinds", "labels")
+
+    def __init__(self, labels: Places, kinds: Sequence[Bounds]) -> None:
+        deepest = max(kinds, key=lambda one: one.depth)
+        super().__init__(None, max(one.size for one in kinds), deepest.depth, deepest.kind)
+        self.labels, self.kinds = labels, kinds
+
+
+def various(found: Sequence[tuple[Value, Places]], count: int) -> Value | None:
+    """The bounds of ``count`` members from those of each kind, with their numbers; None where not all have
+    as many components."""
+    values = [value if isinstance(value, tuple) else (value,) for value, _ in found]
+    if len({isinstance(value, tuple) for value, _ in found}) > 1 or len({*map(len, values)}) > 1:
+        return None
+    labels = np.zeros(count, dtype=np.int64)
+    for k, (_, which) in enumerate(found):
+        labels[which] = k
+    made = tuple(
+        joined(labels, [placed(one, which, count) for one, (_, which) in zip(parts, found)])
+        for parts in zip(*values)
+    )
+    return made if isinstance(found[0][0], tuple) else made[0]
+
+
+def joined(labels: Places, kinds: Sequence[Bounds]) -> Bounds:
+    """Bounds of members of several kinds; where no number is known of any, they are those of all."""
+    made = Various(labels, kinds)
+    known = any(numbers_of(one) is not None or isinstance(one, Various) for one in kinds)
+    return made if known else Bounds(None, made.size, made.depth, made.kind)
+
+
+def placed(one: Bounds, which: Places, count: int) -> Bounds:
+    """Bounds of some members, with their numbers at their places among all."""
+    if isinstance(one, Various):
+        labels = np.zeros(count, dtype=np.int64)
+        labels[which] = one.labels
+        return Various(labels, [placed(kind, which, count) for kind in one.kinds])
+    if not isinstance(one, Many) or not one.numbers.ndim:
+        return one
+    numbers = np.zeros(count)
+    numbers[which] = one.numbers
+    return Many(numbers, one)
+
+
+def chosen(value: Any, which: Places) -> Any:
+    """The bounds of some of the members whose bounds are ``value``."""
+    if isinstance(value, tuple):
+        return tuple(chosen(one, which) for one in value)
+    if isinstance(value, Various):
+        labels = value.labels[which]
+        kinds = [chosen(one, which) for one in value.kinds]
+        return kinds[labels[0]] if len(labels) and np.all(labels == labels[0]) else Various(labels, kinds)
+    known = isinstance(value, Many) and value.numbers.ndim > 0
+    return Many(value.numbers[which], value) if known else value
+
+
 def numbers_of(one: Bounds) -> Numbers | float | None:
     """What is known of it."""
     return one.numbers if isinstance(one, Many) else one.value
@@ -151,14 +221,19 @@ class BoundsBuilder(ArrayBuilder):
         except (Unsuited, Differ, ExpressionError, ArithmeticError):
             return None
 
-    def of_members(self, tree: Tree, indices: Mapping[str, Places]) -> Value | None:
-        """The bounds of an expression that the members of a family share; None where they cannot be found at
-        once."""
-        count = len(next(iter(indices.values())))
+    def of_members(self, tree: Tree, indices: Mapping[str, Whole], count: int) -> Value | None:
+        """The bounds of an expression that ``count`` members of a family share; None where they cannot be
+        found at once."""
+
+        def alike(which: Places) -> tuple[Value, Places]:
+            here = taken(indices, which) if len(which) < count else indices
+            return self._value(tree, Members(None, len(which), {**self._sizes, **here})), which
+
         try:
-            return self._value(tree, Members(None, count, {**self._sizes, **indices}))
-        except (Unsuited, Differ, ExpressionError, ArithmeticError):
+            found = [*of_each_kind(np.arange(count), alike)]
+        except (Unsuited, ExpressionError, ArithmeticError):
             return None
+        return found[0][0] if len(found) == 1 else various(found, count)
 
     def number(self, value: Whole, members: Members) -> Bounds:
         return Bounds(float(value)) if isinstance(value, int) else Many(value.astype(float))

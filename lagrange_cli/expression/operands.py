@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import re
 
-from lagrange_cli.expression.confusions import DOTS, FUNCTIONS, NOT_SUPPORTED, PRIMES, decimal_comma
+from lagrange_cli.expression.confusions import (
+    DOTS,
+    FUNCTIONS,
+    NOT_SUPPORTED,
+    PRIMES,
+    VELOCITIES,
+    decimal_comma,
+)
 from lagrange_cli.expression.cursor import SUM_EXAMPLE, WHERE_EXAMPLE
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
@@ -97,7 +104,10 @@ class Operands(Sums):
             self.error(span, f"'{name}.{POINT}' without coordinates", f"write {component}")
             return Number("0", span)
         if len(parts) > 1:
-            self.error(span, f"'{name}.{parts[0]}' has no components", f"write {name}.{parts[0]}")
+            velocity = parts[0] in VELOCITIES and parts[1] in COMPONENTS
+            meant = f"v{parts[1]}" if velocity else parts[0]
+            self.error(span, f"'{name}.{parts[0]}' has no components", f"write {name}.{meant}")
+            return Name(f"{name}.{meant}", span, indices)
         return Name(f"{name}.{parts[0]}", span, indices)
 
     def point(self, token: Token, name: str, indices: tuple[Tree, ...]) -> Tree:

@@ -77,10 +77,10 @@ def with_actions(builder: FamilyBuilder, events: Events, masses: Total, forces: 
 
     Raises ``Unsuited`` for actions that change masses, and for contacts that are not followed here.
     """
-    if not events.changed:
+    if not events.changed.size:
         return events
     n = builder.q.count
-    acting, places = np.array(events.changed, dtype=np.int64).T
+    acting, places = events.changed
     read, of_masses = Reading(builder, events.arguments), Reading(builder, masses)
     if np.any(of_masses.wide[places]) or np.any(np.isin(places, of_masses.places)):
         raise Unsuited
@@ -88,35 +88,38 @@ def with_actions(builder: FamilyBuilder, events: Events, masses: Total, forces: 
     impacts = impacts_in(builder, events, read, states, masses, forces)
     left, right = (np.searchsorted(read.places, places, side) for side in ("left", "right"))
     counts = right - left
-    never = set(acting[read.wide[places]].tolist())
-    pairs: list[tuple[int, int]] = []
-    if int(counts.sum()) > AFFECTED * (len(events.listed) + len(acting)):
-        never = set(acting.tolist())
+    simple = np.zeros(events.count, dtype=bool)
+    if int(counts.sum()) <= AFFECTED * (events.count + len(acting)):
+        simple[acting] = True
     else:
-        for e, first, last in zip(acting.tolist(), left.tolist(), right.tolist()):
-            pairs += [(e, other) for other in read.readers[first:last].tolist()]
-        never |= {e for e, other in pairs if e == other}
+        counts[:] = 0
+    begins = np.repeat(left - (np.cumsum(counts) - counts), counts)
+    doing, reading = np.repeat(acting, counts), read.readers[begins + np.arange(len(begins))]
+    simple[acting[read.wide[places]]] = False
+    simple[doing[doing == reading]] = False
     if impacts is not None and impacts.contacts is not None:
-        never |= disturbing(events, impacts.contacts, n)
-    simple = frozenset(acting.tolist()) - never
-    affected = tuple(dict.fromkeys(one for one in pairs if one[0] in simple))
-    every = np.ones(len(events.listed), dtype=bool)
+        simple[disturbing(events, impacts.contacts, n)] = False
+    pairs = (doing * events.count + reading)[simple[doing]]
+    pairs = pairs[np.sort(np.unique(pairs, return_index=True)[1])]
+    affected = tuple(zip(*(one.tolist() for one in np.divmod(pairs, events.count))))
+    every = np.ones(events.count, dtype=bool)
     speeds = bool(np.all((places >= n) & (places < 2 * n)))
     keeps = speeds and bool(states.judge(lambda: states.lossless(masses), every).all())
     return replace(events, simple=simple, affected=affected, keeps_energy=keeps, impacts=impacts)
 
 
-def disturbing(events: Events, contacts: Contacts, n: int) -> set[int]:
+def disturbing(events: Events, contacts: Contacts, n: int) -> Places:
     """The events that set something else than velocities, or one with which another contact's argument
     changes: whether members rest on has to be found then."""
     coordinates: dict[int, set[int]] = {}
     for contact, coordinate in contacts.reads.T.tolist():
         coordinates.setdefault(coordinate, set()).add(int(contacts.events[contact]))
-    return {
+    found = (
         e
-        for e, place in events.changed
+        for e, place in events.changed.T.tolist()
         if not n <= place < 2 * n or not coordinates.get(place - n, set()) <= {e}
-    }
+    )
+    return np.array([*found], dtype=np.int64)
 
 
 def impacts_in(
@@ -124,8 +127,8 @@ def impacts_in(
 ) -> Impacts | None:
     """The impacts that do not reflect the speed: the motion may come to rest there (see
     ``mechanics.contacts``), if something drives it back."""
-    n, count = builder.q.count, len(events.listed)
-    acting, places = np.array(events.changed, dtype=np.int64).T
+    n, count = builder.q.count, events.count
+    acting, places = events.changed
     is_speed = (places >= n) & (places < 2 * n)
     impact = np.zeros(count, dtype=bool)
     impact[acting] = True

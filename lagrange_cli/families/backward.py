@@ -50,9 +50,8 @@ class Reversal:
         """The system, with the forces and events of reversed time."""
         system, events = self.system, self.system.events
         if events is not None:
-            listed = [replace(one, direction=-one.direction) for one in events.listed]
             arguments, sizes = self.of(events.arguments), self.of(events.sizes)
-            events = replace(events, listed=listed, arguments=arguments, sizes=sizes)
+            events = replace(events, directions=-events.directions, arguments=arguments, sizes=sizes)
         modes = system.modes
         if modes is not None:
             limits = None if modes.limits is None else self.of(modes.limits)

@@ -13,9 +13,10 @@ from lagrange_cli.families.arrays import Total
 from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.currents import current
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.families.events import built, refuse_unchanging, sets_of
+from lagrange_cli.families.events import built, refuse_unchanging
 from lagrange_cli.families.slopes import slopes
 from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.families.written_events import arguments_of, assigned_by
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.model.events import between_events
 from lagrange_cli.records import dataclass, replace
@@ -52,11 +53,12 @@ MOST = 2e8
 
 @dataclass(frozen=True, eq=False)
 class Actions:
-    """What the events of these ``names`` set: ``changed`` has pairs of an event's number and of the place
-    that is set, among coordinates, velocities and parameters, and ``values`` the new values at a state."""
+    """What the events of these ``names`` set: the numbers of those that are ``acting``, the ``places`` that
+    are set among coordinates, velocities and parameters, and the new ``values`` at a state."""
 
     names: Sequence[str]
-    changed: Sequence[tuple[int, int]]
+    acting: Places
+    places: Places
     values: Callable[[State], Values]
 
 
@@ -65,7 +67,8 @@ def actions_in(system: FamilySystem) -> Actions | None:
     if system.events is None:
         return None
     values = system.events.values
-    return Actions([*system.spec.events], system.events.changed, lambda state: state.values.of(values))
+    acting, places = system.events.changed
+    return Actions([*system.spec.events], acting, places, lambda state: state.values.of(values))
 
 
 def actions_of(spec: Spec) -> Actions | None:
@@ -73,22 +76,22 @@ def actions_of(spec: Spec) -> Actions | None:
     becomes 0 at an event is the same in all states."""
     if not spec.events:
         return None
-    builder, events = ChainBuilder(spec), [*spec.events.values()]
-    refuse_unchanging(builder, built(builder, [one.when for one in events]))
-    sets = sets_of(spec)
-    values = built(builder, [value for *_, value in sets])
+    builder = ChainBuilder(spec)
+    refuse_unchanging(builder, built(builder, arguments_of(spec)))
+    sets = assigned_by(spec)
+    values = built(builder, sets.values)
 
     def at(state: State) -> Values:
         return FamilyValues(builder, state.t, state.q, state.v, state.parameters).of(values)
 
-    return Actions([*spec.events], [(e, place) for e, place, _ in sets], at)
+    return Actions([*spec.events], sets.events, sets.places, at)
 
 
 def with_breaks(
     system: FamilySystem, states: Sequence[State], found: Sequence[Conserved], actions: Actions | None
 ) -> Iterator[Conserved]:
     """What is conserved, with the events that may change it."""
-    if actions is None or not actions.changed:
+    if actions is None or not len(actions.acting):
         yield from found
         return
     safe = ["h"] if system.events is not None and system.events.keeps_energy else []
@@ -109,8 +112,12 @@ def breaks(
     rows = np.array([momenta[one] for one in quantities if one in momenta], dtype=np.int64)
     others = [one for one in quantities if one not in momenta]
     currents = [None if one == "h" else current(system, one) for one in others]
-    acting, places = np.array(actions.changed, dtype=np.int64).T
-    only_speeds = bool(np.all((places >= n) & (places < 2 * n))) and system.vector is None
+    speeds = (actions.places >= n) & (actions.places < 2 * n)
+    simple = ~np.isin(actions.acting, actions.acting[~speeds])
+    if system.vector is not None or system.joints is not None:
+        simple[:] = False
+    acting, places = actions.acting[~simple], actions.places[~simple]
+    only_speeds = bool(np.all(speeds[~simple])) and system.vector is None
     costly = not only_speeds and system.terms * len(acting) > MOST
 
     def values(at: FamilyValues, v: Values) -> Values:
@@ -129,9 +136,12 @@ def breaks(
     pairs: list[Places] = []
     for state in states:
         new = actions.values(state)
-        if only_speeds and system.joints is None:
-            pairs += by_speeds(system, state, rows, currents, acting, places - n, new)
+        if simple.any():
+            own = actions.acting[simple], actions.places[simple] - n
+            pairs += by_speeds(system, state, rows, currents, *own, new[simple])
+        if not len(acting):
             continue
+        new = new[~simple]
         before = values(*state.moved(state.q, state.v))
         for events, sets in together(acting, places, 2 * n, max(2 * n, 0 if only_speeds else system.terms)):
             whole = np.concatenate([state.q, state.v, state.parameters])
@@ -140,11 +150,12 @@ def breaks(
             after = values(*state.moved(columns[:n], columns[n : 2 * n], columns[2 * n :, 0]))
             which, event = np.nonzero(differ(after, before[:, None], after - before[:, None]))
             pairs.append(np.array([which, events[event]]))
-    found: list[list[int]] = [[] for _ in quantities]
-    for which, event in np.unique(np.concatenate(pairs, axis=1), axis=1).T.tolist():
-        found[which].append(event)
+    which, event = np.concatenate(pairs, axis=1)
+    count = len(actions.names)
+    which, event = np.divmod(np.unique(which * count + event), count)
     order = [one for one in quantities if one in momenta] + others
-    return dict(zip(order, found))
+    found = np.split(event, np.searchsorted(which, np.arange(1, len(order))))
+    return {name: own.tolist() for name, own in zip(order, found)}
 
 
 def differ(after: Values, before: Values, change: Values) -> NDArray[np.bool_]:

@@ -129,7 +129,7 @@ class FamilyBuilder(ArrayBuilder):
         group = self.groups.get(name) or self.positions.get(name)
         if group is None:
             raise Unsuited
-        which = group.place_of[flat(places, group.family.shape, domain.count)]
+        which = group.numbers_at(flat(places, group.family.shape, domain.count))
         if np.any(which < 0):
             raise Unsuited
         if component in BODY_COMPONENTS:

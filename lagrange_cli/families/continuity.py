@@ -22,7 +22,8 @@ from lagrange_cli.expression.vocabulary import KINKED
 from lagrange_cli.families.arrays import Array, Domain, Total
 from lagrange_cli.families.bonds import bound_families
 from lagrange_cli.families.chains import ChainBuilder
-from lagrange_cli.families.groups import Group, group_of, listed
+from lagrange_cli.families.groups import Group, group_of
+from lagrange_cli.families.written_events import arguments_of
 from lagrange_cli.mechanics.switching.jumping_values import Array as Values
 from lagrange_cli.mechanics.switching.jumping_values import jumping
 from lagrange_cli.mechanics.switching.jumps import Case, Continuous, cases, is_certain, sides, switching
@@ -173,8 +174,7 @@ class Templates:
 
     def _events(self) -> Iterator[Continuous]:
         """The arguments of events."""
-        written = [event.when for event in self.spec.events.values()]
-        for _, parts in self._parts(listed(written)) if written else ():
+        for _, parts in self._parts(arguments_of(self.spec)) if self.spec.events else ():
             for node in parts:
                 yield from self._all("events", node, self.builder.q, self.builder.v, timed=True)
 

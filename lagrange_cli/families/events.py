@@ -5,28 +5,31 @@ An event of a member is written once, as forces are. What follows from actions i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.families.arrays import Chain, Domain, Term, Total, total_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.contacts import Impacts
-from lagrange_cli.families.groups import listed
+from lagrange_cli.families.groups import Group
 from lagrange_cli.families.jumps import refuse_angles
 from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.families.written_events import arguments_of, assigned_by, directions_of
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.switching.multiple_zeros import with_simple_zero
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.content import names_of
-from lagrange_cli.spec.spec import Event, Expression, Spec
+from lagrange_cli.spec.spec import Spec
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.expression.index_arrays import Places
+
     Values = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 SEEDS = 1, 2
@@ -36,23 +39,30 @@ ROUNDED = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """The events of a system, by number. ``arguments`` are what becomes 0; ``sizes`` has two numbers of each:
-    the sizes of the terms of its argument and of its rate. ``values`` is what actions set, each at the place
-    that ``changed`` has for it beside the number of its event: among coordinates, velocities and parameters.
-    ``simple`` are events whose actions are (see ``native.stepping.actions``), and ``affected`` pairs of these
+    """The events of a system, by number: their ``directions``, and where the motion ``stops``. ``arguments``
+    are what becomes 0; ``sizes`` has two numbers of each: the sizes of the terms of its argument and of its
+    rate. ``values`` is what actions set, each at the place that ``changed`` has for it (among coordinates,
+    velocities and parameters) behind the number of its event (2, values).
+    ``simple`` says whose actions are (see ``native.stepping.actions``), and ``affected`` pairs of these
     and those whose arguments they change. ``impacts`` are those that reduce the speed.
     """
 
-    listed: Sequence[Event]
+    directions: Places
+    stops: Places
     arguments: Total
     sizes: Total
     values: Total
-    changed: tuple[tuple[int, int], ...]
-    simple: frozenset[int]
+    changed: Places
+    simple: NDArray[np.bool_]
     affected: tuple[tuple[int, int], ...]
     keeps_energy: bool
     """Whether no action changes it."""
     impacts: Impacts | None = None
+
+    @property
+    def count(self) -> int:
+        """The number of events."""
+        return self.arguments.count
 
 
 def events_of(builder: FamilyBuilder, spec: Spec, *, free: bool) -> Events | None:
@@ -64,48 +74,33 @@ def events_of(builder: FamilyBuilder, spec: Spec, *, free: bool) -> Events | Non
     """
     if not spec.events:
         return None
-    events = [*spec.events.values()]
     known = [*builder.totals]
-    written = built(builder, [one.when for one in events])
+    written = built(builder, arguments_of(spec))
     terms = [replace(one, node=with_simple_zero(builder.graph, one.node)) for one in written.terms]
     arguments = replace(written, terms=tuple(terms))
     builder.totals[builder.totals.index(written)] = arguments
     inner = [one for one in builder.totals if one not in known]
     refuse_others(builder, inner)
-    sets = sets_of(spec)
-    if sets and not free:
+    sets = assigned_by(spec)
+    if len(sets.events) and not free:
         raise Unsuited
-    values = built(builder, [value for *_, value in sets])
+    values, changed = built(builder, sets.values), np.stack([sets.events, sets.places])
     found = Events(
-        events, arguments, sizes_of(builder, arguments), values, tuple((e, place) for e, place, _ in sets),
-        frozenset(), (), keeps_energy=True,
+        *directions_of(spec), arguments, sizes_of(builder, arguments), values, changed,
+        np.zeros(arguments.count, dtype=bool), (), keeps_energy=True,
     )  # fmt: skip
     refuse_unchanging(builder, arguments)
     return found
 
 
-def built(builder: FamilyBuilder, written: Sequence[Expression]) -> Total:
-    """The values of these expressions, which are numbers."""
-    if not written:
+def built(builder: FamilyBuilder, group: Group) -> Total:
+    """The values of the members of a group, which are numbers."""
+    if not group.count:
         return builder.added(0, [])
-    group = listed(written)
     arrays = builder.computed(group, np.arange(group.count))
     if len(arrays) != 1:
         raise Unsuited
     return arrays[0]
-
-
-def places_of(spec: Spec) -> Mapping[str, int]:
-    """The numbers of all coordinates, velocities and parameters."""
-    coordinates = [*names_of(spec.coordinates)]
-    names = [*coordinates, *map(velocity_name, coordinates), *names_of(spec.parameters)]
-    return {name: i for i, name in enumerate(names)}
-
-
-def sets_of(spec: Spec) -> Sequence[tuple[int, int, Expression]]:
-    """What events set: the number of the event, the place that is set, and its new value."""
-    numbers, events = places_of(spec), enumerate(spec.events.values())
-    return [(e, numbers[name], value) for e, one in events for name, value in one.changes.items()]
 
 
 def refuse_others(builder: FamilyBuilder, totals: Sequence[Total]) -> None:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from lagrange_cli.expression.array_builder import Members
-from lagrange_cli.expression.index_arrays import Differ, Places, one_if_equal
+from lagrange_cli.expression.index_arrays import FARTHEST, Differ, Places, one_if_equal
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Axis, Binary, Name, Negative, Sum, Tree, Vector
 from lagrange_cli.families.arrays import Array, Domain
@@ -38,12 +38,12 @@ class Rows:
 @dataclass(frozen=True, eq=False)
 class Group:
     """A family whose members are written: the ``trees`` that occur, or what else is written, which of them
-    each member has, and the values of its indices. ``place_of`` has the members' numbers by their place, -1
-    where there is none. ``keyed`` says by which ranges and conditions the file gives the members of a
-    tree."""
+    each member has, and the values of its indices. ``places`` has the members' places in ascending order,
+    the last index fastest; None where there is one everywhere. ``keyed`` says by which ranges and conditions
+    the file gives the members of a tree."""
 
     family: Family
-    place_of: Places
+    places: Places | None
     trees: tuple[Any, ...]
     labels: Places
     indices: Mapping[str, Places]
@@ -52,6 +52,16 @@ class Group:
     @property
     def count(self) -> int:
         return len(self.labels)
+
+    def numbers_at(self, places: Places) -> Places:
+        """Which members are at these places, -1 where there is none."""
+        if self.places is None:
+            return places
+        if not len(self.places):
+            return np.full_like(places, -1)
+        found = np.searchsorted(self.places, places)
+        found[found == len(self.places)] = 0
+        return np.where(self.places[found] == places, found, -1)
 
     def members(self, which: Places, sizes: Mapping[str, int], domain: Domain) -> tuple[Any, Members]:
         """The tree of some members, and their indices. Raises ``Differ`` where they have several."""
@@ -87,20 +97,7 @@ def placed_parts(
     trees = {seen[id(of(part.item))]: of(part.item) for _, part in parts}
     keyed = {seen[id(of(part.item))]: part.keyed for _, part in parts if part.keyed}
     whole = tuple(trees[i] for i in range(len(trees)))
-    return Group(family, places_of(family), whole, labels, indices, keyed)
-
-
-def listed(written: Sequence[Expression]) -> Group:
-    """Expressions, each with the values of its own indices, as the members of a group without a name."""
-    count = len(written)
-    seen: dict[int, int] = {}
-    labels = np.array([seen.setdefault(id(one.tree), len(seen)) for one in written], dtype=np.int64)
-    names = dict.fromkeys(name for one in written for name in one.indices)
-    indices = {
-        name: np.array([one.indices.get(name, 0) for one in written], dtype=np.int64) for name in names
-    }
-    trees = {id(one.tree): one.tree for one in written}
-    return Group(Family("", (), ("",), ()), np.arange(count), tuple(trees.values()), labels, indices)
+    return Group(family, known_places(family), whole, labels, indices, keyed)
 
 
 def parts_of(family: Family, written: Mapping[str, T]) -> Sequence[Part[T]]:
@@ -113,6 +110,17 @@ def parts_of(family: Family, written: Mapping[str, T]) -> Sequence[Part[T]]:
     if found is None or family.shape:
         raise Unsuited
     return [Part(found, (), ())]
+
+
+def known_places(family: Family) -> Places | None:
+    """The places of a family's members, the last index fastest; None where there is one everywhere. Raises
+    ``Unsuited`` where places are too far apart to be numbered."""
+    if family.complete:
+        return None
+    if prod(family.shape) >= FARTHEST:
+        raise Unsuited
+    assert isinstance(family.members, MemberNames)
+    return flat_places(family.members.places, family.shape)
 
 
 def places_of(family: Family) -> Places:

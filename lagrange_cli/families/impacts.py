@@ -55,7 +55,7 @@ def impacts_of(
     impacts = found.resting[np.unique(found.acts[0][found.pushing(state)])]
     if not len(impacts):
         return None
-    driven = np.zeros(len(events.listed), dtype=bool)
+    driven = np.zeros(events.count, dtype=bool)
     driven[impacts] = ~parting(builder, events, *pulls, state)[impacts]
     contacts = contacts_of(builder, events, np.flatnonzero(driven), state)
     if contacts is not None:
@@ -85,7 +85,7 @@ class Finding:
     def __init__(self, builder: FamilyBuilder, events: Events, resting: Places) -> None:
         self.builder, self.events, self.resting = builder, events, resting
         self.slots, self.graph, self.degrees = builder.slots, builder.graph, builder.q.count
-        self.order = np.full(len(events.listed), NONE)
+        self.order = np.full(events.count, NONE)
         self.order[resting] = np.arange(len(resting))
         """The contact of each event."""
         listed = [
@@ -100,8 +100,7 @@ class Finding:
         ]
         self._keys = np.unique(np.concatenate(keys))
         self.reads = np.stack(np.divmod(self._keys, self.degrees))
-        changed = np.array(events.changed, dtype=np.int64).T
-        self._contact, self._coordinate = self.order[changed[0]], changed[1] - self.degrees
+        self._contact, self._coordinate = self.order[events.changed[0]], events.changed[1] - self.degrees
         self._refuse_switches()
 
     def _own(self, term: Term, contacts: Places) -> Term | None:

@@ -28,10 +28,10 @@ def parting(
     """Of which events the argument does not bend back to 0: not on straight lines, as it is convex seen from
     the side that members come from; and not by forces, as a random ``state`` shows."""
     moving = builder.time.symbols | builder.slots.symbols_of(builder.q)
-    found = np.full(len(events.listed), int(Curvature.LINEAR))
+    found = np.full(events.count, int(Curvature.LINEAR))
     for term in events.arguments.terms:
         found[term.targets] &= int(curvature(term.node, moving))
-    sides = np.array([int(APART[one.direction]) for one in events.listed])
+    sides = np.array([int(APART[one]) for one in events.directions.tolist()])
     straight: Bits = (found & sides) == sides
     return straight & undriven(builder, events, forces, masses, state)
 
@@ -40,7 +40,7 @@ def undriven(
     builder: FamilyBuilder, events: Events, forces: Total, masses: Total, state: FamilyValues
 ) -> Bits:
     """Of which events the argument has no acceleration by forces."""
-    count = len(events.listed)
+    count = events.count
     if not forces.terms:
         return np.ones(count, dtype=bool)
     inside = reachable(builder.slots.made_of([one.node for one in forces.terms]))

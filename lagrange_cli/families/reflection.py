@@ -37,10 +37,10 @@ class EventStates(FamilyValues):
         t, q, v, parameters = random_state(builder, SEEDS[1])
         super().__init__(builder, t, q, v, parameters)
         self.builder, self.events, self.v = builder, events, v
-        self.degrees, self.count = builder.q.count, len(events.listed)
+        self.degrees, self.count = builder.q.count, events.count
         self.keys = np.unique(np.concatenate([np.zeros(1, dtype=np.int64), *self._listed()]))
         self.moved = np.zeros(len(self.keys))
-        self._changed = np.array(events.changed, dtype=np.int64).T
+        self._changed = events.changed
         self._reading: Places | None = None
         """The event of each member of what is evaluated."""
 
@@ -102,7 +102,7 @@ class EventStates(FamilyValues):
     @property
     def _new(self) -> Values:
         """What actions set."""
-        new, acting = np.zeros(len(self.events.changed)), self._changed[0]
+        new, acting = np.zeros(self.events.values.count), self._changed[0]
         for term in self.events.values.terms:
             new += np.bincount(term.targets, self.of_events(term.node, acting[term.targets]), len(new))
         return new

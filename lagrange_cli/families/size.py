@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.expression.index_arrays import Whole, inner
+from lagrange_cli.expression.index_arrays import Whole
+from lagrange_cli.expression.index_loops import inner
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Sum, Tree, children
 from lagrange_cli.spec.spec import Spec

@@ -17,8 +17,11 @@ from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
 from lagrange_cli.families.friction import Decision, Held, Rest, held, linear_in
+from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.switched import Switched
+from lagrange_cli.mechanics.guards.modes import three_ways
 from lagrange_cli.mechanics.substitution import rewritten, substituted
+from lagrange_cli.mechanics.switching.switches import where_zero
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -147,7 +150,7 @@ class Switching(Switched):
         system, events = self.system, self.system.events
         if events is not None:  # modes may have to be chosen after an action
             arguments = self.of(events.arguments)
-            events = replace(events, arguments=arguments, simple=frozenset(), affected=())
+            events = replace(events, arguments=arguments, simple=np.zeros_like(events.simple), affected=())
         needed, modes = [*map(self.of, system.needed)], Modes(self.arguments, self.modes)
         if self.held is not None:
             needed.append(self.held.other)
@@ -240,8 +243,11 @@ class Switching(Switched):
         def change(node: Node, arguments: list[Node]) -> Node | None:
             slot = self.slots.of.get(node)
             if node in passed:
-                mode = self._mode(domain, node.arguments[0])
-                return self.graph.switch(mode, arguments[1], arguments[2], -1)
+                mode, (argument, above, below) = self._mode(domain, node.arguments[0]), arguments
+                if any(map(is_root, reachable([above, below]))):  # no number on the other side
+                    at_zero = where_zero(self.graph, above, argument)
+                    return three_ways(self.graph, mode, above, below, at_zero)
+                return self.graph.switch(mode, above, below, -1)
             if slot is not None and isinstance(slot.array, Total):
                 return self.slots.symbol(domain, self.of(slot.array), slot.table)
             return None

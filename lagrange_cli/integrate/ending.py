@@ -59,7 +59,7 @@ class Ending(Enum):
 DONE = ("complete", "stopped")
 """The words for motions that cannot be continued."""
 WAYS_OUT = {
-    Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates",
+    Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates or parameters",
     Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",
     Ending.TOUCHING: "try another --method, such as DOP853, or {before}",
     Ending.STUCK: "{before}, smooth the discontinuity, or try another --method",

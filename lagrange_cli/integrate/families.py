@@ -120,7 +120,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         return WrittenOut("motion backward in time where positions depend on t", "let it go forward")
     if compilation.backward and not system.idle_bonds:
         return WrittenOut("motion backward in time where constraints do work", "let it go forward")
-    acting = system.events is not None and bool(system.events.changed)
+    acting = system.events is not None and bool(system.events.changed.size)
     if acting and compilation.backward:
         return WrittenOut("motion backward in time through actions of events", "let it go forward")
     if "reactions" in compilation.outputs and reactions(system) is None:

@@ -103,7 +103,7 @@ def write_families(
 def unbroken(system: FamilySystem, conserved: frozenset[str]) -> frozenset[str]:
     """What is conserved at events, too."""
     events = system.events
-    if events is None or not events.changed or (events.keeps_energy and conserved <= {"h"}):
+    if events is None or not events.changed.size or (events.keeps_energy and conserved <= {"h"}):
         return conserved
     from lagrange_cli.families.conservation import constants_of
 

@@ -51,10 +51,12 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Cause:
-    """The reason in the system file for the end of a motion, as a sentence, and its time."""
+    """The reason in the system file for the end of a motion, as a sentence, and its time. The way out is that
+    of the ``ending``, if there is one in place of that of the motion."""
 
     text: str
     t: float
+    ending: Ending | None = None
 
 
 @dataclass(frozen=True)

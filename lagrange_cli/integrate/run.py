@@ -178,7 +178,8 @@ def sentence(end: End, coordinates: tuple[str, ...], start: float) -> str:
     ]
     listed = ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
     detail = f" ({end.detail})" if end.detail else ""
-    way_out = end.ending.way_out(at_start=end.t == start)
+    ending = (end.cause and end.cause.ending) or end.ending
+    way_out = ending.way_out(at_start=end.t == start)
     if end.cause is not None:
         return f"{end.cause.text} at t = {end.cause.t:.9g}, where {listed}; {way_out}"
     return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}; {way_out}"

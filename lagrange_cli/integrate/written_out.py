@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.expression.syntax import calls
 from lagrange_cli.families.system import UNKNOWN, any_family_system, reason
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
@@ -52,14 +53,14 @@ def unsuited(spec: Spec) -> WrittenOut:
         longest = max(parts, key=lambda part: len(getattr(spec, part)), default="")
         where = getattr(spec, longest).values() if longest else [*forces, *energies]
         if longest == "events":
-            where = [one.when for one in spec.events.values()]
+            where = [one.when for one in written(spec.events)]
         elif longest == "forces":
             where = forces
         return WrittenOut(what, way, kinked(where))
     if spec.events and any_family_system(replace(spec, events={})) is not None:
         what = "events that jump, that act on chains or where constraints hold, or impacts between members"
-        events = [*spec.events.values()]
-        acting = [one.when for one in events if one.changes] or [one.when for one in events]
+        events = [*written(spec.events)]
+        acting = [one.when for one in events if one.sets] or [one.when for one in events]
         return WrittenOut(what, "let them record or stop only", kinked(acting))
     for part in ("constraints", "nonholonomic", "observables"):
         given = getattr(spec, part)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import suppress
 from typing import Generic
 
 from lagrange_cli.errors import SpecError
@@ -14,11 +16,14 @@ from lagrange_cli.expression.vocabulary import (
     MULTIPLIER,
     TIME,
     VELOCITY_COMPONENTS,
+    family_name,
     velocity_name,
 )
 from lagrange_cli.model.orientation import Turning, turning
+from lagrange_cli.spec.content import groups_by_name
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
+from lagrange_cli.spec.whole import WrittenFamily
 
 
 def multiplier_name(constraint: str) -> str:
@@ -48,8 +53,10 @@ class Scope(Generic[E]):
         self.replaced = {name: self.scalar(written) for name, written in spec.replaced.items()}
         self.values |= self.replaced
         self.values |= {velocity_name(name): self._rate(one) for name, one in self.replaced.items()}
-        for name, definition in spec.definitions.items():  # each uses only earlier ones
-            self.values[name] = self.build(definition)
+        self.wide = spec.wide
+        for name, one in groups_by_name(spec.definitions).items():  # each uses only earlier ones
+            if name not in self.wide:
+                self.values |= self._defined(name, one)
         positions = {name: self.vector(expression) for name, expression in spec.embedding.items()}
         self.values |= positions
 
@@ -61,8 +68,29 @@ class Scope(Generic[E]):
             return self.velocity(base)[VELOCITY_COMPONENTS.index(component)]
         if component in BODY_COMPONENTS:
             return self.turning(base).component(component)
+        if base not in self.values and family_name(base) in self.wide:
+            self.values[base] = self.build(self.spec.definitions[base])
         value = self.values[base]
         return value[COMPONENTS.index(component)] if component else value
+
+    def _defined(self, name: str, one: Expression | WrittenFamily[Expression]) -> dict[str, Value]:
+        """The values of a definition, or of a family of them, whose members may use one another."""
+        if not isinstance(one, WrittenFamily):
+            return {name: self.build(one)}
+        for member, definition in zip(one.names, one):
+            self.values[member] = self.build(definition)
+        return {}
+
+    @property
+    def in_equations(self) -> Iterator[Expression]:
+        """What the equations of motion are made of, with definitions that are built where they are used."""
+        for one in self.spec.in_equations:
+            with suppress(SpecError, LookupError, NotImplementedError, ValueError, ArithmeticError):
+                if self.wide:
+                    self.build(one)
+            yield one
+        used = [name for name in self.values if "[" in name and family_name(name) in self.wide]
+        yield from (self.spec.definitions[name] for name in used)
 
     def multiplier(self, constraint: str) -> E:
         """The Lagrange multiplier of a constraint."""

@@ -261,10 +261,12 @@ class Survey:
 
     def _events(self) -> None:
         """A quantity that an action sets keeps its unit; the expression of an event may have any unit."""
-        for name, several in by_family(self.spec.events.items()).items():
+        for name, several in written_by_family(self.spec.events).items():
             for when in distinct([event.when for event in several]):
                 self.scalar(when, f"event '{name}'")
-            changes = [change for event in several for change in event.changes.items()]
+            changes = [
+                (x.key.name, value) for event in several for x, value in zip(event.sets, event.written[1:])
+            ]
             for target, values in by_family(changes).items():
                 expected = vector(self.values[target])[0]
                 where = f"the new {target} of event '{name}'"

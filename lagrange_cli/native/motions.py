@@ -149,7 +149,7 @@ def double(equations: Specification) -> MotionCode:
             short, given = arrange(series, RATES), (equations.constants, equations.emitter)
             brief, room, operations = write_jet(residual, series, *given, short, BRIEF, alone=False)
             name, jet = BRIEF, jet + brief
-        families = related(residual.model, fewest=2)
+        families = related(residual.model, fewest=2) + related_integrals(equations)
         rates = replace(given_of(equations, room, project), rates=name, related=families)
         work, text = on_rates(equations.scheme, rates, partial(of_residual, residual), work)
         steps.append(text)
@@ -159,10 +159,18 @@ def double(equations: Specification) -> MotionCode:
             floor = whole_vectors(work)
             work = floor + whole_vectors(lengths.width)
             lengths = replace(lengths, floor=floor)
+            families += related_integrals(equations)
         own = replace(given_of(equations, work, project), related=families)
         steps.append(advance(DoubleSteps(lengths, own)))
     parts = [*numbers("", order + 4), jet, *steps, accelerate(lengths)]
     return MotionCode(parts, work, operations, (0, 1, layout.width))
+
+
+def related_integrals(equations: Specification) -> list[tuple[int, int]]:
+    """The first integral of each family of some, and their number (``stepping.related``)."""
+    from lagrange_cli.native.stepping.related import of_names
+
+    return of_names(equations.followed.integrands, equations.state.integrals.start - equations.state.degrees)
 
 
 def double_double(equations: Specification) -> MotionCode:
@@ -182,7 +190,7 @@ def double_double(equations: Specification) -> MotionCode:
         from lagrange_cli.native.stepping.projection import in_double_doubles
 
         project = in_double_doubles(equations.residual, equations.state, equations.constants)
-    given = given_of(equations, work, project)
+    given = replace(given_of(equations, work, project), related=related_integrals(equations))
     stepping = stepper(lengths_of(rows, given), rows.beyond, given)
     parts = [*operations(), *functions(), jet, *stepping]
     return MotionCode(parts, work, count, (LANES, 2 * rows.beyond, 1))

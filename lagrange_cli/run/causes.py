@@ -12,7 +12,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.indices import Indices, counted, holds, known_indices
+from lagrange_cli.expression.indices import Indices, holds, known_indices
+from lagrange_cli.expression.loops import narrowed
 from lagrange_cli.expression.syntax import (
     Binary,
     Call,
@@ -132,7 +133,7 @@ def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expressi
 
     scope = Scope(spec, DualAlgebra(values, exact=False))
     looked = 0
-    for expression in spec.in_equations:
+    for expression in scope.in_equations:
         known = {**spec.sizes, **expression.indices}
         for border, indices in borders(expression.tree, known):
             looked += 1
@@ -155,7 +156,7 @@ def borders(tree: Tree, indices: Indices) -> Iterator[tuple[Border, Indices]]:
     while pending:
         one, known = pending.pop()
         if isinstance(one, Sum):
-            for index in counted(one, known):
+            for index in narrowed(one, known):
                 inner = {**known, one.index: index}
                 if all(holds(condition, inner) for condition in one.conditions):
                     yield from borders(one.body, inner)

@@ -18,6 +18,7 @@ from lagrange_cli.run.doubtful import (
     odd_dissipation,
     rounded_equalities,
     singular_poses,
+    singular_start,
     unused_names,
 )
 from lagrange_cli.run.integrability import undecided, velocity_constraints
@@ -132,8 +133,9 @@ def classify(
     warnings = (*contradicting_units(spec), *rounded_equalities(spec), *unused_names(spec))
     if values is not None:
         warnings += odd_dissipation(spec, values.parameters)
-    if values is not None and spec.bodies:
-        warnings += singular_poses(spec, consistent)
+    if values is not None:
+        poses = singular_poses(spec, consistent) if spec.bodies else ()
+        warnings += poses or singular_start(spec, consistent)
     parameters = {} if values is None else values.parameters
     found, integrals = velocity_constraints(spec, mechanics.model, parameters)
     skipped = (*left_out(mechanics, left_out_of(spec)), *undecided(spec, found))

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.syntax import Binary, Call, Number, parts
 from lagrange_cli.integrate.methods.table import MANY_BODIES, MODERATE, TAYLOR
+from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
@@ -68,8 +69,8 @@ def kept(spec: Spec, outputs: Collection[str], terms: int) -> str:
 
 def may_drag(spec: Spec) -> bool:
     """Whether forces may contain the length of a velocity, as far as their form shows."""
-    forces = (one for section in spec.forces.values() for one in distinct(section.values()))
-    trees = [one.tree for one in (*forces, *(distinct(spec.definitions.values()) if spec.forces else ()))]
+    sections = (*spec.forces.values(), spec.definitions) if spec.forces else ()
+    trees = [one.tree for section in sections for one in distinct(written(section))]
     return any(
         (isinstance(one, Call) and one.function in ROOTS)
         or (isinstance(one, Binary) and one.operator == "**" and not is_plain(one.right))

@@ -200,7 +200,7 @@ def integrable(found: Classification) -> list[str]:
         found.integrability.combinations or any(alone.values()) or found.integrability.together
     ):
         reached = f"at most {count_of(coordinates - kept, 'dimension')} of {coordinates}"
-        between = " between events" if any(one.changes for one in found.spec.events.values()) else ""
+        between = " between events" if found.spec.acts else ""
         lines.append(f"so the configurations that a motion reaches{between} have {reached}")
     return lines
 

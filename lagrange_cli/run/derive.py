@@ -24,6 +24,7 @@ from lagrange_cli.errors import (
     UsageError,
 )
 from lagrange_cli.run.settings.settings import check_defaults
+from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
@@ -169,8 +170,8 @@ def keeps_decimals(spec: Spec) -> bool:
         return False
     lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
     forces = (one for given in spec.forces.values() for one in given.values())
-    written = (*lagrangian, *spec.potential.values(), *forces, *spec.definitions.values())
-    return any(has_decimals(one.tree) for one in distinct(written))
+    given = (*lagrangian, *spec.potential.values(), *forces, *written(spec.definitions))
+    return any(has_decimals(one.tree) for one in distinct(given))
 
 
 @contextmanager

@@ -8,6 +8,7 @@ which has values where the energy has none. So of logarithms, the energy alone c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import SpecError
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
 PARTIAL = ("log",)
 """Functions that have no value where their derivative has one."""
 FEW = 60
-"""Coordinates up to which all expressions are evaluated: sums over pairs of more take time."""
+"""Coordinates up to which all expressions are evaluated: sums over pairs of more take time. The energy of
+more is computed by families."""
 
 
 def check_domain(spec: Spec, values: Values, t: float) -> None:
@@ -34,7 +36,8 @@ def check_domain(spec: Spec, values: Values, t: float) -> None:
     begins, or a force no series."""
     if may_end(spec) and without_value(spec, values.parameters, (*values.q, *values.v), t, 1):
         raise refusal(spec, values, t)
-    if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in spec.in_equations):
+    expressions = chain(spec.in_equations, written(spec.definitions))
+    if len(spec.coordinates) > FEW or not any(may_lack_value(one.tree) for one in expressions):
         return
     known = known_at(spec, values, t)
     lost = written_without_value(spec, known)
@@ -161,11 +164,17 @@ def without_value(
     from lagrange_cli.expression.arrays import evaluate
     from lagrange_cli.run.jumps import symbolic
 
+    if members == 1 and len(spec.coordinates) > FEW:
+        from lagrange_cli.families.energies import energy
+
+        one = energy(spec, parameters, np.array(state, dtype=np.float64), t)
+        if one is not None:
+            return [0] if np.isnan(one) else []
     model = symbolic(spec)
     names = [one.name for one in spec.coordinates]
     known = dict(zip([*names, *map(velocity_name, names)], state))
-    energy = model.potential if model.lagrangian is None else model.lagrangian
-    (found,) = evaluate([energy], {**parameters, **known, TIME: t})
+    whole = model.potential if model.lagrangian is None else model.lagrangian
+    (found,) = evaluate([whole], {**parameters, **known, TIME: t})
     lost: list[int] = np.flatnonzero(np.broadcast_to(np.isnan(found), members)).tolist()
     return lost
 

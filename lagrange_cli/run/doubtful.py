@@ -1,5 +1,6 @@
 """Places of a file that are allowed and perhaps not meant: units that contradict each other, equality that
-rounding decides, unused names, dissipation that does not brake, and singular angles at the start."""
+rounding decides, unused names, dissipation that does not brake, and singular masses or angles at the
+start."""
 
 from __future__ import annotations
 
@@ -127,3 +128,16 @@ def singular_poses(spec: Spec, values: Values) -> tuple[Problem, ...]:
         )
         for name, function in found.items()
     )
+
+
+def singular_start(spec: Spec, values: Values) -> tuple[Problem, ...]:
+    """A warning where the mass matrix is singular at the start."""
+    from lagrange_cli.run.singular import idle, place_of, without_mass
+    from lagrange_cli.spec.source import Source
+
+    names = without_mass(spec, values.parameters, spec.solve.start or 0.0, (*values.q, *values.v))
+    if not names:
+        return ()
+    message = f"the mass matrix is singular at the start: {idle(names)}"
+    hint = "begin elsewhere, or use other coordinates or parameters"
+    return (Source(spec.filename, spec.text).problem(place_of(spec, names[0]), message, hint),)

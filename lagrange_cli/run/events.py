@@ -60,16 +60,23 @@ def series_of(
 
 def described(spec: Spec, group: EventGroup) -> dict[str, str]:
     """The attributes of a group, which say what the event is in the words of the system file."""
+    from lagrange_cli.expression.vocabulary import family_name
     from lagrange_cli.model.events import DIRECTIONS, action_of
+    from lagrange_cli.spec.content import written_by_family
 
-    found: dict[str, dict[str, None]] = {"when": {}, "direction": {}, "action": {}}
-    for event in (spec.events[name] for name in group.members):
+    alike = written_by_family(spec.events)[family_name(group.members[0])]
+    actions: dict[str, None] = {}
+    each = any(one.key.axes for event in alike for one in event.sets)
+    for event in (spec.events[name] for name in group.members) if each else alike:
         changes = "; ".join(f"{name} = {value.text}" for name, value in event.changes.items())
-        action = action_of(event.stops, event.changes)
-        found["when"][event.when.text] = None
-        found["direction"][DIRECTIONS[event.direction]] = None
-        found["action"][f"{action} {changes}".strip()] = None
-    return {name: enumerated([*texts]) for name, texts in found.items()}
+        actions[f"{action_of(event.stops, event.changes)} {changes}".strip()] = None
+        if len(actions) > MOST_TEXTS:
+            break
+    return {
+        "when": enumerated([*dict.fromkeys(one.when.text for one in alike)]),
+        "direction": enumerated([*dict.fromkeys(DIRECTIONS[one.direction] for one in alike)]),
+        "action": enumerated([*actions]),
+    }
 
 
 def enumerated(texts: Sequence[str]) -> str:

@@ -161,7 +161,7 @@ def derive_families(
 
 def acting(spec: Spec) -> bool:
     """Whether events set something."""
-    return any(one.changes for one in spec.events.values())
+    return spec.acts
 
 
 Printed: TypeAlias = "Derived | DerivedFamilies"

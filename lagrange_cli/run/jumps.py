@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.records import replace
 from lagrange_cli.run.derive import located
-from lagrange_cli.spec.content import groups_by_name, written
+from lagrange_cli.spec.content import groups_by_name, names_of, statements, written
 from lagrange_cli.spec.spec import distinct
+from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
@@ -51,10 +52,20 @@ def check_members(spec: Spec, values: EnsembleValues) -> None:
             refuse_jumps_in_numbers(own, f"member {member}")
 
 
+def parameters_set(spec: Spec) -> set[str]:
+    """The parameters that events set."""
+    given = names_of(spec.parameters)
+    events = groups_by_name(spec.events).values()
+    acting = (
+        one for one in events if any(x.key.name in given.bases for y in statements(one) for x in y.sets)
+    )
+    members = (event for one in acting for event in (one if isinstance(one, WrittenFamily) else [one]))
+    return {name for event in members for name in event.changes if name in given}
+
+
 def with_actions_judged(spec: Spec, prepared: Prepared) -> Prepared:
     """A check that ends a motion before an action that sets parameters with which an energy jumps."""
-    given = {one.name for one in spec.parameters}
-    names = {name for event in spec.events.values() for name in event.changes if name in given}
+    names = parameters_set(spec)
     if not names or not may_switch(spec) or families_continuous(spec):
         return prepared
     from lagrange_cli.integrate.methods.taylor import TaylorMethod
@@ -95,7 +106,7 @@ def may_switch(spec: Spec) -> bool:
     definitions = [*written(spec.definitions)]
     energies = [*written(spec.potential), *([] if spec.lagrangian is None else [spec.lagrangian])]
     energies += [*written(spec.forces.get("dissipation", {})), *definitions]
-    energies += [event.when for event in spec.events.values()]
+    energies += [event.when for event in written(spec.events)]
     if any(calls(one.tree, ("where", "sign")) for one in distinct(energies)):
         return True
     places = [*written(spec.embedding), *written(spec.constraints), *written(spec.nonholonomic)]

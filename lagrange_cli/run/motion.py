@@ -64,6 +64,11 @@ class Motion:
             found = singular_constraints(self.spec, self.values.parameters, self.settings.start, end)
             if found is not None:
                 return found
+        from lagrange_cli.run.singular import singular_masses
+
+        found = singular_masses(self.spec, self.values.parameters, self.settings.start, end)
+        if found is not None:
+            return found
         if end.ending not in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.CRAWLING, Ending.STUCK):
             return None
         from lagrange_cli.run.causes import explained

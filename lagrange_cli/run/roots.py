@@ -56,7 +56,7 @@ def at_ends(spec: Spec, known: Mapping[str, float]) -> Iterator[tuple[Expression
         scope = Scope(spec, NumberAlgebra(known))
     except (SpecError, LookupError, NotImplementedError):  # a number too large, a multiplier, or a velocity
         return
-    for expression in spec.in_equations:
+    for expression in scope.in_equations:
         for border, indices in borders(expression.tree, {**spec.sizes, **expression.indices}):
             whole, power = border.whole, 0.5
             if isinstance(whole, Binary) and whole.operator == "/":

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
 from lagrange_cli.records import replace
@@ -14,11 +15,17 @@ from lagrange_cli.run.start_notes import in_short
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.method import End
+    from lagrange_cli.spec.source import Place
     from lagrange_cli.spec.spec import Spec
 
 CLOSE = 1e-4
 """The sine of the angle between slopes of constraints at which a motion that ends is close to where they
 depend on each other."""
+MOST = 100
+"""Coordinates of systems whose mass matrix is looked at."""
+NOTHING, BALANCED = 1e-14, 8
+"""The part of the largest singular value of a matrix that is rounding, and rounds in which the largest
+numbers of its rows and columns become 1."""
 STUCK = Ending.SINGULAR_MASS_MATRIX, Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER, Ending.STUCK
 MATRIX = "singular matrix of masses and constraints"
 """What is singular where there are constraints, and ``Ending`` has the mass matrix."""
@@ -71,6 +78,64 @@ def angles_at(
         if small and all(any(slot and x for slot, x in angle.slopes.items()) for angle in angles):
             found[name] = "sine" if proper else "cosine"
     return found
+
+
+def singular_masses(spec: Spec, parameters: Mapping[str, float], start: float, end: End) -> Cause | None:
+    """The same of a state at which no kinetic energy depends on some velocities."""
+    if end.ending not in STUCK:
+        return None
+    names = without_mass(spec, parameters, end.t, end.state.tolist())
+    if not names:
+        return None
+    verb, line = "is" if end.t == start else "becomes", place_of(spec, names[0]).line
+    text = f"the mass matrix {verb} singular: {idle(names)} (line {line})"
+    return Cause(text, end.t, Ending.SINGULAR_MASS_MATRIX)
+
+
+def idle(names: Sequence[str]) -> str:
+    """That these coordinates are ``without_mass``."""
+    if len(names) == 1:
+        return f"no kinetic energy depends on {velocity_name(names[0])}"
+    return f"{in_short([*map(velocity_name, names)])} may change together, and no momentum changes"
+
+
+def place_of(spec: Spec, name: str) -> Place:
+    """Where a coordinate is written."""
+    return next(one.place for one in spec.coordinates if one.name == name)
+
+
+def without_mass(
+    spec: Spec, parameters: Mapping[str, float], t: float, state: Sequence[float]
+) -> tuple[str, ...]:
+    """The coordinates whose velocities may change at a state, in a way that the constraints allow, without a
+    change of any momentum: those of one such way. Systems of many coordinates are not looked at."""
+    from lagrange_cli.model.start.equations import Equations
+
+    count = len(spec.coordinates)
+    if count > MOST:
+        return ()
+    import numpy as np
+
+    q, v = state[:count], state[count : 2 * count]
+    try:
+        equations = Equations(spec, parameters)
+        masses, rows = equations.masses(t, q, v).rows, equations.at(t, q, v).rows
+    except (LagrangeError, ArithmeticError):
+        return ()
+    matrix = np.zeros((count + len(rows), count))
+    for j, row in (*masses.items(), *enumerate(rows, count)):
+        matrix[j, [*row]] = [float(x) for x in row.values()]
+    if not np.isfinite(matrix).all():
+        return ()
+    for _ in range(BALANCED):  # whatever the units
+        for axis in 0, 1:
+            sizes = np.sqrt(np.abs(matrix).max(axis=axis, keepdims=True))
+            matrix = matrix / np.where(sizes > 0.0, sizes, 1.0)
+    _, values, ways = np.linalg.svd(matrix)
+    if values[-1] > NOTHING * max(1.0, values[0]):
+        return ()
+    moves = np.abs(ways[-1])
+    return tuple(one.name for one, move in zip(spec.coordinates, moves) if move > CLOSE * moves.max())
 
 
 def dependent(spec: Spec, parameters: Mapping[str, float], end: End) -> tuple[str, ...]:

@@ -152,7 +152,7 @@ def refined(
     q = [context().mpf(near.q[k]) if k in free_q else x for k, x in enumerate(state[0])]
     begin = Given(t, q, state[1], free_q, free_v, forced)
     equations = of_families(spec, parameters, exact=True)
-    return consistent(spec, parameters, begin, context(), near.generic, equations)
+    return consistent(spec, parameters, begin, context(), near, equations)
 
 
 def open_numbers(spec: Spec, names: Collection[str]) -> tuple[frozenset[int], frozenset[int]]:

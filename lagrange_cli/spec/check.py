@@ -21,19 +21,11 @@ from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE
-from lagrange_cli.spec.spec import (
-    Body,
-    Coordinate,
-    Event,
-    Expression,
-    Family,
-    Parameter,
-    Spec,
-    Transformation,
-)
+from lagrange_cli.spec.spec import Body, Coordinate, Expression, Family, Parameter, Spec, Transformation
 from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
+    from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.wanted import Wanted
 
 W = TypeVar("W", bound=Written)
@@ -222,7 +214,7 @@ class _Checker:
         bound = norms(found)
         return found, bound, with_families(self.draft.families, bound)
 
-    def events(self) -> dict[str, Event]:
+    def events(self) -> Mapping[str, Event]:
         """The section ``events``."""
         if not self.draft.events:
             return {}

@@ -21,8 +21,8 @@ def doubtful_equalities(spec: Spec) -> Iterator[tuple[Place, str]]:
     for name, parameters in by_family((one.name, one.value) for one in firsts_of(spec.parameters)).items():
         if all(_is_whole(value.tree, known | value.indices.keys()) for value in parameters):
             known.add(name)
-    for event in spec.events.values():
-        known -= {family_name(name) for name, x in event.changes.items() if not _is_whole(x.tree, known)}
+    for event in written(spec.events):
+        known -= {one.key.name for one in event.sets if not _is_whole(one.value.tree, known)}
     for expression in distinct(expressions(spec)):
         for comparison in equalities(expression.tree):
             own = {*expression.indices, *(loop.index for loop, _ in sums(expression.tree))}

@@ -23,7 +23,9 @@ from lagrange_cli.spec.source import Place as FilePlace
 from lagrange_cli.spec.whole import Part, WrittenFamily
 
 MAX_MEMBERS = whole("members")
-"""Members of all the families of a file, each section counted by itself."""
+"""Members of all the families of a file but definitions."""
+MAX_DEFINED = max(whole("pairs"), MAX_MEMBERS)
+"""Members of all families of definitions: ranges, until they are used."""
 
 One = TypeVar("One", Entry, Declared, WrittenEvent, WrittenBody)
 
@@ -36,6 +38,7 @@ def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
     for row in SECTIONS.rows:
         if row.family:
             pieces: Sequence[Any] = draft.sections.get(row.key, ())
+            expander.defining = row.key == "definitions"
             expanded[row.key], families[row.key] = expander.section(pieces, row.family == "all")
     transformations = []
     for one in draft.transformations:
@@ -55,7 +58,15 @@ class _Expander:
     problems: Problems
     indices: list[tuple[str, FilePlace]] = field(default_factory=list)
     """Every index of a key, with its place."""
-    members: int = 0
+    members: dict[str, int] = field(default_factory=dict)
+    """How many there are so far, of definitions and of all others."""
+    defining: bool = False
+    """Whether the section at hand is that of definitions."""
+
+    @property
+    def most(self) -> int:
+        """How many members there may be."""
+        return MAX_DEFINED if self.defining else MAX_MEMBERS
 
     def section(self, entries: Sequence[One], complete: bool) -> tuple[Sequence[One], dict[str, Family]]:
         """The section with members, and what families it has."""
@@ -140,12 +151,12 @@ class _Expander:
 
     def _some(self, piece: One) -> list[tuple[Part[One], tuple[range, ...]]] | None:
         """Members whose indices depend on one another, as ``range(i)`` does, or satisfy conditions."""
-        from lagrange_cli.expression.listed import grids
+        from lagrange_cli.expression.loops import grids
 
         if any(plain_names(tree) & self.problems.broken for axis in piece.key.axes for tree in axis.trees):
             return None
         try:
-            found = grids(piece.key.axes, self.sizes, MAX_MEMBERS)
+            found = grids(piece.key.axes, self.sizes, self.most)
             smallest = min((values[0] for ranges in found for values in ranges), default=0)
             if smallest < 0:
                 span = piece.key.axes[0].span
@@ -250,14 +261,17 @@ class _Expander:
         return f" for {', '.join(shown)}" if shown else ""
 
     def _count(self, piece: One, members: int) -> bool:
-        before, self.members = self.members, self.members + members
-        if self.members > MAX_MEMBERS >= before:
+        """Add members of the section at hand; whether they are not too many."""
+        of, name = ("definitions", "pairs") if self.defining else ("families", "members")
+        before = self.members.get(of, 0)
+        self.members[of] = before + members
+        if before + members > self.most >= before:
             self.problems.add(
                 piece.place,
-                f"more than {MAX_MEMBERS} members in all families together",
-                f"make the sizes smaller, {way_out('members')}",
+                f"more than {self.most} members in all {of} together",
+                f"make the sizes smaller, {way_out(name)}",
             )
-        return self.members <= MAX_MEMBERS
+        return before + members <= self.most
 
     def _family(self, name: str, pieces: list[One], parts: list[Part[One]], complete: bool) -> Family | None:
         if not parts and complete:

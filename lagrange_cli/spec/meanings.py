@@ -115,6 +115,8 @@ def bounds_at(value: Any, number: int | None) -> Any:
     """The bounds of one member of those that have been found together, which has this number."""
     if isinstance(value, tuple):
         return tuple(bounds_at(one, number) for one in value)
+    if hasattr(value, "kinds"):
+        return bounds_at(value.kinds[value.labels[number]], number)
     numbers = getattr(value, "numbers", None)
     if numbers is None:
         return value
@@ -261,10 +263,15 @@ def largest(bounds: Sequence[Any]) -> Any:
             return None
         parts = [largest(component) for component in zip(*bounds)]
         return None if any(one is None for one in parts) else tuple(parts)
-    if any(isinstance(one, tuple) or one.value is not None or hasattr(one, "numbers") for one in bounds):
+    if any(isinstance(one, tuple) or one.value is not None or has_some(one) for one in bounds):
         return None
     deepest = max(bounds, key=lambda one: one.depth)
     return Bounds(None, max(one.size for one in bounds), deepest.depth, deepest.kind)
+
+
+def has_some(bounds: Bounds) -> bool:
+    """Whether numbers of members are known that differ from member to member."""
+    return hasattr(bounds, "numbers") or hasattr(bounds, "kinds")
 
 
 def scalar() -> Bounds:

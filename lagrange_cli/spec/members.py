@@ -9,9 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import FARTHEST, Places, Whole, flat
+from lagrange_cli.expression.index_arrays import FARTHEST, Differ, Places, Whole, flat
 from lagrange_cli.expression.indices import Unsuited
-from lagrange_cli.expression.many_bounds import Many
+from lagrange_cli.expression.many_bounds import Various, chosen, various
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.spec import family as families
 from lagrange_cli.spec.family import Blocks, Family, Grid, Listed, MemberNames
@@ -62,27 +62,32 @@ def numbers_at(found: list[Any] | None, which: Places) -> Any:
     """The bounds of some members of a family whose numbers are known, and are written alike."""
     if found is None or len(found) != 1 or found[0] is None:
         raise Unsuited
-    return chosen(found[0], which)
+    value = chosen(found[0], which)
+    for one in value if isinstance(value, tuple) else (value,):
+        if isinstance(one, Various):
+            raise Differ(one.labels)
+    return value
 
 
-def shares(family: Family, parts: Sequence[Part[Any]], value: Any) -> Iterator[tuple[Part[Any] | None, Any]]:
+def shares(
+    family: Family, settled: Sequence[tuple[Sequence[Part[Any]], Any]]
+) -> Iterator[tuple[Part[Any] | None, Any]]:
     """The bounds that have been found together for members of these parts, one part after the other, as those
     of each part, or of the whole family (None) in the order of its members."""
-    ends = np.cumsum([part.count for part in parts])
-    if ends[-1] == len(family.members) and prod(family.shape) < FARTHEST:
-        order = np.argsort(np.concatenate([numbers_of(family, part) for part in parts]))
-        yield None, chosen(value, order)
-        return
-    for part, end in zip(parts, ends):
-        yield part, chosen(value, np.arange(end - part.count, end))
-
-
-def chosen(value: Any, which: Places) -> Any:
-    """The bounds of some of the members whose bounds are ``value``."""
-    if isinstance(value, tuple):
-        return tuple(chosen(one, which) for one in value)
-    known = isinstance(value, Many) and value.numbers.ndim > 0
-    return Many(value.numbers[which], value) if known else value
+    count = sum(part.count for parts, _ in settled for part in parts)
+    if count == len(family.members) and prod(family.shape) < FARTHEST:
+        numbers = [np.concatenate([numbers_of(family, part) for part in parts]) for parts, _ in settled]
+        if len(settled) == 1:
+            yield None, chosen(settled[0][1], np.argsort(numbers[0]))
+            return
+        value = various([(one, own) for (_, one), own in zip(settled, numbers)], count)
+        if value is not None:
+            yield None, value
+            return
+    for parts, value in settled:
+        ends = np.cumsum([part.count for part in parts])
+        for part, end in zip(parts, ends):
+            yield part, chosen(value, np.arange(end - part.count, end))
 
 
 def indices_of(part: Part[Any]) -> dict[str, Places]:

@@ -31,7 +31,7 @@ from lagrange_cli.expression.vocabulary import (
 from lagrange_cli.records import replace
 from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.kinds import Kind, Meaning, Rule
-from lagrange_cli.spec.meanings import Meanings, Unsound
+from lagrange_cli.spec.meanings import Meanings, Unsound, has_some
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.whole import Part, WrittenFamily
@@ -97,7 +97,7 @@ class Names(Meanings):
         kinds, sound = self.check_names(expression, section, where)
         if not sound:
             return kinds, None
-        together = self._together(expression)
+        together = self.of_siblings(expression)
         return None if together is None else (kinds, together)
 
     def check_names(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
@@ -121,7 +121,7 @@ class Names(Meanings):
             members = group.of_part(part)
             yield next(members)
             trusted = filter(lambda one: self.problems.trusts(one.tree), part.item.expressions)
-            if any(self._together(one) is None for one in trusted):
+            if any(self.of_siblings(one) is None for one in trusted):
                 yield from members
 
     @cached_property
@@ -137,7 +137,7 @@ class Names(Meanings):
         """Whether parts have so many members that they are checked together."""
         return sum(part.count for part in parts) >= MANY
 
-    def _together(self, expression: Expression) -> Any:
+    def of_siblings(self, expression: Expression) -> Any:
         """The bounds of all members that share the expression's tree, where these are many and none is wrong;
         else None."""
         key = id(expression.tree)
@@ -147,7 +147,8 @@ class Names(Meanings):
             if self.has_many(*parts):
                 from lagrange_cli.spec.members import indices_of_all
 
-                self._of_siblings[key] = self.many.of_members(expression.tree, indices_of_all(parts))
+                count, indices = sum(part.count for part in parts), indices_of_all(parts)
+                self._of_siblings[key] = self.many.of_members(expression.tree, indices, count)
         return self._of_siblings[key]
 
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
@@ -305,4 +306,4 @@ def unknown(bounds: Any) -> bool:
     if bounds is None:
         return True
     parts = bounds if isinstance(bounds, tuple) else (bounds,)
-    return all(one.value is None and not hasattr(one, "numbers") for one in parts)
+    return all(one.value is None and not has_some(one) for one in parts)

@@ -60,6 +60,8 @@ def note_unknown_owner(
     row: Row, entry: Entry, known: Sequence[str], names: Names, problems: Problems
 ) -> None:
     """Note an entry for a particle, a body or a coordinate that is none of the ``known``."""
+    if family_name(entry.name) in problems.broken:
+        return  # one message is enough
     meaning = names.table.get(family_name(entry.name))
     where = FORCES_ON.get(meaning.what) if meaning is not None else None
     if meaning is not None and where is not None and meaning.what is not row.of:

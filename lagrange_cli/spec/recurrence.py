@@ -14,11 +14,11 @@ from lagrange_cli.expression.array_builder import Members
 from lagrange_cli.expression.bounds import MAX_DEPTH, Bounds
 from lagrange_cli.expression.index_arrays import Differ, Mask, Places, Whole, flat, integers
 from lagrange_cli.expression.indices import Indices, Unsuited
-from lagrange_cli.expression.many_bounds import BoundsBuilder, Many
+from lagrange_cli.expression.many_bounds import BoundsBuilder
 from lagrange_cli.expression.syntax import Binary, ExpressionError, Name, Sum, Tree, names
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.spec.family import Place
-from lagrange_cli.spec.meanings import largest, scalar
+from lagrange_cli.spec.meanings import has_some, largest, scalar
 from lagrange_cli.spec.members import Table, bounds_of, component_of, indices_of
 from lagrange_cli.spec.order import Needs
 from lagrange_cli.spec.whole import Part, WrittenFamily
@@ -77,7 +77,7 @@ class Recurrence(BoundsBuilder):
         found = joint(
             [value for _, value, _ in self.each(tree, {**self._sizes, **indices_of(self.part)}, count)]
         )
-        if any(one.value is not None or isinstance(one, Many) for one in parts_of(found)):
+        if any(one.value is not None or has_some(one) for one in parts_of(found)):
             raise Unsuited  # numbers are looked at one by one
         return found
 

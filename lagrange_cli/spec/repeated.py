@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import Generic, TypeVar
 
 from lagrange_cli.spec.draft import Written
@@ -17,20 +18,18 @@ class Taken(Generic[One]):
 
     def __init__(self) -> None:
         self._wide: list[Part[One]] = []
-        self._single: dict[Place, Part[One]] = {}
+        self._rows: dict[int, list[Part[One]]] = {}
+        """Those whose members have one first index, by this."""
 
     def again(self, part: Part[One], order: tuple[range, ...]) -> tuple[Place, Part[One]] | None:
         """Add the places of a part. The first of them in this ``order`` that was taken before, and what has
         it."""
-        others = (other for other in self._wide if other.item is not part.item)  # which gives none twice
+        first = part.ranges[0]
+        rows = first if len(first) < len(self._rows) else [i for i in self._rows if i in first]
+        near = chain(self._wide, *(self._rows.get(i, ()) for i in rows))
+        others = (other for other in near if other.item is not part.item)  # which gives none twice
         twice = [(place, one) for one in others if (place := first_common(order, one.ranges)) is not None]
-        if part.count == 1:
-            place = next(part.places)
-            twice += [(place, self._single[place])] if place in self._single else []
-            self._single[place] = part
-        else:
-            twice += [(place, other) for place, other in self._single.items() if part.has(place)]
-            self._wide.append(part)
+        (self._wide if len(first) > 1 else self._rows.setdefault(first[0], [])).append(part)
         ranks = (
             ([values.index(x) for x, values in zip(place, order)], place, other) for place, other in twice
         )

@@ -193,6 +193,8 @@ class Settling:
         alike: dict[int, list[Part[W]]] = {}
         for part in group.parts:
             alike.setdefault(id(part.item), []).append(part)
+        settled = list[tuple[Sequence[Part[W]], Any]]()
+        kinds = frozenset[Kind]()
         for parts in alike.values():
             item = parts[0].item
             value, found = expression_of(item), None
@@ -203,11 +205,14 @@ class Settling:
                 for part in parts:
                     yield from group.of_part(part)
                 continue
+            own, bounds = (frozenset({what}), scalar()) if what is Kind.PARAMETER else found
+            kinds |= own
+            settled.append((parts, bounds))
+        if settled:
             from lagrange_cli.spec.members import shares
 
-            kinds, bounds = (frozenset({what}), scalar()) if what is Kind.PARAMETER else found
-            for own, value in shares(group.family, parts, bounds):
-                self.settle_part(group.family, own, what, kinds, value)
+            for share, value in shares(group.family, settled):
+                self.settle_part(group.family, share, what, kinds, value)
 
     def _settle_one(self, entry: Written, what: Kind, section: str) -> None:
         value = expression_of(entry)

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from lagrange_cli.expression.syntax import Key, Tree, has_decimals
+from lagrange_cli.expression.syntax import has_decimals, names
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.content import bases_of, firsts_of, written
+from lagrange_cli.spec.content import bases_of, firsts_of, groups_by_name, written
 from lagrange_cli.spec.family import Family as Family
 from lagrange_cli.spec.source import Expression as Expression
 from lagrange_cli.spec.source import Place as Place
+from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
+    from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.wanted import Wanted
 
 T = TypeVar("T")
+
+WIDE = 1000
+"""Members of a family of definitions that may all be built."""
 
 
 def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
@@ -69,24 +74,6 @@ class Coordinate:
 
 SURFACE = "--where"
 """The name of the event that a section is taken at; no name of a file is like it."""
-
-
-@dataclass(frozen=True)
-class Event:
-    """What happens where ``when`` becomes 0.
-
-    ``direction`` is +1 where it must rise, -1 where it must fall, 0 where either counts. The motion ends
-    there if it ``stops``. ``changes`` are the new values of coordinates, velocities and parameters, by name.
-    In the file it has this ``key``, and ``sets`` are what is set there, with the new values.
-    """
-
-    when: Expression
-    direction: int
-    stops: bool
-    changes: Mapping[str, Expression]
-    place: Place
-    key: Key | None = None
-    sets: tuple[tuple[Key, Tree], ...] = ()
 
 
 SOLIDS = {"sphere": "r", "cylinder": "[r, h]", "box": "[a, b, c]", "disc": "r", "rod": "l"}
@@ -248,16 +235,21 @@ class Spec:
     def moving(self) -> Iterator[Expression]:
         """What the equations of motion and the events are made of; of members of a family that are written
         alike the first."""
-        return self._moving(written)
+        yield from self._moving(written)
+        for event in written(self.events):
+            yield from event.written
 
     @property
     def moving_members(self) -> Iterator[Expression]:
         """The same of all members."""
-        return self._moving(lambda section: section.values())
+        yield from self._moving(lambda section: section.values())
+        for event in self.events.values():
+            yield from (event.when, *event.changes.values())
 
     @property
     def in_equations(self) -> Iterator[Expression]:
-        """What the equations of motion of all members are made of; definitions come last."""
+        """What the equations of motion of all members are made of; definitions come last, without those that
+        are built where they are used."""
         if self.lagrangian is not None:
             yield self.lagrangian
         for section in (self.potential, *self.forces.values(), self.embedding):
@@ -265,7 +257,21 @@ class Spec:
         for body in self.bodies.values():
             yield from body.expressions
         yield from self.all_constraints.values()
-        yield from self.definitions.values()
+        wide = self.wide
+        for name, one in groups_by_name(self.definitions).items():
+            if name not in wide:
+                yield from one if isinstance(one, WrittenFamily) else [one]
+
+    @property
+    def wide(self) -> frozenset[str]:
+        """The families of definitions whose members are built where they are used: those that are large, and
+        do not use one another."""
+        return frozenset(
+            name
+            for name, one in groups_by_name(self.definitions).items()
+            if isinstance(one, WrittenFamily) and len(one) > WIDE
+            if not any(used.base == name for part in one.parts for used in names(part.item.tree))
+        )
 
     def _moving(self, of: Callable[[Mapping[str, Any]], Iterable[Any]]) -> Iterator[Expression]:
         for section in (self.embedding, self.potential, *self.forces.values()):
@@ -274,8 +280,11 @@ class Spec:
             yield from body.expressions
         if self.lagrangian is not None:
             yield self.lagrangian
-        for event in self.events.values():
-            yield from (event.when, *event.changes.values())
+
+    @property
+    def acts(self) -> bool:
+        """Whether an event sets anything."""
+        return any(one.sets for one in written(self.events))
 
     @property
     def decimals(self) -> bool:

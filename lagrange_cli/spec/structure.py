@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lagrange_cli.spec.content import groups_by_name, groups_of
-from lagrange_cli.spec.spec import Body, Event, Expression, Family, Inertia, Orientation, Spec
+from lagrange_cli.spec.spec import Body, Expression, Family, Inertia, Orientation, Spec
 from lagrange_cli.spec.whole import WrittenFamily
 
 NUMBERS = frozenset({"parameters", "coordinates"})
@@ -48,9 +48,9 @@ def plain(value: object) -> Any:
         return [value.text, *value.indices.items()] if value.indices else value.text
     if isinstance(value, Family):
         return [value.shape, value.axes]
-    if isinstance(value, Event):
-        changes = [[name, plain(one)] for name, one in value.changes.items()]
-        return [plain(value.when), value.direction, value.stops, changes]
+    parts = getattr(value, "in_structure", None)
+    if parts is not None:
+        return plain(parts)
     if isinstance(value, Inertia):
         return [value.solid, plain(value.entries)]
     if isinstance(value, Orientation):

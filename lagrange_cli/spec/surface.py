@@ -10,6 +10,8 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
+from lagrange_cli.spec.content import by_name, groups_by_name
+from lagrange_cli.spec.event import Event
 from lagrange_cli.spec.events.readers import read_when
 from lagrange_cli.spec.kinds import Kind, comes_to
 from lagrange_cli.spec.meanings import scalar
@@ -19,7 +21,7 @@ from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.source import Passage, Source
-from lagrange_cli.spec.spec import SURFACE, Event, Expression, Spec, grouped
+from lagrange_cli.spec.spec import SURFACE, Expression, Spec, grouped
 
 KEYS = re.compile(r"'(when|direction): ([^']*)'")
 """Keys of the file in a hint, where options are meant."""
@@ -49,7 +51,8 @@ def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
         hint = KEYS.sub(r"--\1 '\2'", first.hint).replace("--when", SURFACE)
         hint = DECLARED.sub(lambda end: OUTPUTS if end[1].startswith(";") else "", hint)
         raise UsageError(f"{SURFACE} {text}: {message}" + (f"; {hint}" if hint else ""))
-    return replace(spec, events={**spec.events, SURFACE: Event(when, direction, False, {}, when.place)})
+    surface = Event(when, direction, False, (), when.place)
+    return replace(spec, events=by_name({**groups_by_name(spec.events), SURFACE: surface}))
 
 
 def names_of(spec: Spec, problems: Problems) -> Names:

@@ -10,7 +10,8 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.columns import ColumnAlgebra, numbers
-from lagrange_cli.expression.index_arrays import Differ, Whole, flat, inner, integers
+from lagrange_cli.expression.index_arrays import Differ, Whole, flat, integers
+from lagrange_cli.expression.index_loops import inner
 from lagrange_cli.expression.indices import Indices, Unsuited
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.expression.vocabulary import member_name

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.expression.index_arrays import Unsuited, holding, inner, integers
+from lagrange_cli.expression.index_arrays import Unsuited, holding, integers
+from lagrange_cli.expression.index_loops import inner
 from lagrange_cli.expression.indices import counted, holds, integer
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.families import family_run
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.spec.values import resolve_long_values, resolve_values
 from tests.families.test_events import PENDULUM, keep_families
 from tests.support.families import alike
 from tests.support.motion import run
@@ -141,3 +142,35 @@ def test_a_dataset_of_integrals_takes_no_more_text(monkeypatch: pytest.MonkeyPat
         return len(system.slots.graph.nodes), len(program.text.splitlines())
 
     assert counted(30) == counted(50)
+
+
+AT_REST = """
+sizes: {{N: {count}}}
+coordinates: {{"x[i in range(N)]": {{initial: 0}}}}
+masses: {{"bead[i in range(N)]": 1}}
+embedding: {{"bead[i in range(N)]": "x[i]"}}
+potential: sum((x[i + 1] - x[i])**2/2 + (x[i + 1] - x[i])**4/4 for i in range(N - 1)) - x[0]*cos(2*t)/10
+"""
+
+
+@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
+def test_balances_of_a_chain_at_rest_that_is_pushed_at_its_end(
+    precision: str, whole: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Far from the end, forces grow as high powers of t, from 1e-300 on: beside that at the end they are
+    nothing, and need no steps of their own."""
+    text = AT_REST.format(count=30)
+    tolerance, close = (2.0**-52, 1e-14) if precision is DOUBLE else (FULL_DOUBLE_DOUBLE, 1e-29)
+    asked = Compilation("taylor", tolerance, OUTPUTS, precision=precision)
+    keep_families(monkeypatch, whole=whole)
+    spec = read_spec(text, "system.yaml")
+    assert (family_run(spec, asked) is not None) is whole
+    derive = partial(derive_system, resting=True, exact=precision is DOUBLE_DOUBLE)
+    values = resolve_long_values(spec, {}) if precision is DOUBLE_DOUBLE else resolve_values(spec, {})
+    found = run(prepare_system(spec, derive, None, asked), values, 0.0, 2.0, 7).data
+    for path, balance in found.items():
+        if "ledger" in path:
+            assert np.max(np.abs(balance), initial=0.0) <= close, path
+    # every force but the first one is between members: the momenta add up to the impulse
+    assert np.sum(found["v/x"][-1]) == pytest.approx(np.sin(4.0) / 20, abs=1e-13)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.families import family_run
 from lagrange_cli.integrate.methods.modes import Modes
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE
@@ -355,6 +356,21 @@ potential: sum(where(x[i] > 0, a[i], b)**2*x[i]**2/2 for i in range(N))
         first = side * np.sin(rates[0] * since) / rates[0]
         second = -side * np.sin(rates[1] * (since - halves[0])) / rates[1]
         assert np.allclose(found[:, i], np.where(since < halves[0], first, second), rtol=0.0, atol=1e-13)
+
+
+def test_balls_bounce_on_a_floor_that_has_no_series_at_its_surface() -> None:
+    """A force of depth^(3/2): each ball keeps its energy, wherever it is put as it touches the floor."""
+    text = """
+    sizes: {N: 30}
+    coordinates: {"y[i in range(N)]": {initial: "1 + i/60"}}
+    lagrangian: sum(y_dot[i]**2/2 - 9.81*y[i] - 1e4*max(0, -y[i])**2.5 for i in range(N))
+    """
+    prepared = ready(text, method="ias15")
+    motion = followed(prepared, text, 1.0)
+    assert prepared.machine.program.loops and motion.outcome.ending is Ending.COMPLETE
+    y, v = motion["q/y"], motion["v/y"]
+    energies = v**2 / 2 + 9.81 * y + 1e4 * np.maximum(0.0, -y) ** 2.5
+    assert np.allclose(energies, energies[0], rtol=1e-13, atol=0.0) and np.any(v[-1] > 0.0)
 
 
 def test_what_is_said_of_switches_does_not_grow_with_them(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -443,9 +443,11 @@ def test_a_closure_where_two_meet_is_found_to_all_digits():
 def test_rods_in_a_line_may_be_too_short_by_rounding():
     found = start(PENDULUM.replace("{initial: -1.2}", "{}"), x=1.3 + 1e-7)
     assert found.q == pytest.approx((1.3, 0.0), rel=1e-15)
-    assert [one.name for one in found.changed] == ["x"]
-    (problem,) = refused(PENDULUM.replace("{initial: -1.2}", "{}"), x=1.31)
+    assert [one.name for one in found.changed if one.given is not None] == ["x"]
+    problem, rod = refused(PENDULUM.replace("{initial: -1.2}", "{}"), x=1.31)
     assert "no value of y was found" in problem.message
+    assert "--project-initial takes the nearest consistent state (x = 1.3, y = 0)" in problem.hint
+    assert (rod.line, "it is 0.026" in rod.message) == (9, True)
 
 
 def test_a_time_that_counts():

@@ -37,7 +37,8 @@ BAD = [
     ("constraints: {c: bob}", "bob", "expected a scalar in constraint 'c'", "bob.x"),
     ("constraints: [x]", "[", "must be a mapping with a name for each constraint", "rod"),
     ("constraints: {c: 1/y}", "1/y", "division by zero", "divisor"),
-    ("constraints: {c: sqrt(y)}", "sqrt(y)", "'c' has no finite derivative", "another state"),
+    ("constraints: {c: sqrt(y)}", "sqrt(y)", "'c' has no derivative where it is satisfied", "under the root"),
+    ("constraints: {c: sqrt(y) - y}", "sqrt(y) - y", "'c' has no finite derivative", "another state"),
     (
         "constraints: {c: (x - 1)**2}",
         "(x - 1)**2",

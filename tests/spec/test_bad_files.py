@@ -46,6 +46,7 @@ BAD = [
     (POTENTIAL, "m*g*bob.z", [(12, "bob.z", "no component 'z'", "bob.x, bob.y, bob.vx, bob.vy")]),
     (POTENTIAL, "theta.x", [(12, "theta.x", "'theta' has no component", "write theta")]),
     (POTENTIAL, "bob.x.y", [(12, "bob.x.y", "has no components", "write bob.x")]),
+    (POTENTIAL, "bob.v.x", [(12, "bob.v.x", "'bob.v' has no components", "write bob.vx")]),
     (POTENTIAL, "sin*2", [(12, "sin", "missing parentheses after 'sin'", "sin(...)")]),
     (POTENTIAL, "theta_ddot", [(12, "theta_ddot", "acceleration", "determine it")]),
     (POTENTIAL, "a/qq + qq\nobservables: {e: qq}", [(12, "a", "'a'", ""), (12, "qq", "'qq'", "")]),

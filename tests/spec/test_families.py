@@ -14,7 +14,7 @@ from lagrange_cli import solve
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.keys import parse_key
-from lagrange_cli.expression.listed import grids, places
+from lagrange_cli.expression.loops import grids, places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
@@ -255,20 +255,32 @@ def test_indices_may_depend_on_one_another(size: int, shift: int, start: int, co
 
 
 @pytest.mark.parametrize(
-    "key",
+    "ranges",
     [
-        "d[i in range(N), j in range(N) if i != j]",
-        "d[i in range(N), j in range(N - 1, -1, -1) if (i*j) % 7 < 2 and not j == 5]",
-        "d[i in range(3), j in range(N) if j % (i + 1), k in range(j - N + 3)]",
+        ("i in range(N)", "j in range(N) if i != j"),
+        ("i in range(N)", "j in range(N - 1, -1, -1) if (i*j) % 7 < 2 and not j == 5"),
+        ("i in range(3)", "j in range(N) if j % (i + 1)", "k in range(j - N + 3)"),
+        ("i in range(N)", "j in range(N) if abs(i - j) == 1"),
+        (
+            "i in range(N - 1, -1, -2)",
+            "j in range(N)",
+            "k in range(N) if k // 3 == (i + j) // 4 and abs(i - j) < 4",
+        ),
     ],
 )
-def test_many_members_are_those_of_the_loops(key: str) -> None:
+def test_many_members_are_those_of_the_loops(ranges: tuple[str, ...]) -> None:
     """Values of an index are examined together from 64 on; members are in few ranges."""
-    count = 90
-    parsed = parse_key(key)
+    count, names = 90, "".join(one[0] for one in ranges)
+    parsed = parse_key(f"d[{', '.join(ranges)}]")
+    loops = " ".join(f"for {one}" for one in ranges)
+    expected = eval(f"[({', '.join(names)}) {loops}]", {"N": count})
+    assert [place for place, _ in places(parsed.axes, {"N": count}, 10**6)] == expected
+    assert [own for _, own in places(parsed.axes, {"N": count}, 10**6)] == [
+        dict(zip(names, place)) for place in expected
+    ]
     found = grids(parsed.axes, {"N": count}, 10**6)
     members = [place for ranges in found for place in product(*ranges)]
-    assert members == sorted(place for place, _ in places(parsed.axes, {"N": count}, 10**6))
+    assert members == sorted(expected)
     made = places_of(found)
     assert [*made] == members == [made[k] for k in range(len(made))]
     assert [made.number(place) for place in members] == [*range(len(members))]
@@ -405,6 +417,12 @@ BAD = [
     # keys
     (COORDINATE, COORDINATE.replace("N", "N - 4"), [(6, "i in range(N - 4)", "empty range for N = 4", "")]),
     (COORDINATE, COORDINATE.replace("N", "1, N"), [(6, "u[i in range(1, N)]", "has no member 'u[0]'", "")]),
+    # a force on members of a family with a mistake is no further one
+    (
+        "  bead[i in range(N)]: [u[i], 0]",
+        "  bead[i in range(1, N)]: [u[i], 0]\nforces: {'bead[i in range(1, N)]': [1, 0]}",
+        [(10, "bead[i in range(1, N)]", "the family 'bead' has no member 'bead[0]'", "")],
+    ),
     (COORDINATE, COORDINATE.replace("N", "-1, N"), [(6, "i in range(-1, N)", "negative index -1", "")]),
     (COORDINATE, COORDINATE.replace("i in", "t in"), [(6, "t", "the name 't' is reserved", "")]),
     (COORDINATE, COORDINATE.replace("range(N)", "N"), [(6, "N", "an index needs a range", "")]),

@@ -28,7 +28,7 @@ def check(systems: tuple[str, ...], verbose: bool, given: Given) -> int:
     conserved quantities with the reasons, and what 'solve' will skip. A file is accepted exactly if 'solve'
     accepts it. All its mistakes are shown. There are warnings about units that contradict each other, about
     conditions that rounding may decide, about names that nothing uses, about dissipation that does not brake,
-    and about angles of a body that are singular at the start. Nothing is integrated or written.
+    and about masses, or angles of a body, that are singular at the start. Nothing is integrated or written.
     """
     return run_each(systems, partial(check_system, given=given, verbose=verbose), as_json=given.as_json)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
-from lagrange_cli.cli.report.motion import Seconds, drifts_shown, events_shown, resuming, wrote
+from lagrange_cli.cli.report.events import events_shown
+from lagrange_cli.cli.report.motion import Seconds, drifts_shown, resuming, wrote
 from lagrange_cli.run.attributes import doubt_of_all
 from lagrange_cli.run.ensembles.contents import events_counted, how_they_ended
 

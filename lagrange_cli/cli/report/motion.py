@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, REPLACED, complain, count_of, emit, emit_json
+from lagrange_cli.cli.report.events import events_shown
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state
@@ -28,8 +29,8 @@ Seconds = Mapping[str, float]
 
 MOST_COORDINATES = 3
 """Coordinates whose final values are shown; where there are more, one less."""
-MOST_EVENTS = 4
-"""Events whose counts are shown."""
+MOST_SINGULAR = 4
+"""Singular configurations whose times are shown."""
 MOST_ROUNDED = 4
 """Inputs that are named."""
 MOST_DRIFTS = 8
@@ -125,8 +126,8 @@ def constraints_shown(outcome: Outcome) -> list[str]:
     """The line of the summary that says how the motion was kept to its constraints."""
     said = [f"projected onto the constraints {count_of(outcome.projections, 'time')}"]
     if outcome.singular:
-        shown = ", ".join(f"{t:.6g}" for t in outcome.singular[:MOST_EVENTS])
-        more = ", ..." if len(outcome.singular) > MOST_EVENTS else ""
+        shown = ", ".join(f"{t:.6g}" for t in outcome.singular[:MOST_SINGULAR])
+        more = ", ..." if len(outcome.singular) > MOST_SINGULAR else ""
         said.append(f"{count_of(len(outcome.singular), 'singular configuration')} passed, t = {shown}{more}")
     return [f"  {'; '.join(said)}"]
 
@@ -148,20 +149,6 @@ def final_shown(final: Mapping[str, Any] | None) -> list[str]:
     more = len(names) - count
     rest = f" (and {more} more coordinates)" if more else ""
     return [f"  at t = {final['t']:.6g}: {', '.join(shown)}{rest}"]
-
-
-def events_shown(events: Mapping[str, Any]) -> list[str]:
-    """The line of the summary that says how often each event happened: of many those that happened most."""
-    if not events:
-        return []
-    shown = sorted(events.items(), key=lambda one: -one[1]["count"])[:MOST_EVENTS]
-    said = [
-        f"{name} {one['count']}"
-        + (f" (last at t = {one['last']:.6g})" if one.get("last") is not None else "")
-        for name, one in shown
-    ]
-    more = len(events) - len(shown)
-    return [f"  events: {', '.join(said)}" + (f" (and {more} more)" if more else "")]
 
 
 def ended(outcome: Outcome) -> str:

@@ -14,7 +14,7 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.method import EndedMembers, Section
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
 from lagrange_cli.integrate.events import Change, Happened
-from lagrange_cli.integrate.method import End
+from lagrange_cli.integrate.method import Cause, End
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import sentence
 from lagrange_cli.integrate.samples import LOW, Samples, first_unknown, samples_of
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     Index = NDArray[np.int64]
     Emit = Callable[[Index, dict[str, Any]], None]
+    Explain = Callable[[int, End], Cause | None]
 
 MEMORY = 16 * 2**20
 """Bytes of initial values that are laid out at a time, and of ended members that are written at a time."""
@@ -33,6 +34,11 @@ OFTEN = 1.0
 """Seconds after which ended members are written, however few they are."""
 LOW_TIME = f"{LOW}t"
 """The low parts of the times of a section."""
+
+
+def unexplained(member: int, end: End) -> Cause | None:
+    """No reason for the end of a member's motion is known."""
+    return None
 
 
 class EnsembleDatasets:
@@ -48,7 +54,9 @@ class EnsembleDatasets:
         members: int,
         section: Section | None = None,
         chosen: NDArray[np.bool_] | None = None,
+        explain: Explain = unexplained,
     ) -> None:
+        self._explain = explain
         self._chosen = np.ones(members, dtype=np.bool_) if chosen is None else chosen
         """Members that are not ``chosen`` are left to others."""
         self._prepared, self._machine, self._recording = prepared, prepared.machine, prepared.recording
@@ -135,6 +143,7 @@ class EnsembleDatasets:
         for member, ending, t, state in zip(index, batch.ending, batch.t, batch.state):
             if ending.status == "failed" and (self._failed is None or member < self._failed[0]):
                 end = End(ending, float(t), state, 0, 0)
+                end = replace(end, cause=self._explain(int(member), end))
                 self._failed = int(member), sentence(end, self._recording.coordinates, self._start)
 
     def _write(self, batch: EndedMembers) -> None:

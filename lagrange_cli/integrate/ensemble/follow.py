@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.checkpoint import UNKEPT, Checkpointing
-from lagrange_cli.integrate.ensemble.datasets import MEMORY, EnsembleDatasets
+from lagrange_cli.integrate.ensemble.datasets import MEMORY, EnsembleDatasets, unexplained
 from lagrange_cli.integrate.ensemble.method import EnsembleMethod, Section, Starts
 from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
 from lagrange_cli.integrate.methods.table import METHODS
@@ -19,7 +19,7 @@ from lagrange_cli.integrate.times import Times
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lagrange_cli.integrate.ensemble.datasets import Emit
+    from lagrange_cli.integrate.ensemble.datasets import Emit, Explain
     from lagrange_cli.integrate.ensemble.method import EnsembleMethod, Kept
     from lagrange_cli.integrate.method import Method
     from lagrange_cli.native.interface import Interface
@@ -44,6 +44,7 @@ def follow_ensemble(
     checkpointing: Checkpointing[EnsembleOutcome] | None = None,
     section: Section | None = None,
     chosen: NDArray[np.bool_] | None = None,
+    explain: Explain = unexplained,
 ) -> EnsembleOutcome:
     """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
 
@@ -54,12 +55,13 @@ def follow_ensemble(
     have as many rows as there are, and say to which members they belong. With ``checkpointing``, members that
     an earlier run has followed to their end are not followed again; only their start is emitted. Samples are
     those of the ``section``, if there is one. If some members are ``chosen`` (members,), only these are
-    followed.
+    followed. ``explain`` says what in the system ended the motion of a member that could not go on.
     """
     program = prepared.machine.program
     datasets = EnsembleDatasets(
-        prepared, times, emit, sampled=sampled, members=values.members, section=section, chosen=chosen
-    )
+        prepared, times, emit, sampled=sampled, members=values.members, section=section, chosen=chosen,
+        explain=explain,
+    )  # fmt: skip
     if checkpointing is not None and checkpointing.begin is not None:
         datasets.restore(checkpointing.begin)
     size = max(FEWEST, MEMORY // (8 * (len(program.parameters) + program.rows)))

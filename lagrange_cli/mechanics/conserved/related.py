@@ -7,10 +7,12 @@ formula are definitions.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import text_of
+from lagrange_cli.limits import whole
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.conserved.found import Found, Symmetry
 from lagrange_cli.mechanics.conserved.symmetries import symmetries
@@ -26,7 +28,16 @@ from lagrange_cli.records import replace
 def related(
     model: Model[Node], known: Sequence[Conserved], found: Sequence[Symmetry]
 ) -> tuple[Symmetry, ...]:
-    """The quantities that do not follow from those ``known`` (h and momenta) and ``found``."""
+    """The quantities that do not follow from those ``known`` (h and momenta) and ``found``; none where
+    looking for them takes too much work."""
+    work = graph_of(model).work
+    return work.attempt(whole("work"), partial(_related, model, known, found)) or ()
+
+
+def _related(
+    model: Model[Node], known: Sequence[Conserved], found: Sequence[Symmetry]
+) -> tuple[Symmetry, ...]:
+    """The same, however much it takes."""
     graph, spec, algebra = graph_of(model), model.spec, model.algebra
     if spec is None or spec.families.get("parameters") or not isinstance(algebra, GraphAlgebra):
         return ()

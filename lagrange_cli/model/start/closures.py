@@ -191,22 +191,25 @@ def where_two_meet(surface: Surface, state: list[float], unit: float) -> list[fl
     return placed(found) if found is not None and satisfied(surface, placed(found), unit) else None
 
 
-def tidied(surface: Surface, state: list[float], off: Any = ()) -> list[float]:
-    """0 in place of rounding errors, and angles from -pi to pi: all at once, or else one by one of a few. The
-    constraints are ``off`` by these values, or satisfied."""
+def tidied(
+    surface: Surface, state: list[float], off: Any = (), flat: float = NEAR, unit: float = NEAR
+) -> list[float]:
+    """0 in place of rounding errors, parts of the scale that are as ``flat``, and angles from -pi to pi: all
+    at once, or else one by one of a few. The constraints are ``off`` by these values, or satisfied, with
+    errors of ``unit`` of their terms."""
     tidy: dict[int, float] = {}
     for k in surface.unknown:
         turns = round(state[k] / TURN)
-        if abs(state[k]) <= NEAR * surface.scale[k]:
+        if abs(state[k]) <= flat * surface.scale[k]:
             tidy[k] = 0.0
         elif turns:
             tidy[k] = state[k] - TURN * turns
     many = [tidy.get(k, x) for k, x in enumerate(state)]
-    if not tidy or satisfied(surface, many, off=off):
+    if not tidy or satisfied(surface, many, unit, off):
         return many
     for k, one in tidy.items() if len(surface.unknown) <= DENSE else ():
         changed = [*state[:k], one, *state[k + 1 :]]
-        if satisfied(surface, changed, off=off):
+        if satisfied(surface, changed, unit, off):
             state = changed
     return state
 

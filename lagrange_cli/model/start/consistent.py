@@ -10,16 +10,16 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.model.start.closing import Closing
-from lagrange_cli.model.start.closures import MOST_CLOSURES, determined
-from lagrange_cli.model.start.equations import Equations, Masses, Matter, Rates, Row
+from lagrange_cli.model.start.closures import determined
+from lagrange_cli.model.start.equations import Masses, Matter, Rates
 from lagrange_cli.model.start.generic import faint, in_general, refuse_constants
+from lagrange_cli.model.start.given_masses import GivenMasses
 from lagrange_cli.model.start.linear import independent, scales, steepness
-from lagrange_cli.model.start.moved import moved, tried
+from lagrange_cli.model.start.missing import closure
+from lagrange_cli.model.start.moved import far, moved, tried
 from lagrange_cli.model.start.nearest import ROUND, Surface, Values
-from lagrange_cli.model.start.search import Evaluated, Generic, Given, Search
+from lagrange_cli.model.start.search import SLIGHTLY, Evaluated, Generic, Given, Known, Search
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Spec
 
@@ -62,37 +62,38 @@ def consistent(
     parameters: Mapping[str, Any],
     given: Given,
     exact: Any = None,
-    generic: Generic | None = None,
+    near: Start | None = None,
     equations: Evaluated | None = None,
 ) -> Start:
     """The consistent start. With an ``exact`` module of mpmath numbers have many digits.
 
-    ``generic`` is what is known already, from a search in doubles, whose values the coordinates that are not
-    given have. ``equations`` give the constraints and masses; by default, they are evaluated one by one.
+    ``near`` is that of a search in doubles, whose values the coordinates that are not given have.
+    ``equations`` give the constraints and masses; by default, they are evaluated one by one.
 
     Raises:
         SpecError: the constraints contradict each other, or values that are too far off; several closures
             are left; a coordinate is left without a value.
     """
-    search = Search(spec, parameters, given, exact, generic, equations)
+    known = None if near is None else Known(near.q, near.v, near.generic)
+    search = Search(spec, parameters, given, exact, known, equations)
     refuse_constants(search)
     q = places(search)
     scale, masses = search.metric(q)
     singular: tuple[str, ...] = ()
     here = independent(search.rates(q, search.given.v).rows, scale, search.typical(scale))
     v = speeds(search, q, scale, masses, here)
-    known = in_general(search, q, scale)
-    if len(here) < len(known.independent):
+    general = in_general(search, q, scale)
+    if len(here) < len(general.independent):
         singular = tuple(name for i, name in enumerate(search.names) if i not in here)
-    changed = [*changes(search.coordinates, search.written.q, q, search.given.open_q, scale)]
+    changed = changes(search.coordinates, search.written.q, q, search.given.open_q, scale, places=True)
     names = [*map(velocity_name, search.coordinates)]
     fastest = max((abs(float(u)) / size for u, size in zip(v, scale)), default=0.0)
     usual = [size * fastest for size in scale]
     changed += changes(names, search.written.v, v, search.given.open_v, usual)
-    redundant = tuple(one for i, one in enumerate(search.names) if i not in known.independent)
+    redundant = tuple(one for i, one in enumerate(search.names) if i not in general.independent)
     singular = tuple(one for one in singular if one not in redundant)
-    undetermined = tuple(one for i, one in enumerate(search.names) if i in known.coupled)
-    found = tuple(q), tuple(v), tuple(changed), redundant, undetermined, singular, known
+    undetermined = tuple(one for i, one in enumerate(search.names) if i in general.coupled)
+    found = tuple(q), tuple(v), tuple(changed), redundant, undetermined, singular, general
     return Start(*found, faint(search, q, scale), search.normalized)
 
 
@@ -102,12 +103,15 @@ def changes(
     after: Sequence[Any],
     free: Collection[int],
     scale: Sequence[float],
+    *,
+    places: bool = False,
 ) -> list[Change]:
-    """The values that have changed by more than doubles are rounded, as parts of their ``scale``."""
+    """The values that have changed by more than doubles are rounded, as parts of their ``scale``, and those
+    that are not given: ``places``, or velocities that are not 0, as they would be without constraints."""
     return [
         Change(name, None if k in free else float(old), float(new), float(new - old))
         for k, (name, old, new, size) in enumerate(zip(names, before, after, scale))
-        if abs(new if k in free else new - old) > 2 * ROUND * size
+        if (places and k in free) or abs(new if k in free else new - old) > 2 * ROUND * size
     ]
 
 
@@ -117,6 +121,7 @@ def speeds(
     """Consistent velocities."""
     given, v = search.given, list(search.given.v)
     rates = search.rates(q, v)
+    metric = GivenMasses(masses, given.open_v, scale) if given.open_v else None
 
     def at(x: Sequence[Any]) -> Values:
         values = [
@@ -127,7 +132,7 @@ def speeds(
 
     def surface(kept: Sequence[int], unknown: Sequence[int], size: Sequence[float]) -> Surface:
         """They are linear functions: however long, the first step leads there."""
-        return Surface(at, kept, unknown, masses, size, search.unit, far=math.inf)
+        return Surface(at, kept, unknown, masses, size, search.unit, far=math.inf, metric=metric)
 
     everything = [*range(len(v))]
     whole = tried(surface(kept, everything, scale).reach, v) or v
@@ -139,7 +144,7 @@ def speeds(
         if not all(own[k] > 0 for k in unknown):
             own = [1.0 / size**2 for size in scale]
         alone = Masses({k: {k: own[k]} for k in unknown})
-        free = replace(surface([kept[i] for i in some], unknown, size), masses=alone)
+        free = replace(surface([kept[i] for i in some], unknown, size), masses=alone, metric=None)
         found = tried(free.nearest, v)
         v = v if found is None else found
     return moved(
@@ -163,46 +168,19 @@ def places(search: Search) -> list[Any]:
     if not search.count:
         return q
     unknown = sorted(given.open_q)
+    closed = True
     if unknown and search.known is None:
-        q = closure(search, q, unknown)
+        q, closed = closure(search, q, unknown)
     scale, masses = search.metric(q)
+    if search.known is not None:
+        closed = far(search.known.q, q, scale) <= SLIGHTLY
     rows = search.position_values(q)[1]
     at = search.position_values
-    if unknown:
+    if unknown and closed:
         kept = determined(rows, unknown, scale)
         found = tried(Surface(at, kept, unknown, masses, scale, search.unit).nearest, q)
         q = q if found is None else found
     kept = independent(rows, scale, search.typical(scale))
-    everything = Surface(at, kept, [*range(len(q))], masses, scale, search.unit)
+    metric = GivenMasses(masses, unknown, scale) if unknown else None
+    everything = Surface(at, kept, [*range(len(q))], masses, scale, search.unit, metric=metric)
     return moved(search, everything, q, lambda x: search.worst(*at(x), scale))
-
-
-def closure(search: Search, q: list[Any], unknown: Sequence[int]) -> list[Any]:
-    """The coordinates, with the only values that the open ones can have."""
-    plain = [float(x) for x in q]
-    doubles = search.equations
-    if search.exact is not None:
-        doubles = Equations(search.spec, {name: float(x) for name, x in search.parameters.items()})
-    time = float(search.given.t)
-
-    def at(x: Sequence[float], chosen: Sequence[int]) -> tuple[Mapping[int, Any], Mapping[int, Row]]:
-        try:
-            return doubles.part(time, x, chosen)
-        except SpecError as error:
-            raise ArithmeticError(error.problems[0].message) from error
-
-    sizes = [float(x) for x in search.parameters.values()]
-    scale = max(map(abs, plain), default=0.0) or 1.0
-    found = Closing(at, range(search.count), unknown, plain, scale, sizes).closures()
-    if found.left:
-        raise search.refusal.open_coordinate(found.left[0])
-    chosen = found.states[0] if found.states else found.best
-    if chosen is None:
-        raise search.refusal.no_closure(sorted({*range(len(q))}.difference(unknown)), unknown)
-    if len(found.states) > 1:
-        more = len(found.states) >= MOST_CLOSURES
-        listed = [{k: state[k] for k in unknown} for state in found.states]
-        raise search.refusal.several(listed, more=more)
-    for k in unknown:
-        q[k] = 0 * q[k] + chosen[k]
-    return q

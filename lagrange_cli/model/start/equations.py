@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lagrange_cli.errors import NotLinear, SpecError
@@ -18,6 +19,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.model.start.parts import Parts
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.content import by_name, groups_by_name, statements
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
 
@@ -210,8 +212,8 @@ def with_what_is_used(spec: Spec, expressions: Iterable[Expression]) -> Spec:
     forces, observables and events."""
     needed = used(spec, expressions)
     kept: dict[str, Any] = {
-        section: {name: one for name, one in getattr(spec, section).items() if family_name(name) in needed}
-        for section in ("definitions", "embedding")
+        section: by_name({k: one for k, one in groups_by_name(given).items() if family_name(k) in needed})
+        for section, given in (("definitions", spec.definitions), ("embedding", spec.embedding))
     }
     return replace(spec, **kept, potential={}, forces={}, observables={}, events={})
 
@@ -219,8 +221,8 @@ def with_what_is_used(spec: Spec, expressions: Iterable[Expression]) -> Spec:
 def used(spec: Spec, expressions: Iterable[Expression]) -> set[str]:
     """The names, of families without indices, that expressions and what they are made of contain."""
     made: dict[str, list[Tree]] = {}
-    for name, one in (*spec.definitions.items(), *spec.embedding.items()):
-        made.setdefault(family_name(name), []).append(one.tree)
+    for name, group in chain(*(groups_by_name(one).items() for one in (spec.definitions, spec.embedding))):
+        made.setdefault(family_name(name), []).extend(one.tree for one in statements(group))
     for name, body in spec.bodies.items():
         made.setdefault(family_name(name), []).extend(one.tree for one in body.expressions)
     found: set[str] = set()

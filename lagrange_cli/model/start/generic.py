@@ -4,14 +4,16 @@ agree."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from typing import Any
 
 from lagrange_cli.errors import NotLinear, SpecError
+from lagrange_cli.expression.syntax import Binary, Call, Name, Negative, Tree, names
 from lagrange_cli.model.start.linear import APART, coupled, damped, independent, scattered, steepness
 from lagrange_cli.model.start.nearest import NEAR, ROUNDS
 from lagrange_cli.model.start.search import NEARBY, TRIES, Generic, Search
+from lagrange_cli.spec.spec import Spec
 
 AGREE = 1e-7
 """Constraints that depend on others agree with them if they are off by no more nearby."""
@@ -24,7 +26,12 @@ LATER = (0.37, 1.13)
 
 
 def refuse_constants(search: Search) -> None:
-    """Refuse constraints whose gradient vanishes everywhere, and nonlinear constraints on velocities."""
+    """Refuse constraints whose gradient vanishes everywhere, or has no value where they are satisfied, and
+    nonlinear constraints on velocities."""
+    for name in search.names[: search.count]:
+        function = length_of(search.spec, search.parameters, search.spec.constraints[name].tree)
+        if function is not None:
+            raise search.refusal.never_negative(name, function)
     v = search.given.v
     scale = search.metric(search.given.q)[0]
     q = search.first(scale)
@@ -44,10 +51,30 @@ def refuse_constants(search: Search) -> None:
             raise search.refusal.constant(name, float(search.given.t) if awakes else None)
 
 
+def length_of(spec: Spec, parameters: Collection[str], tree: Tree) -> str | None:
+    """The function, if an expression is a length or a root, perhaps times a constant."""
+
+    def fixed(part: Tree) -> bool:
+        return all(one.base in parameters for one in names(part))
+
+    while True:
+        if isinstance(tree, Negative):
+            tree = tree.operand
+        elif isinstance(tree, Name) and tree.identifier in spec.definitions:
+            tree = spec.definitions[tree.identifier].tree
+        elif isinstance(tree, Binary) and tree.operator == "*" and fixed(tree.left):
+            tree = tree.right
+        elif isinstance(tree, Binary) and tree.operator in ("*", "/") and fixed(tree.right):
+            tree = tree.left
+        else:
+            break
+    return tree.function if isinstance(tree, Call) and tree.function in ("norm", "sqrt") else None
+
+
 def in_general(search: Search, q: Sequence[Any], scale: Sequence[float]) -> Generic:
     """Which constraints are independent at consistent states nearby, where most of them are."""
     if search.known is not None:
-        return search.known
+        return search.known.generic
     rows, typical = search.rates(q, search.given.v).rows, search.typical(scale)
     best = independent(rows, scale, typical)
     if len(best) == len(search.names):

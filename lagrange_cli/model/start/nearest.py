@@ -94,7 +94,8 @@ class Surface:
     """Where the functions ``at`` are 0 that have the numbers ``kept``, for changes of the ``unknown``
     coordinates; ``scale`` is that of each coordinate, and ``unit`` what rounding makes of 1. The nearest
     point is found by so many ``descents`` at most, and Newton's method ends after so many rounds,
-    its ``patience``, in which no values became smaller. A step is at most the part ``far`` of the scale."""
+    its ``patience``, in which no values became smaller. A step is at most the part ``far`` of the scale.
+    Distances are measured in the ``metric``, that of the masses by default."""
 
     at: Callable[[Sequence[Any]], Values]
     kept: Sequence[int]
@@ -105,6 +106,7 @@ class Surface:
     descents: int = DESCENTS
     patience: int = ROUNDS
     far: float = FAR
+    metric: Matter | None = None
 
     def reach(self, x: Sequence[Any], enough: float | None = None, rounds: int = ROUNDS) -> list[Any] | None:
         """A point of it, by Newton's method from ``x``; None where there is none. A step as small as is
@@ -217,7 +219,7 @@ class Surface:
 
     def pull(self, start: Sequence[Any], x: Sequence[Any]) -> dict[int, Any]:
         """M (start - x)."""
-        return self.masses.times([one - other for one, other in zip(start, x)], self.unknown)
+        return (self.metric or self.masses).times([one - other for one, other in zip(start, x)], self.unknown)
 
     def gap(self, start: Sequence[Any], x: Sequence[Any]) -> float:
         """The square of the distance from ``start``."""

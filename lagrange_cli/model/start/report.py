@@ -72,11 +72,13 @@ class Refusal:
         rows: Sequence[Any],
         scale: Sequence[float],
         moves: Sequence[Sequence[tuple[str, float]]],
+        x: Sequence[Any] = (),
+        unknown: Sequence[int] = (),
         *,
         speeds: bool = False,
     ) -> SpecError:
         """Given values are too far from any consistent state. ``moves`` has those of the nearest ones, as far
-        as they are known."""
+        as they are known. Coordinates are ``x``, of which the ``unknown`` ones are not given."""
 
         def shown(one: Sequence[tuple[str, float]]) -> str:
             listed = ", ".join(f"{name} = {value:.6g}" for name, value in one[:MOST_SHOWN])
@@ -87,8 +89,14 @@ class Refusal:
             hint += f" ({shown(moves[0])})"
         if len(moves) > 1:
             hint = f"several consistent states are equally near: change to {' or '.join(map(shown, moves))}"
-        hint += "; or leave a value out, so that it is found"
-        return self.residuals(values, rows, scale, hint, speeds=speeds)
+        if not unknown:
+            hint += "; or leave a value out, so that it is found"
+            return self.residuals(values, rows, scale, hint, speeds=speeds)
+        given = sorted({*range(len(scale))}.difference(unknown))
+        best = [(self.spec.coordinates[k].name, float(x[k])) for k in unknown]
+        missing = self.no_closure(given, unknown, f"; the best is {shown(best)}", hint)
+        rest = self.residuals(values, rows, scale, "", speeds=speeds)
+        return SpecError(self.spec.filename, [*missing.problems, *rest.problems])
 
     def contradiction(
         self,
@@ -156,22 +164,35 @@ class Refusal:
         message = f"constraint '{name}' does not change with any state: {kind} has an effect on it"
         return self.source.error(self.written(name).place, message, hint)
 
+    def never_negative(self, name: str, function: str) -> SpecError:
+        """A constraint is a length or a root, that becomes 0."""
+        hint = "write what is under the root"
+        if function == "norm":
+            hint = "write a constraint for each component that stays 0, as a.x - b.x and a.y - b.y"
+        message = f"constraint '{name}' has no derivative where it is satisfied: {function}(...) is 0 there"
+        return self.source.error(self.written(name).place, message, hint)
+
     def open_coordinate(self, number: int) -> SpecError:
         """A coordinate is not given, and the constraints leave it free."""
         coordinate = self.spec.coordinates[number]
         message = f"coordinate '{coordinate.name}' has no initial value, and the constraints leave it free"
         return self.source.error(coordinate.place, message, initial_hint(coordinate, coordinate.name))
 
-    def no_closure(self, given: Sequence[int], unknown: Sequence[int]) -> SpecError:
-        """No values of the open coordinates satisfy the constraints."""
+    def no_closure(
+        self, given: Sequence[int], unknown: Sequence[int], best: str = "", also: str = ""
+    ) -> SpecError:
+        """No values of the open coordinates satisfy the constraints. The message ends with the ``best`` that
+        was found, and there is ``also`` another way out."""
         names = [self.spec.coordinates[k].name for k in unknown]
         listed = ", ".join(names[:MOST_SHOWN]) + (", ..." if len(names) > MOST_SHOWN else "")
         message = (
             f"no value of {listed} was found that satisfies the constraints with the values that are given"
+            f"{best}"
         )
         others = [self.spec.coordinates[k].name for k in given]
         listed = ", ".join(others[:MOST_SHOWN]) + (", ..." if len(others) > MOST_SHOWN else "")
         hint = f"change {listed}, or the parameters" if others else "check the constraints and the parameters"
+        hint += f"; {also}" if also else ""
         return self.source.error(self.spec.coordinates[unknown[0]].place, message, hint)
 
     def several(self, found: Sequence[Mapping[int, float]], *, more: bool) -> SpecError:
@@ -181,10 +202,12 @@ class Refusal:
 
     def equally_near(self, found: Sequence[Mapping[int, float]]) -> SpecError:
         """Several states are nearest."""
-        return self._choice(found, "several states that satisfy the constraints are equally near, such as")
+        return self._choice(
+            found, "several states that satisfy the constraints are equally near, such as", whole=True
+        )
 
-    def _choice(self, found: Sequence[Mapping[int, float]], said: str) -> SpecError:
-        """One of these states must be chosen."""
+    def _choice(self, found: Sequence[Mapping[int, float]], said: str, *, whole: bool = False) -> SpecError:
+        """One of these states must be chosen: as a ``whole``, or by the values that tell them apart."""
 
         names = {k: self.spec.coordinates[k].name for k in found[0]}
         telling = distinguishing(found)
@@ -199,11 +222,12 @@ class Refusal:
             listed = [f"{names[k]} = {digits(one[k])}" for k in told[:most]]
             return ", ".join(listed) + (", ..." if len(told) > most else "")
 
-        first = self.spec.coordinates[next(iter(found[0]))]
+        first = self.spec.coordinates[telling[0]]
         listed = "".join([":", *(f"\n    {shown(one)}" for one in found)])
-        options = " ".join(f"--set {names[k]}={digits(found[0][k])}" for k in telling)
+        given = [*names] if whole and len(names) <= MOST_SHOWN else telling
+        options = " ".join(f"--set {names[k]}={digits(found[0][k])}" for k in given)
         hint = f"give one of them, as in {options}"
-        if len(telling) == 1:
+        if len(given) == 1:
             hint += f" or {names[telling[0]]}: {{initial: {digits(found[0][telling[0]])}}}"
         return self.source.error(first.place, said + listed, hint)
 

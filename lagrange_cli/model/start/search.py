@@ -48,6 +48,15 @@ class Generic:
     rest: float = 0.0
 
 
+@dataclass(frozen=True)
+class Known:
+    """What a search in doubles has found: the state, and what constraints do in general."""
+
+    q: Sequence[Any]
+    v: Sequence[Any]
+    generic: Generic
+
+
 class Evaluated(Protocol):
     """The constraints and the masses of a system, at any state (see ``Equations``)."""
 
@@ -65,14 +74,14 @@ class Search:
         parameters: Mapping[str, Any],
         given: Given,
         exact: Any,
-        generic: Generic | None,
+        known: Known | None,
         equations: Evaluated | None = None,
     ) -> None:
         self.spec, self.written, self.exact = spec, given, exact
         q, v, self.normalized = normalized(spec, given.q, given.v, given.open_q, SLIGHTLY)
         self.given = replace(given, q=q, v=v)
         self.equations = equations or Equations(spec, parameters, exact)
-        self.parameters, self.known = parameters, generic
+        self.parameters, self.known = parameters, known
         self.names = [*spec.all_constraints]
         self.coordinates = [*names_of(spec.coordinates)]
         self.unit = ROUND if exact is None else LONG_ROUND
@@ -116,7 +125,7 @@ class Search:
     def typical(self, scale: Sequence[float]) -> Sequence[float]:
         """The steepness of constraints away from places where their slopes may vanish."""
         if self.known is not None:
-            return self.known.typical
+            return self.known.generic.typical
         if not hasattr(self, "_typical"):
             self._typical = [0.0] * len(self.names)
             for number in range(TRIES):

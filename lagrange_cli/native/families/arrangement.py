@@ -81,7 +81,7 @@ class Arrangement:
         self.degrees = system.q.count
         self.events = system.events if stepping else None
         if self.events is not None and kind.parts > 1:  # simple actions set doubles
-            self.events = replace(self.events, simple=frozenset(), affected=())
+            self.events = replace(self.events, simple=np.zeros_like(self.events.simple), affected=())
         self.modes = system.modes
         followed = [one.arguments for one in (self.modes, self.events) if one is not None]
         guards = sum(one.count for one in followed)
@@ -130,7 +130,7 @@ class Arrangement:
         if self.events is not None:
             acts = [self.events.values, self.events.sizes]
             impacts = self.events.impacts
-            if impacts is not None and not self.events.simple.isdisjoint(impacts.events.tolist()):
+            if impacts is not None and self.events.simple[impacts.events].any():
                 acts.append(impacts.speeds)
             acted = [self.lasting.arranged(one) for one in acts]
             self.acted = [(one, i) for one in acted for i in range(one.count)]

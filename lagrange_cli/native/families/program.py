@@ -10,6 +10,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TypeAlias
 
+import numpy as np
+
 from lagrange_cli.native.families.approach import approach
 from lagrange_cli.native.families.coupling import of_families
 from lagrange_cli.native.families.evaluation import room
@@ -42,6 +44,7 @@ from lagrange_cli.native.stepping.doubles import accelerate
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Lengths, side_by_side
 from lagrange_cli.native.stepping.proof import Proving
+from lagrange_cli.native.stepping.related import of_names
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
@@ -69,7 +72,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             given=self.kind.parts if self.factor is None else 2,
             guards=self.switches, limits=() if self.modes is None else tuple(self.modes.holding.tolist()),
             vectors=(),
-            events=self.numbered(), changed=self.events.changed if self.events else (),
+            events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
             constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
@@ -132,9 +135,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             work, steps = self.on_rates(interface, work, floors)
             parts += steps
         elif by_series:
-            parts.append(
-                advance(self.by_series(lengths, replace(self.given(interface, work, floors), near=jet.near)))
-            )
+            given = replace(self.given(interface, work, floors), near=jet.near)
+            parts.append(advance(self.by_series(lengths, self.with_integrals(given, lengths))))
         if self.order > RATES or self.balance is not None or self.motion is not None:
             parts += [*numbers("", self.order + 4), rests(self.order + 4)]
         return work, [*parts, accelerate(lengths)], (lengths.first, lengths.row, lengths.term)
@@ -150,7 +152,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
             own, name = made.work, BRIEF
             texts.append(made.text)
         families = related(self.system.spec)
-        given = replace(self.given(interface, own, floors), rates=name, related=families)
+        given = replace(self.given(interface, own, floors), rates=name, related=[*families, *self.alike])
         if self.poles:
             given = replace(given, approach=approach(self, self.poles, self.bounds, self.span))
         work, steps = on_rates(self.scheme, given, partial(of_families, self.system), work)
@@ -170,9 +172,20 @@ class FamilyProgram(Returning, Observation, MotionJets):
         floor = work if self.degrees > 1 else 0
         orders = -(-(work + room(width)) // width)
         lengths = Lengths(self.degrees, self.layout.rows, width, self.order, 1, 1, 1, width, floor=floor)
-        given = self.given(interface, 2 * orders * width, floors)
+        given = self.with_integrals(self.given(interface, 2 * orders * width, floors), lengths)
         texts = [*operations(), *functions(), *stepper(lengths, orders, given)]
         return given.work, texts, (lengths.first, lengths.row, lengths.term)
+
+    def with_integrals(self, given: Given, lengths: Lengths) -> Given:
+        """The same, with integrals that are measured by the largest one of their family."""
+        if not (given.floors and lengths.floor):
+            return given
+        return replace(given, related=self.alike)
+
+    @property
+    def alike(self) -> list[tuple[int, int]]:
+        """The integrals of each family: the first one, and their number."""
+        return of_names(self.integrals, self.layout.integrals.start - self.degrees)
 
     def given(self, interface: Interface, work: int, floors: str) -> Given:
         """What steps need to know of the motion."""
@@ -190,12 +203,11 @@ class FamilyProgram(Returning, Observation, MotionJets):
             [] if self.events.impacts is None else self.events.impacts.events.tolist(), LOOSE
         )
         kinds |= dict.fromkeys([] if self.contact is None else self.contact.events.tolist(), EXPLICIT)
-        found = []
-        for e, one in enumerate(self.events.listed):
-            acts = Role.CHANGE if e in self.events.simple else Role.ACTION
-            role = acts if one.stops or one.changes else Role.RECORD
-            found.append((one.direction, int(role), kinds.get(e, SIMPLE)))
-        return tuple(found)
+        roles = np.where(self.events.stops, int(Role.ACTION), int(Role.RECORD))
+        roles[self.events.changed[0]] = int(Role.ACTION)
+        roles[self.events.simple] = int(Role.CHANGE)
+        listed = enumerate(zip(self.events.directions.tolist(), roles.tolist()))
+        return tuple((direction, role, kinds.get(e, SIMPLE)) for e, (direction, role) in listed)
 
     def shared(self) -> str:
         """The functions by which threads share work, if they do; their board is the next array."""

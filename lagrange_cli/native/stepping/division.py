@@ -73,6 +73,7 @@ class Division:
 
     def asked(self, left: Real, place: HighLow) -> Real:
         """The length that the integrals' series ask for at a place, at most what is left of the step."""
+        self.parts.quadratures.measure(self.f, self.parts.at.arrays, self.parts.at.there, left)
         return self.f.call(Real, "integral_length", self.parts.at.arrays, self.parts.at.there, left)
 
     def proven(self, length: Real, least: Real, free: Bit, place: HighLow) -> Real:

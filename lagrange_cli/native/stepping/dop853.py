@@ -70,7 +70,7 @@ class Dop853Steps(RateSteps):
         for k in range(1, STAGES + 1):
             regular.set(regular.get() & self.stage(f, k, t, low, h))
         self.spend(f, f.constant(float(STAGES)))
-        factor, finite = self.judged(f, doubtful & regular.get(), SAFETY, lambda: self._factor(f, h))
+        factor, finite = self.judged(f, doubtful & regular.get(), lambda: self._factor(f, h))
         return Trial(factor, factor < SAFETY, regular.get() & finite)
 
     def stage(self, f: Function, k: int, t: Real, low: Real, h: Real) -> Bit:
@@ -87,7 +87,7 @@ class Dop853Steps(RateSteps):
         f.copy_rows((rates, 0), ("%work", place + layout.degrees), self._count, lanes)
         return good
 
-    def _factor(self, f: Function, h: Real) -> tuple[Real, Bit]:
+    def _factor(self, f: Function, h: Real) -> tuple[Real, Bit, Bit]:
         layout, at, lanes = self.state, self._places, self.lengths.lanes
         zero = f.zero(lanes)
         fifth, third = f.variable(zero), f.variable(zero)
@@ -110,7 +110,8 @@ class Dop853Steps(RateSteps):
         square = h * h * five * five / (f.select(some, both, f.constant(1.0)) * float(layout.rows))
         square = f.larger(f.smaller(square, f.constant(LARGEST)), f.constant(SMALLEST))
         factor = exp2_roughly(log2_roughly(square) * (-1.0 / 16)) * SAFETY
-        return f.select(some, factor, f.constant(LARGEST)), both < float("inf")
+        factor = f.select(some, factor, f.constant(LARGEST))
+        return factor, both < float("inf"), factor < SAFETY
 
     def finish(self, f: Function, h: Real) -> None:
         if self.watching:  # what guards look at is on the way

@@ -19,9 +19,11 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse, products
 from lagrange_cli.native.stepping.given import Given
+from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.polynomial import powers
 from lagrange_cli.native.stepping.rate_places import HEADER, Places, span_of
 from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
+from lagrange_cli.native.stepping.related import FAINT, HARDLY_SEEN, write_fastest
 
 ORDER = TERMS + 2
 """The degree of q's polynomials."""
@@ -33,8 +35,14 @@ CONVERGED = 1e-12
 of that, and the state by less than its rounding. (Rates that are rounded change it by as much.)"""
 ROUNDS, FEWEST = 12, 2
 """Iterations at most; and how many there are before it counts that they do not come closer any more."""
-SENSITIVITY = {TERMS - 2: 38800.0, TERMS - 1: 11600.0}
+SENSITIVITY = {TERMS - 3: 51100.0, TERMS - 2: 38800.0, TERMS - 1: 11600.0}
 """What rounding errors of rates change a term by at most, as multiples of them."""
+ROUNDED, SMOOTH, BETWEEN = 5.0, 200.0, 1 / 3
+"""How many times as large as the last term the third last one is by rounding errors of rates, and in a step
+of the right length at full double precision. Rates are rounded where it is less than the first times this
+power of the ratio between these."""
+NO_LONGER = 1.25
+"""If a step whose rates are rounded should be longer by no more than this, these errors are measured."""
 LEAST = 0.8
 """A step is taken again that should have been shorter by this factor."""
 BESIDE = 2.0**-10
@@ -52,7 +60,7 @@ AHEAD = 8.0
 class GaussRadauSteps(RateSteps):
     """Steps of ``ias15``."""
 
-    order, compares, approaches = ORDER, True, True
+    order, beside, compares, approaches = ORDER, True, True, True
     most, shorter = 2.0, 0.0625
 
     @staticmethod
@@ -86,7 +94,7 @@ class GaussRadauSteps(RateSteps):
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
         self._predict(f, h, ratio)
         regular = self._iterate(f, t, low, h)
-        factor, finite = self.judged(f, doubtful & regular, LEAST, lambda: self._factor(f))
+        factor, finite = self.judged(f, doubtful & regular, lambda: self._factor(f))
         if self.given.approach:
             factor = f.smaller(factor, self._approached(f, t + low, h))
         return Trial(factor, factor < LEAST, regular & finite)
@@ -104,6 +112,7 @@ class GaussRadauSteps(RateSteps):
         wide, rows = [f.splat(one, lanes) for one in powers(ratio, TERMS)], inverse(products())
         length, zero = f.splat(h, lanes), f.zero(lanes)
         least = f.splat(self._largest(f, length) * BESIDE, lanes) if self.mutual else zero
+        self._measure_related(f, length)
         with self._each(f, self._count) as i:
             before = layout.carried_at + HEADER
             b = [f.load_row("%state", i + (before + k * self.span), lanes) * wide[k] for k in range(TERMS)]
@@ -125,6 +134,21 @@ class GaussRadauSteps(RateSteps):
             there = self._among(f, i, self._count) & (size > SMALLEST)
             one = length / f.select(there, size, f.splat(f.constant(1.0), lanes))
             f.store_row(f.select(there, one, zero), "%work", i + self.scale)
+
+    def _measure_related(self, f: Function, length: Real) -> None:
+        """Write down what velocities are measured by at least, beside the largest one, and integrals, beside
+        that of their family: as it is, or will be after the ``length`` of the step. In a chain at rest that
+        is pushed, the motion far away grows as a power of t that polynomials do not have."""
+        rates = self._places.begin - self.lengths.degrees
+
+        def size(row: Row) -> Real:
+            return f.larger(f.magnitude(row.at("%state")), f.magnitude(row.at("%work", rates)) * length)
+
+        lengths, least = self.lengths, bool(self.given.floors)
+        if lengths.floor:
+            every = [(0, lengths.degrees)]
+            write_fastest(f, lengths, every, lengths.floor, f.constant(FAINT), size, least=least)
+            write_fastest(f, lengths, self.alike, lengths.floor, f.constant(HARDLY_SEEN), size)
 
     def _largest(self, f: Function, length: Real) -> Real:
         """The largest velocity, or acceleration times the ``length`` of the step."""
@@ -199,29 +223,40 @@ class GaussRadauSteps(RateSteps):
                 largest.set(f.larger(error, largest.get()))
         return f.reduce("fmax", largest.get()), good
 
-    def _factor(self, f: Function) -> tuple[Real, Bit]:
-        """By what the step should be longer, by its last two terms, and whether all rates are finite."""
-        lanes = self.lengths.lanes
-        most = [f.variable(f.zero(lanes)) for _ in range(2)]
-        total = f.variable(f.zero(lanes))
+    def _factor(self, f: Function) -> tuple[Real, Bit, Bit]:
+        """By what the step should be longer, by its last two terms; whether all rates are finite; and whether
+        rounding may have shortened it."""
+        lanes, last = self.lengths.lanes, TERMS - 1
+        zero, one = f.zero(lanes), f.splat(f.constant(1.0), lanes)
+        unseen = f.splat(f.constant(self._last_term / SENSITIVITY[last]), lanes)
+        plain, known, level = ({k: f.variable(zero) for k in range(last - 2, last + 1)} for _ in range(3))
+        total = f.variable(zero)
         with self._each(f, self._count) as i:
             # a velocity that begins at 0, without an acceleration, is measured by what it becomes
-            grown = f.splat(f.constant(1.0), lanes) / f.magnitude(self._term(f, self.terms, 0, i))
+            grown = one / f.magnitude(self._term(f, self.terms, 0, i))
             scale = f.smaller(f.load_row("%work", i + self.scale, lanes), grown)
             errors = self.rounding.of(f, i)
-            for one, k in zip(most, (TERMS - 2, TERMS - 1)):
+            rough = f.smaller(scale, unseen / errors)
+            for k in plain:
                 b = f.magnitude(self._term(f, self.terms, k, i))
-                known = f.larger(f.fused(errors, -SENSITIVITY[k], b), f.zero(lanes))
-                one.set(f.larger(known * scale, one.get()))
+                rest = f.larger(f.fused(errors, -SENSITIVITY[k], b), zero)
+                for largest, size in (
+                    (plain[k], b * scale),
+                    (known[k], rest * scale),
+                    (level[k], rest * rough),
+                ):
+                    largest.set(f.larger(size, largest.get()))
             moving = self._among(f, i, self.lengths.degrees)
-            total.set(total.get() + f.select(moving, b, f.zero(lanes)))
-        goal = math.log2(self._last_term)
-        exponents = []
-        for one, order in zip(most, (TERMS - 1, TERMS)):
-            largest = f.smaller(f.reduce("fmax", one.get()), f.constant(LARGEST))
-            exponents.append((log2_roughly(largest) * -1.0) * (1.0 / order) + goal / TERMS)
+            total.set(total.get() + f.select(moving, b, zero))
+        finite = f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
+        flat = f.reduce("fmax", plain[last - 2].get()) < f.reduce("fmax", plain[last].get()) * self._flat
+        goal, exponents = math.log2(self._last_term), list[Real]()
+        for k in (last - 1, last):
+            most = f.reduce("fmax", f.select(flat, level[k].get(), known[k].get()))
+            size = log2_roughly(f.smaller(most, f.constant(LARGEST)))
+            exponents.append((size * -1.0) * (1.0 / (k + 1)) + goal / TERMS)
         factor = exp2_roughly(f.smaller(*exponents))
-        return factor, f.reduce("fadd", total.get(), f.constant(0.0)) < math.inf
+        return factor, finite, (factor < LEAST) | ((factor < NO_LONGER) & flat)
 
     def _approached(self, f: Function, t: Real, h: Real) -> Real:
         """By what the step should be longer, by how near it may bring the motion to a pole."""
@@ -241,6 +276,13 @@ class GaussRadauSteps(RateSteps):
     def _last_term(self) -> float:
         looser: float = max(1.0, self.given.tolerance * 2.0**52) ** (TERMS / (2 * TERMS + 1))
         return LAST_TERM * looser
+
+    @property
+    def _flat(self) -> float:
+        """Rates are rounded where the third last term is less than the last one times this."""
+        smooth: float = SMOOTH * (LAST_TERM / self._last_term) ** (2 / TERMS)
+        factor: float = (smooth / ROUNDED) ** BETWEEN
+        return ROUNDED * factor
 
     def finish(self, f: Function, h: Real) -> None:
         """The coefficients of the polynomials, in time, where ``advance`` reads them."""

@@ -37,7 +37,7 @@ class Given:
     alone; it computes what is then at ``Lengths.floor``."""
     related: Sequence[tuple[int, int]] = ()
     """The first coordinate and the number of those of each family, if velocities of its members are measured
-    by the fastest one, too (``related``)."""
+    by the fastest one, too (``related``); and those of integrals, whose numbers go on behind these."""
     approach: str = ""
     """The text of ``@approach(constants, t, state, bounds, h)``, if forces have poles: by what part
     that which is 0 there may become less within a step, if coordinates are no farther from a straight motion

@@ -154,11 +154,11 @@ class Row:
         """Their series."""
         return RowSeries(self.lengths, self.f, self.lengths.place(self.f, self.i, work))
 
-    def floored(self, speed: Real) -> Real:
+    def floored(self, speed: Real, work: Pointer | str = "%work") -> Real:
         """Their speeds, or the least that they are measured by."""
         if not self.lengths.floor:
             return speed
-        return self.f.larger(speed, self.at("%work", self.lengths.floor))
+        return self.f.larger(speed, self.at(work, self.lengths.floor))
 
     def among(self, first: int, count: int) -> Bit:
         """Which are among ``count`` rows from ``first`` on."""

@@ -57,6 +57,11 @@ class Steps(ABC):
         rows = first + silent, given.state.quadratures - silent
         self._multipliers = first + arguments, given.multipliers
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
+        self.related: Sequence[tuple[int, int]] = [
+            one for one in given.related if one[0] < given.state.degrees
+        ]
+        self.alike = [one for one in given.related if one[0] >= given.state.degrees]
+        """Velocities and integrals that are measured by the largest one of their family, too."""
         self.noise = self._noise()
         self.sizes = StepSize(
             lengths, given.tolerance, rest, fades=self.parts == 1,
@@ -67,6 +72,7 @@ class Steps(ABC):
             self.quadratures = Quadratures(
                 lengths, *rows, given.tolerance, self.bounds, beyond=sums.beyond,
                 rest=AT_REST if given.proving[1] else 0.0, known=self.state.errors,
+                related=self.alike,
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = None
@@ -184,7 +190,7 @@ class Steps(ABC):
     @property
     def noise_is_floor(self) -> bool:
         """Whether velocities are measured by at least what rounding changes them, as if they were as fast."""
-        return bool(self.lengths.floor) and not self.given.related
+        return bool(self.lengths.floor) and not self.related
 
     def measure(self, f: Function, now: Now) -> None:
         """Compute the least sizes that velocities are measured by, where there are any."""
@@ -196,9 +202,11 @@ class Steps(ABC):
             if self.noise_is_floor:
                 self.noise.floors(f, now.previous)
             elif self.lengths.floor:
-                write_floors(f, self.lengths, self.given.related)
+                write_floors(f, self.lengths, self.related)
         else:
             self.floors(f)
+        if self.quadratures:
+            self.quadratures.measure(f, *self.places(f))
 
     def floors(self, f: Function) -> None:
         """The same where they are computed by ``Given.floors``."""

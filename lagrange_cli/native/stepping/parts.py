@@ -172,7 +172,7 @@ class StepParts:
         with own.velocities(f) as row:
             new, old = self.integral(row, part, part.h), row.at(self.at.arrays)
             speed, low = self.sums.slope(f, row, self.at.there, part.h, self.units.part.get())
-            lesser = f.smaller(f.magnitude(new[0]), f.magnitude(old))
+            lesser = row.floored(f.smaller(f.magnitude(new[0]), f.magnitude(old)), self.at.there)
             most = allowed.of(f, own, f.magnitude(speed) + f.magnitude(self.rate(row)[0]), lesser)
             most = (most + own.wide(f, self.quadratures.nothing(f, h))) + self.rounding(row)
             most = f.select(part.short, f.magnitude(self.known(row)), most)

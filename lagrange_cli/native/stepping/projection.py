@@ -39,7 +39,7 @@ from lagrange_cli.records import dataclass
 C = TypeVar("C")
 
 HEAD = "define void @project(ptr %constants, ptr %state) #0"
-LOOSE = 2.0
+LOOSE = 0.5
 """The largest residual of a constraint, in units of rounding of its terms."""
 
 

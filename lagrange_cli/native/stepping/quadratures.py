@@ -7,10 +7,13 @@ is divided (``division``).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Pointer, Real
 from lagrange_cli.native.stepping.acceptance import PredictionBounds, accepted
-from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.lengths import Lengths, Row
+from lagrange_cli.native.stepping.related import write_floors
 from lagrange_cli.native.stepping.step_size import ENDLESS, LARGEST_GUESS, StepSize
 from lagrange_cli.records import replace
 
@@ -32,16 +35,19 @@ class Quadratures:
 
     Low parts of coefficients are ``beyond`` doubles behind, if they have any: then time has a unit of its
     own in the series. Integrands up to ``rest`` do not count. Their rounding errors, where they were measured
-    in steps before, are ``known`` so many rows behind them in the state, if that is not 0.
+    in steps before, are ``known`` so many rows behind them in the state, if that is not 0. Those that are
+    ``related`` are measured by the largest one, too (``related``).
     """
 
     def __init__(
         self, lengths: Lengths, first: int, count: int, tolerance: float, bounds: PredictionBounds,
-        *, beyond: int = 0, rest: float = 0.0, known: int = 0,
+        *, beyond: int = 0, rest: float = 0.0, known: int = 0, related: Sequence[tuple[int, int]] = (),
     ) -> None:  # fmt: skip
         self.lengths, self.bounds, self.tolerance, self._beyond = lengths, bounds, tolerance, beyond
-        self.own = replace(lengths, followed=(first, count), apart=True, floor=0)
-        self.known = known
+        self.own = replace(
+            lengths, followed=(first, count), apart=True, floor=lengths.floor if related else 0
+        )
+        self.known, self._related = known, related if lengths.floor else ()
         sizes, often = (
             StepSize(self.own, tolerance, rest, fades=not beyond, prefix="integral_"),
             1.0 / bounds.rounding,
@@ -61,6 +67,20 @@ class Quadratures:
         if not self.sizes.rest:
             return f.constant(0.0)
         return self.bounds.nothing(f, h)
+
+    def measure(self, f: Function, state: Pointer, work: Pointer, left: Real | None = None) -> None:
+        """Write down what integrals are measured by at least, beside the largest one of their family, as it
+        is or will be after what is ``left`` of a step."""
+        if not self._related:
+            return
+
+        def size(row: Row) -> Real:
+            one = f.magnitude(row.at(state))
+            if left is None:
+                return one
+            return f.larger(one, f.magnitude(row.series(work)[1]) * row.lengths.wide(f, left))
+
+        write_floors(f, self.lengths, self._related, size, work)
 
     def allow(self, f: Function, allowed: Pointer) -> None:
         """Add the known rounding errors to what integrands may be off by after a step; they are less and less

@@ -5,8 +5,9 @@ that are estimated from differences of such rates do not become smaller with the
 stay above what a tolerance allows for ever. So a step that would be taken again, shorter, is first looked at
 once more: by how much do its rates change where coordinates, velocities and the time change in their last
 digits (``rounding_errors``)? What this alone explains is no error of the step. What rates depend on smoothly
-changes half as much by half the change; jumps and poles do not, and stay errors. In integrands, a force that
-holds the motion is as large as what changes where it is let go.
+changes half as much by half the change; jumps and poles do not, and stay errors. So do jumps that are nearer
+than the changes: a change that is far larger changes no more there. In integrands, a force that holds the
+motion is as large as what changes where it is let go.
 
 The changes are in the state's memory at the rows of rates (``StateLayout.errors``), for one step.
 """
@@ -22,7 +23,7 @@ from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.noise import keep_larger
 from lagrange_cli.native.stepping.rate_places import HEAD, LONGEST, ROUNDED, wide_of
 from lagrange_cli.native.stepping.related import write_fastest
-from lagrange_cli.native.stepping.rounding_errors import set_off, share
+from lagrange_cli.native.stepping.rounding_errors import set_off
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import dataclass
 
@@ -30,16 +31,33 @@ if TYPE_CHECKING:
     from lagrange_cli.native.stepping.guards import GuardCode
     from lagrange_cli.native.stepping.watching import Trials
 
-SIZE = 2.0**-50
+SIZE = 2.0**-48
 """By what part coordinates and velocities are changed at most; coordinates near 0 by that part of how far
 they go in the longest step: what is computed from them may be rounded by far more than they are."""
+WIDER, GROWS = 2.0**12, 2.0**4
+"""Where the state changes so many times as much, rates must change at least so many times as much: those that
+do not have jumped already, as friction does where a velocity is 0 but for rounding."""
+EXPLAINED = 2.0**-2
+"""This part of what changes counts: the changes must stand out from the rounding that they are to measure."""
 FAMILY = 16.0
 """Coordinates of a family are changed by at least so many times that part of how far the fastest of them
 goes: depths of contacts between them are rounded as its place is."""
 LATER = 0.5
 """And the time, by this part of that: by whole units of its rounding."""
+MIXING, BITS = (2654435769, 2246822519, 3266489917), 2**32
+"""Odd numbers of many bits, and the range of products of these that count."""
 WAYS = 3
 """They are in so many ways: in one of them rates may change less by chance."""
+
+
+def scattered(row: Row, way: Integer) -> Real:
+    """Numbers from -1 to 1, without a pattern: differences between neighbours, and differences of these, are
+    as large as the numbers, so that those on which a chain's forces depend change, too."""
+    number = row.beyond(0)
+    mixed = number * MIXING[0] + row.f.splat(way * MIXING[1], number.lanes)
+    for _ in range(2):
+        mixed = (mixed * (mixed ^ MIXING[2])) & (BITS - 1)
+    return mixed.to_real() * (2.0 / BITS) - 1.0
 
 
 @dataclass(frozen=True)
@@ -70,11 +88,11 @@ class RateNoise:
         longest = f.load("%state", steps.state.carried_at + LONGEST)
         with lengths.each(f) as row:
             row.put(f.zero(lanes), "%work", ways)
-        write_fastest(f, lengths, steps.given.related, ways, longest * FAMILY)
+        write_fastest(f, lengths, steps.related, ways, longest * FAMILY)
         longest = lengths.wide(f, longest)
         f.copy_rows((node, 0), (kept, 0), width, lanes)
         with f.loop(0, WAYS, tested=False) as way:
-            for size in (0.5 * SIZE, SIZE):
+            for size in (WIDER * SIZE, 0.5 * SIZE, SIZE):
                 with f.loop(0, width, lanes, tested=False) as i:
                     row = Row(lengths, f, i)
                     moved = f.magnitude(row.at("%state", degrees)) * longest
@@ -82,23 +100,46 @@ class RateNoise:
                     own = row.at("%state")
                     most = f.select(row.among(0, degrees), f.larger(f.magnitude(own), moved), own)
                     change = f.select(
-                        row.among(0, 2 * degrees), most * share(f, row, way) * size, f.zero(lanes)
+                        row.among(0, 2 * degrees), most * scattered(row, way) * size, f.zero(lanes)
                     )
                     steps.put_state(f, i, change, row.at("%state", width))
                 rates, _ = steps.node(f, f.fused(now, size * LATER, now))
                 with lengths.velocities(f) as row:
                     change = row.at(rates, -degrees) - row.at("%work", self.begin - degrees)
-                    if size < SIZE:
+                    if size > SIZE:
                         row.put(change, half)
+                    elif size < SIZE:
+                        grows = f.magnitude(row.at(half)) >= f.magnitude(change) * (2.0 * GROWS)
+                        row.put(f.select(grows, change, f.splat(f.constant(ENDLESS), lanes)), half)
                     else:
-                        keep_larger(row, self.place, row.at(half), change, partial(self._counts, row))
+                        parts = row.at(half) * EXPLAINED, change * EXPLAINED
+                        keep_larger(row, self.place, *parts, partial(self._counts, row))
+        for first, count in steps.related:
+            self._where_none(f, first + degrees, count)
         if steps.guards and steps.guards.holding and steps.state.quadratures:
             self._let_go(f, steps.guards)
         f.copy_rows((kept, 0), (node, 0), width, lanes)
-        steps.spend(f, f.constant(2.0 * WAYS))
+        steps.spend(f, f.constant(3.0 * WAYS))
         f.store(f.constant(1.0), "%state", steps.state.carried_at + ROUNDED)
         f.give()
         return f
+
+    def _where_none(self, f: Function, first: int, count: int) -> None:
+        """Let the errors of so many velocities, where none was found, be the mean of the others: by chance no
+        change may have been smooth."""
+        lengths = self.steps.lengths
+        start, last, zero = lengths.vector(first), first + count, f.zero(lengths.lanes)
+        total, found = f.variable(zero), f.variable(zero)
+        with lengths.each(f, start, last) as row:
+            error = row.only(row.among(first, count), row.at("%state", self.place))
+            total.set(total.get() + error)
+            found.set(found.get() + (error > zero).to_real())
+        size, known = (f.reduce("fadd", one.get(), f.constant(0.0)) for one in (total, found))
+        mean = lengths.wide(f, size / f.larger(known, f.constant(1.0)))
+        with lengths.each(f, start, last) as row:
+            error = row.at("%state", self.place)
+            none = row.among(first, count) & error.equals(0.0)
+            row.put(f.select(none, mean, error), "%state", self.place)
 
     def _let_go(self, f: Function, guards: GuardCode) -> None:
         """The same of integrands, where nothing holds the motion."""
@@ -121,7 +162,11 @@ class RateNoise:
                 )
                 before = row.at("%state", self.place)
                 larger = row.among(first, steps.state.quadratures) & (change < ENDLESS)
-                row.put(f.select(larger, f.larger(change * SIZE, before), before), "%state", self.place)
+                row.put(
+                    f.select(larger, f.larger(change * (SIZE * EXPLAINED), before), before),
+                    "%state",
+                    self.place,
+                )
         steps.spend(f, f.constant(2.0))
 
     def _counts(self, row: Row, steady: Bit) -> Bit:

@@ -33,6 +33,9 @@ LONGER, APART = 16.0, 0.125
 """By what factor at most, and by which one where rates are not finite."""
 SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
 STRAIGHT = 3
+STOPPED = 64.0
+"""Friction along a vector has stopped it where it is so many times as large as what the tolerance allows
+velocities: steps across this are as short as that, and have errors as large."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,8 @@ class RateSteps(RatesAtNodes):
     """How often a step is taken again before rounding errors of rates are measured."""
     approaches = False
     """Whether it takes short steps near poles (``Given.approach``)."""
+    beside = False
+    """Whether velocities are measured beside the largest one (``Lengths.floor``)."""
     compares = False
     """Whether rates at the end of a step are compared with those that its polynomials have there."""
     most: float
@@ -65,7 +70,9 @@ class RateSteps(RatesAtNodes):
 
     def __init__(self, given: Given) -> None:
         layout, order, places = given.state, self.order, self.places_of(given)
-        lengths = side_by_side(layout.degrees, layout.rows, order, places.floor if given.floors else 0)
+        lengths = side_by_side(layout.degrees, layout.rows, order, places.floor)
+        if not (given.floors or (self.beside and layout.degrees > 1)):
+            lengths = replace(lengths, floor=0)
         super().__init__(given, lengths, places)
         self.noise = None
         self.rounding = RateNoise(self, places.begin, places.spare, places.modes, places.state)
@@ -73,7 +80,8 @@ class RateSteps(RatesAtNodes):
         self.watching = None
         if self.guards:
             assert given.guards
-            self.guards = replace(self.guards, interpolated=True)
+            close = STOPPED * given.tolerance
+            self.guards = replace(self.guards, interpolated=True, close=close)
             self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
@@ -122,16 +130,16 @@ class RateSteps(RatesAtNodes):
         not to be shorter because of rounding."""
 
     def judged(
-        self, f: Function, doubtful: Bit, least: float, factor: Callable[[], tuple[Real, Bit]]
+        self, f: Function, doubtful: Bit, factor: Callable[[], tuple[Real, Bit, Bit]]
     ) -> tuple[Real, Bit]:
-        """The ``factor`` by which a step should be longer, and whether its rates are finite. If it is below
-        the ``least`` one, and ``doubtful``, what rounding explains is measured first."""
+        """The ``factor`` by which a step should be longer, and whether its rates are finite. If rounding may
+        have made it small, and it is ``doubtful``, what rounding explains is measured first."""
         kept, finite = f.variable(f.constant(0.0)), f.variable(Bit(f, "true"))
         with f.forever() as judging:
-            found, sound = factor()
+            found, sound, rounded = factor()
             kept.set(found)
             finite.set(sound)
-            with f.when(~((found < least) & sound & doubtful) | self.rounding.known(f)):
+            with f.when(~(rounded & sound & doubtful) | self.rounding.known(f)):
                 judging.leave()
             self.rounding.measure(f)
         return kept.get(), finite.get()

@@ -1,20 +1,21 @@
-"""Velocities that are nothing beside the fastest one of their family: what they are measured by.
+"""What is nothing beside the largest of its family, and what it is measured by: velocities, and integrals.
 
 Far down the tail of a wave, coordinates and velocities are 1e-50 of those of its head, and grow as high
 powers of the time: only in very short steps are their series small beside themselves. They are measured by
 the rounding error of the fastest velocity in the family instead. Their errors are then
 below its square, so that also the momentum of a member with 2^60 times the mass is known to many digits.
+The integrals of forces, in the balances of momenta, are measured by that of the largest one likewise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Real
-from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.llvm.vector import Pointer, Real
+from lagrange_cli.native.stepping.lengths import Lengths, Row
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
@@ -22,14 +23,22 @@ if TYPE_CHECKING:
 
 FAINT = 2.0**-52
 """The part of the fastest velocity."""
+HARDLY_SEEN = 0.125
+"""The part of the largest integral by which others are measured where sizes are those after a step: errors
+are less than the rounding error of the largest one."""
 FEWEST = 4
 """Families of fewer members have no tail."""
 
 
 def related(model: Model[Node], fewest: int = FEWEST) -> list[tuple[int, int]]:
     """The first coordinate of each family of some members, and their number."""
-    found, first = list[tuple[int, int]](), 0
-    for _, members in groupby(str(q.data).partition("[")[0] for q in model.q):
+    return of_names((str(q.data) for q in model.q), fewest=fewest)
+
+
+def of_names(names: Iterable[str], first: int = 0, fewest: int = FEWEST) -> list[tuple[int, int]]:
+    """The same of anything whose ``names`` follow one another from the number ``first`` on."""
+    found = list[tuple[int, int]]()
+    for _, members in groupby(name.partition("[")[0] for name in names):
         count = sum(1 for _ in members)
         if count >= fewest:
             found.append((first, count))
@@ -37,25 +46,33 @@ def related(model: Model[Node], fewest: int = FEWEST) -> list[tuple[int, int]]:
     return found
 
 
-def write_floors(f: Function, lengths: Lengths, related: Sequence[tuple[int, int]]) -> None:
+def write_floors(
+    f: Function, lengths: Lengths, related: Sequence[tuple[int, int]],
+    size: Callable[[Row], Real] | None = None, work: Pointer | str = "%work",
+) -> None:  # fmt: skip
     """Write down the least that velocities are measured by, where ``Lengths.floor`` is."""
-    write_fastest(f, lengths, related, lengths.floor, f.constant(FAINT))
+    write_fastest(f, lengths, related, lengths.floor, f.constant(FAINT), size, work)
 
 
 def write_fastest(
-    f: Function, lengths: Lengths, related: Sequence[tuple[int, int]], place: int, part: Real
-) -> None:
+    f: Function, lengths: Lengths, related: Sequence[tuple[int, int]], place: int, part: Real,
+    size: Callable[[Row], Real] | None = None, work: Pointer | str = "%work", *, least: bool = False,
+) -> None:  # fmt: skip
     """Write this ``part`` of the fastest velocity of its family to the row of each velocity, from a ``place``
-    in ``%work`` on."""
+    in ``%work`` on; and of the largest integral, whose numbers go on behind those of velocities. How large
+    they are is their ``size``, or that of the numbers in the state. What is there is replaced, or where it is
+    to be the ``least``, made larger."""
     for first, count in related:
         fastest, last = f.variable(f.zero(lengths.lanes)), first + count
         first += lengths.degrees
         last += lengths.degrees
         start = lengths.vector(first)
         with lengths.each(f, start, last) as row:
-            speed = row.only(row.among(first, count), f.magnitude(row.at("%state")))
+            speed = size(row) if size else f.magnitude(row.at("%state"))
+            speed = row.only(row.among(first, count), speed)
             fastest.set(f.larger(fastest.get(), speed))
-        least = lengths.wide(f, lengths.gather(f, "fmax", fastest.get()) * part)
+        found = lengths.wide(f, lengths.gather(f, "fmax", fastest.get()) * part)
         with lengths.each(f, start, last) as row:
-            before = row.at("%work", place)
-            row.put(f.select(row.among(first, count), least, before), "%work", place)
+            before = row.at(work, place)
+            new = f.larger(found, before) if least else found
+            row.put(f.select(row.among(first, count), new, before), work, place)

@@ -7,6 +7,7 @@ within steps are not.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Protocol
 
@@ -71,6 +72,7 @@ class Trials(Protocol):
     given: Given
     guards: GuardCode | None
     order: int
+    related: Sequence[tuple[int, int]]
 
     def now(self, f: Function) -> Real:
         """The time where the step begins."""

@@ -12,6 +12,7 @@ from lagrange_cli.run.ensembles.contents import told
 from lagrange_cli.run.ensembles.ensemble import Ensemble, alone
 from lagrange_cli.run.ensembles.files import EnsembleFile
 from lagrange_cli.run.monitor import Monitor, watched
+from lagrange_cli.run.motion import Motion
 from lagrange_cli.run.settings.settings import tell_empty
 from lagrange_cli.run.singular import in_words
 
@@ -20,12 +21,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
+    from lagrange_cli.integrate.method import Cause, End
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.request import Request
     from lagrange_cli.run.resume import Start
     from lagrange_cli.store.target import Target
 
 F = TypeVar("F", bound=EnsembleFile)
+
+
+def cause(ensemble: Ensemble, member: int, end: End) -> Cause | None:
+    """What in the system ended the motion of a member."""
+    return Motion(ensemble.spec, ensemble.values.of(member), ensemble.settings).cause(end)
 
 
 @dataclass(frozen=True)
@@ -87,6 +94,7 @@ def follow_and_write(
                             checkpointing=members,
                             section=None if ensemble.cut is None else ensemble.cut.kept,
                             chosen=group.chosen,
+                            explain=partial(cause, group.ensemble),
                         )
                         members = members and members.beginning(outcome)
             except Unfit as error:

@@ -25,8 +25,9 @@ from lagrange_cli.run.settings.samples import check_count, sample_times
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.problems import Problems
-    from lagrange_cli.spec.spec import Event, SolveDefaults, Spec
+    from lagrange_cli.spec.spec import SolveDefaults, Spec
 
 
 @dataclass(frozen=True)
@@ -158,8 +159,8 @@ def resolve_settings(
 
 def check_events(events: Mapping[str, Event], start: float, stop: float) -> None:
     """Refuse actions in motions that are followed backward: they may not be undone."""
-    acting = next((name for name, event in events.items() if event.changes), None)
-    if stop < start and acting is not None:
+    acting = next((name for name, event in events.items() if event.changes), None) if stop < start else None
+    if acting is not None:
         raise UsageError(
             f"the action of event {acting!r} cannot be undone in a motion that is integrated backward; "
             "choose a stop time after the start, or let the event only record"

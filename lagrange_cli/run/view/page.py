@@ -159,7 +159,7 @@ def obstacle(motion: Motion, derived: FamilySystem | Residual) -> str:
     if motion.settings.backward:
         return "This motion is followed backward in time."
     bound = isinstance(derived, Residual) and derived.multipliers
-    if bound and any(one.changes for one in motion.spec.events.values()):
+    if bound and motion.spec.acts:
         return "Actions of events in a system with constraints are computed by lagrange solve only."
     return ""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from lagrange_cli.expression.listed import places
+from lagrange_cli.expression.loops import places
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, plain_names
 from lagrange_cli.expression.vocabulary import member_name, velocity_name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from lagrange_cli.expression.indices import integer
-from lagrange_cli.expression.listed import repeated
+from lagrange_cli.expression.loops import repeated
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Number, Span, plain_names
 from lagrange_cli.expression.vocabulary import CONSTANTS, member_name

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 
 from lagrange_cli.expression.confusions import rate_of
-from lagrange_cli.expression.listed import places
+from lagrange_cli.expression.loops import places
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span
 from lagrange_cli.expression.vocabulary import family_name, member_name, velocity_name
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.content import groups_of
+from lagrange_cli.spec.content import by_name, groups_of, parts_by_name
 from lagrange_cli.spec.draft import Draft, Entry, WrittenEvent
+from lagrange_cli.spec.event import Assignment, Event
 from lagrange_cli.spec.families import MAX_MEMBERS
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.settling import check_scalar
-from lagrange_cli.spec.spec import Event, Expression
+from lagrange_cli.spec.spec import Expression
+from lagrange_cli.spec.whole import Part, WrittenFamily
 
 SETTABLE = frozenset({Kind.COORDINATE, Kind.VELOCITY, Kind.PARAMETER})
 _HINTS = {
@@ -29,22 +32,26 @@ _HINTS = {
 }
 
 
-def check_events(draft: Draft, names: Names, problems: Problems) -> dict[str, Event]:
-    """The events by name, members of families one by one; mistakes are added to ``problems``."""
-    checker = _Checker(draft, names, problems)
-    found = {}
-    for group in groups_of(draft.events):
+def check_events(draft: Draft, names: Names, problems: Problems) -> Mapping[str, Event]:
+    """The events by name; mistakes are added to ``problems``. Members of a family that are alike are checked
+    at once."""
+    checker, groups = _Checker(draft, names, problems), groups_of(draft.events)
+    for group in groups:
         for event in names.apart(group):
             if event.when is not None:
                 checker.when(event, event.when)
-    for event in draft.events:
-        changes = checker.changes(event)
-        if event.when is not None:
-            sets = tuple((one.key, one.value.tree) for one in event.changes if one.value is not None)
-            found[event.name] = Event(
-                event.when, event.direction, event.stops, changes, event.place, event.key, sets
-            )
-    return found
+    for group in groups:
+        for event in checker.apart(group):
+            checker.changes(event)
+    return by_name(parts_by_name(groups, lambda event: event_of(event, names.sizes)))
+
+
+def event_of(written: WrittenEvent, sizes: Mapping[str, int]) -> Event | None:
+    """An event that has what it needs."""
+    if written.when is None:
+        return None
+    sets = tuple(Assignment(one.key, one.value) for one in written.changes if one.value is not None)
+    return Event(written.when, written.direction, written.stops, sets, written.place, written.key, sizes)
 
 
 @dataclass
@@ -68,9 +75,32 @@ class _Checker:
                 "let it depend on a coordinate, a velocity or t",
             )
 
-    def changes(self, event: WrittenEvent) -> dict[str, Expression]:
-        """The new values by name, each of something that can be set and that is set once."""
-        found: dict[str, Expression] = {}
+    def apart(self, group: WrittenEvent | WrittenFamily[WrittenEvent]) -> Iterator[WrittenEvent]:
+        """The events whose actions have to be checked one by one: of members that are alike the first one, if
+        nothing is wrong with the others."""
+        if not isinstance(group, WrittenFamily):
+            yield group
+            return
+        alike: dict[int, list[Part[WrittenEvent]]] = {}
+        for part in group.parts:
+            alike.setdefault(id(part.item), []).append(part)
+        for parts in alike.values():
+            members = chain.from_iterable(map(group.of_part, parts))
+            yield next(members)
+            if parts[0].item.changes and not (self.names.has_many(*parts) and self._sound(parts)):
+                yield from members
+
+    def _sound(self, parts: Sequence[Part[WrittenEvent]]) -> bool:
+        """Whether it is certain that nothing is wrong with what the actions of members set that are alike."""
+        from lagrange_cli.spec.events.together import Together
+
+        changes = parts[0].item.changes
+        trusted = all(one.value is None or self.problems.trusts(one.value.tree) for one in changes)
+        return trusted and Together(self.names, parts).sound(changes)
+
+    def changes(self, event: WrittenEvent) -> None:
+        """Check that each new value is that of something that can be set, and that is set once."""
+        found = set[str]()
         label = f"event '{event.key.label}'"
         for entry in event.changes:
             try:
@@ -79,18 +109,22 @@ class _Checker:
                 self.problems.add_once(entry.at(error.span), f"{error.message} in {label}", error.hint)
                 targets = []
             if not targets and entry.value is not None:
-                self._check_value(replace(entry.value, indices=event.indices), entry, label)
+                own = {axis.index: 0 for axis in entry.key.axes if axis.index}
+                value = replace(entry.value, indices={**event.indices, **own})
+                if own:  # none of them has a value
+                    self.names.check_names(value, "events", named(entry, label))
+                else:
+                    self._check_value(value, entry, label)
             for name, indices in targets:
                 if name in found:
                     message = f"{label} sets '{name}' twice"
                     self.problems.add_once(entry.place, message, "leave one of them out")
                 if entry.value is not None:
-                    found[name] = replace(entry.value, indices=indices)
-                    self._check_value(found[name], entry, label)
-        return found
+                    found.add(name)
+                    self._check_value(replace(entry.value, indices=indices), entry, label)
 
     def _check_value(self, value: Expression, entry: Entry, label: str) -> None:
-        check_scalar(self.names, value, "events", f"the new {entry.key.label} of {label}")
+        check_scalar(self.names, value, "events", named(entry, label))
 
     def _targets(self, entry: Entry, around: Mapping[str, int]) -> Iterator[tuple[str, Mapping[str, int]]]:
         """The names that an entry sets, each with the values of the indices in its new value.
@@ -159,3 +193,8 @@ class _Checker:
         hint = f"write {velocity_name(coordinate)} for the velocity of {coordinate}" if order else ""
         words = [meaning.family.label if meaning.family else one for one, meaning in known.items()]
         return f"unknown name {shown(name)}", hint or near_hint(name, known) or known_hint(words)
+
+
+def named(entry: Entry, label: str) -> str:
+    """What messages call a new value."""
+    return f"the new {entry.key.label} of {label}"

@@ -12,7 +12,8 @@ import numpy as np
 import sympy
 
 from lagrange_cli.expression.algebra import Value
-from lagrange_cli.expression.index_arrays import holding, inner, integers
+from lagrange_cli.expression.index_arrays import holding, integers
+from lagrange_cli.expression.index_loops import inner
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import BODY_COMPONENTS, COMPONENTS, TIME, VELOCITY_COMPONENTS
@@ -121,7 +122,7 @@ class WrittenBuilder(MemberKinds):
         places: Any = 0
         for value, size in zip(values, shape):
             places = places * size + value
-        which = np.broadcast_to(group.place_of[places], frame.count)
+        which = group.numbers_at(np.broadcast_to(np.asarray(places, dtype=np.int64), frame.count))
         labels = group.labels[which]
         if len(labels) and np.any(labels != labels[0]):
             label = int(labels[0])

@@ -12,8 +12,10 @@ import sympy
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.written_events import events_alike
 from lagrange_cli.records import replace
-from lagrange_cli.spec.spec import Event, Family, Spec, grouped
+from lagrange_cli.spec.event import Event
+from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.symbolic.families.balance import balance
 from lagrange_cli.symbolic.families.derivatives import spans_within
 from lagrange_cli.symbolic.families.dynamics import FORCE, PULL, Dynamics
@@ -194,21 +196,21 @@ class _Deriver(Dynamics):
                     yield EventLine(line, one.direction, one.stops, tuple(shown))
 
     def pieces(self, family: Family) -> Iterator[tuple[Event, Kind]]:
-        """The events of a family that have the same key: one of them, and all together."""
-        alike: dict[int, list[str]] = {}
-        for name in family.members:
-            alike.setdefault(id(self.spec.events[name].key), []).append(name)
-        for names in alike.values():
-            one = self.spec.events[names[0]]
+        """The events of a family that are written alike: what is written, and all together."""
+        for alike in events_alike(self.spec):
+            if alike.name != family.name:
+                continue
+            one, order = alike.event, np.argsort(alike.numbers)
             if one.key is None:
                 raise Unsuited
-            places = np.array([family.place(name) for name in names]).T if family.shape else ()
+            places = [alike.indices[axis.index][order] if axis.index else order for axis in one.key.axes]
             yield one, self.builder.keyed(one.key.axes, places, one.when.tree)
 
     def happening(self, event: Event, tree: Tree, frame: Frame) -> tuple[sympy.Expr, list[Change]]:
         """What becomes 0 at some events, and what these set."""
         changes = []
-        for key, value in event.sets:
+        for one in event.sets:
+            key, value = one.key, one.value.tree
             inside, loops, wholes = frame, list[Loop](), list[Whole]()
             for axis in key.axes:
                 if axis.index:

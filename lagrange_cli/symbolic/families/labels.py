@@ -26,7 +26,6 @@ def places_of(group: Group, label: int) -> tuple[Any, ...]:
     """The indices of the members with a label, axis by axis."""
     if not group.family.shape:
         return ()
-    number_of = np.flatnonzero(group.place_of >= 0)
-    order = np.empty(group.count, dtype=np.int64)
-    order[group.place_of[number_of]] = number_of
-    return np.unravel_index(order[group.labels == label], group.family.shape)
+    chosen = np.flatnonzero(group.labels == label)
+    places = chosen if group.places is None else group.places[chosen]
+    return np.unravel_index(places, group.family.shape)

@@ -1,0 +1,85 @@
+"""Mass matrices that are singular where a motion begins or ends: of which coordinates, and at which line."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from lagrange_cli.run.doubtful import singular_start
+from lagrange_cli.run.singular import without_mass
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.support.command import lagrange
+
+PENDULUM = """\
+parameters: {m: 1, l: 0.0, g: 9.81}
+coordinates:
+  theta: {initial: 0.3}
+masses: {bob: m}
+positions: {bob: [l*sin(theta), -l*cos(theta)]}
+potential: m*g*bob.y
+"""
+SPHERICAL = """\
+coordinates: {a: {initial: 0}, b: {initial: 0, velocity: 1}}
+masses: {bob: 1e-20}
+positions: {bob: [sin(a)*cos(b), sin(a)*sin(b), -cos(a)]}
+"""
+ENTANGLED = """\
+parameters: {k: 1}
+coordinates: {a: {initial: 0}, b: {initial: 0}, c: {initial: 0}}
+lagrangian: a_dot**2/2 + k*a_dot*b_dot + b_dot**2/2 + 1e9*c_dot**2 - a**2/2 - b**2
+"""
+CROSSED = "coordinates: {x: {initial: 0}, y: {initial: 0}}\nlagrangian: 1e-9*x_dot*y_dot - x*y\n"
+BOUND = """\
+coordinates: {x: {initial: 0}, angle: {initial: 0}}
+masses: {a: 1}
+positions: {a: [x, 0]}
+constraints: {cam: x - sin(angle)}
+"""
+
+
+def found(text, **sets):
+    spec = read_spec(text, "file.yaml")
+    values = resolve_values(spec, {name: repr(x) for name, x in sets.items()})
+    return without_mass(spec, values.parameters, 0.0, (*values.q, *values.v))
+
+
+@pytest.mark.parametrize(
+    ("text", "sets", "names"),
+    [
+        (PENDULUM, {}, ("theta",)),
+        (PENDULUM, {"l": 1e-9}, ()),
+        (SPHERICAL, {}, ("b",)),
+        (SPHERICAL, {"a": 1e-6}, ()),
+        (ENTANGLED, {}, ("a", "b")),
+        (ENTANGLED, {"k": 1.0 + 1e-9}, ()),
+        (CROSSED, {}, ()),  # its diagonal is 0, and it is regular
+        (BOUND, {}, ()),  # the constraint turns the cam
+    ],
+)
+def test_the_coordinates_without_inertia_are_found(text, sets, names):
+    assert found(text, **sets) == names
+
+
+def test_check_warns_at_the_place_of_the_coordinate():
+    spec = read_spec(PENDULUM, "file.yaml")
+    (problem,) = singular_start(spec, resolve_values(spec))
+    assert problem.line == 3
+    assert problem.message == (
+        "the mass matrix is singular at the start: no kinetic energy depends on theta_dot"
+    )
+    assert singular_start(spec, resolve_values(spec, {"l": "1"})) == ()
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_a_motion_that_cannot_begin_says_so(tmp_path, method):
+    (tmp_path / "file.yaml").write_text(PENDULUM)
+    done = lagrange("solve", "file.yaml", "--stop", "1", "--method", method, cwd=tmp_path)
+    assert done.returncode == 4
+    assert (
+        "the mass matrix is singular: no kinetic energy depends on theta_dot (line 3) at t = 0" in done.stderr
+    )
+    assert "overflow" not in done.stderr
+    done = lagrange("sweep", "file.yaml", "--over", "l=0:1:3", "--stop", "1", "--json", cwd=tmp_path)
+    assert "(l = 0): the mass matrix is singular" in json.loads(done.stdout)["message"]
