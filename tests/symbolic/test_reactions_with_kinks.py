@@ -166,9 +166,8 @@ def test_printed_forces_are_those_along_the_motion(place: str, seed: int) -> Non
     motion = follow(text, 0.3, 4, outputs=("q", "v", "reactions"))
     for i, t in enumerate(motion["t"]):
         q, v = ([motion[f"{kind}/{name}"][i] for name in module["COORDINATES"]] for kind in "qv")
-        if (
-            min(map(abs, v)) < 1e-3 and place != "floor"
-        ):  # where friction may hold the block, the printed force is that of one side
+        # where friction may hold the block, the printed force is that of one side
+        if min(map(abs, v)) < 1e-3 and place != "floor":
             continue
         (found,) = module["reactions"](t, q, v, dict(motion.values.parameters))
         expected = motion["reactions/block"][i]
