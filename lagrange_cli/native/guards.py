@@ -88,9 +88,14 @@ class GuardRow:
     placed: bool = False
     """Whether the argument is a place: the motion may pass through 0 whatever its multiplier is."""
 
-    parts: int = 0
-    """Of the length of a vector, how many parts that has: their rows are ``beside``, and as many multipliers
-    follow one another."""
+    pivots: tuple[int, ...] = ()
+    """Of the length of a vector, a coordinate for each of its parts, whose velocity it is but for others: the
+    rows of parts are ``beside``, and as many multipliers follow one another."""
+
+    @property
+    def parts(self) -> int:
+        """How many parts a vector has whose length it is."""
+        return len(self.pivots)
 
     @property
     def limited(self) -> bool:

@@ -77,15 +77,15 @@ class Interface:
     sum of ``parts`` doubles: rows of high parts come first; parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary
     coordinate, or ``SIMPLE``, ``ROOTED``, ``STEEP``, ``CUT``, ``BREAK``, ``EXPLICIT`` or ``PLACED``;
-    ``limits`` are those whose multipliers are forces up to a limit, ``vectors`` those of lengths, with the
-    number of their parts; ``events`` for each event its direction, its role, and that number for resting
-    contact, ``EXPLICIT`` where its force follows from other forces alone, ``LOOSE`` for an impact without
-    contact, or ``SIMPLE``. ``changed`` are the new values that actions give: the
-    event, and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple
-    action, and what it changes the argument of. ``@act`` computes new values, two sizes of each event's
-    argument, and the ``masses`` that actions change, of these particles.
-    ``@constrain`` computes so many ``constraints``, their rates, and the entries of the matrix of the
-    equations that ``pattern`` names; only where an action may leave the constraints.
+    ``limits`` are those whose multipliers are forces up to a limit, ``vectors`` those of lengths, with a
+    coordinate for each of their parts, whose velocity it is but for others; ``events`` for each event its
+    direction, its role, and that number for resting contact, ``EXPLICIT`` where its force follows from other
+    forces alone, ``LOOSE`` for an impact without contact, or ``SIMPLE``. ``changed`` are the new values that
+    actions give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of
+    events: a simple action, and what it changes the argument of. ``@act`` computes new values, two sizes of
+    each event's argument, and the ``masses`` that actions change, of these particles. ``@constrain``
+    computes so many ``constraints``, their rates, and the entries of the matrix of the equations that
+    ``pattern`` names; only where an action may leave the constraints.
     ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
     times the second and m times the third. Steps hand over so many numbers that are ``carried`` with the
     state. Several threads can share an evaluation in so many ``strips``; their ``board`` is in the constants.
@@ -105,7 +105,7 @@ class Interface:
     guards: tuple[int, ...]
     events: tuple[tuple[int, int, int], ...]
     limits: tuple[int, ...]
-    vectors: tuple[tuple[int, int], ...]
+    vectors: tuple[tuple[int, tuple[int, ...]], ...]
     changed: tuple[tuple[int, int], ...]
     affected: tuple[tuple[int, int], ...]
     masses: tuple[str, ...]
@@ -125,7 +125,7 @@ class Interface:
     def auxiliary(self) -> int:
         """How many auxiliary coordinates there are, behind the others."""
         one_each = sum(one >= 0 for one in (*self.guards, *(event[2] for event in self.events)))
-        return one_each + sum(parts - 1 for j, parts in self.vectors if self.guards[j] >= 0)
+        return one_each + sum(len(pivots) - 1 for j, pivots in self.vectors if self.guards[j] >= 0)
 
     @cached_property
     def inner(self) -> StateLayout:
@@ -159,8 +159,8 @@ class Interface:
         first, made = 2 * degrees, list[GuardRow]()
         for one in self.guards:
             role = ROLES.get(one, Role.HOLD)
-            roots = {"rooted": one in (ROOTED, STEEP), "steep": one == STEEP}
-            made.append(GuardRow(role, first + len(made), multiplier(one), **roots))
+            rooted, steep = one in (ROOTED, STEEP), one == STEEP
+            made.append(GuardRow(role, first + len(made), multiplier(one), rooted=rooted, steep=steep))
         for direction, kind, _ in self.events:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
         for i, limited in enumerate(self.limits):
@@ -173,9 +173,9 @@ class Interface:
             if one == BREAK:
                 made[j] = replace(made[j], beside=first + arguments)
                 arguments += BESIDE
-        for j, parts in self.vectors:
-            made[j] = replace(made[j], beside=first + arguments, parts=parts)
-            arguments += parts
+        for j, pivots in self.vectors:
+            made[j] = replace(made[j], beside=first + arguments, pivots=pivots)
+            arguments += len(pivots)
         for _, _, one in self.events:
             if one == EXPLICIT:
                 made.append(GuardRow(Role.REST, first + arguments))

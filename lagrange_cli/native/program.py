@@ -201,7 +201,11 @@ def interface_of(
         given=parts if steps.factor is None else 2,
         guards=tuple(number_of(one) for one in smooth.guards),
         limits=tuple(j for j, one in enumerate(smooth.guards) if one.limit is not None),
-        vectors=tuple((j, len(one.vector.parts)) for j, one in enumerate(smooth.guards) if one.vector),
+        vectors=tuple(
+            (j, tuple(map(model.v.index, one.vector.pivots)))
+            for j, one in enumerate(smooth.guards)
+            if one.vector
+        ),
         events=events,
         changed=changed,
         affected=affected,

@@ -257,28 +257,6 @@ def test_a_sample_just_after_sliding_has_begun_is_as_exact_as_others() -> None:
         assert motion["v/y"][4] == pytest.approx(0.5 * motion.t[4] * np.cos(angle), abs=1e-14 + 20 * soon**2)
 
 
-BALL = """
-parameters: {m: 2, R: 0.3}
-coordinates:
-  x: {initial: 0, velocity: 7}
-  y: {initial: 0}
-  a: {initial: 0, velocity: 5}
-  b: {initial: 0, velocity: 3}
-lagrangian: m*(x_dot**2 + y_dot**2)/2 + m*R**2*(a_dot**2 + b_dot**2)/5
-definitions: {u: "(x_dot - R*b_dot, y_dot + R*a_dot)"}
-generalized_forces: {x: -2*u.x/norm(u), y: -2*u.y/norm(u), a: -2*R*u.y/norm(u), b: 2*R*u.x/norm(u)}
-"""
-
-
-@pytest.mark.parametrize("method", TOLERANCES)
-def test_a_ball_that_slides_rolls_in_the_end(method: str) -> None:
-    # the angular momentum about the line of contact is kept: v = (5 v0 + 2 R w0)/7
-    motion = follow(BALL, 4, 5, method=method, tolerance=TOLERANCES[method])
-    assert motion["v/x"][-1] == pytest.approx((5 * 7 + 2 * 0.3 * 3) / 7, abs=1e-9)
-    assert motion["v/y"][-1] == pytest.approx(-2 * 0.3 * 5 / 7, abs=1e-9)
-    assert motion["v/x"][-1] == pytest.approx(0.3 * motion["v/b"][-1], abs=1e-14)
-
-
 PLATE = """
 parameters: {g: 9.81, mu: 0.14}
 coordinates: {x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}

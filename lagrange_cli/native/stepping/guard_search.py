@@ -28,6 +28,8 @@ WIDER = 2.0**16
 """After a zero, a step is longer than the one before by no more than this factor."""
 MANY = 32
 """From so many guards on a vector of them is looked at together."""
+STOPPED = 2.0**-50, 2.0**-102
+"""A vector is 0 but for rounding up to this part of the velocities that it is made of."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 
@@ -43,6 +45,8 @@ class GuardSearch:
     """Where records are, behind ``%trial``."""
     interpolated: bool = False
     """Whether arguments are polynomials through values of theirs, instead of series."""
+    close: float = 0.0
+    """Up to this part of velocities friction stops a vector, where steps would have errors as large."""
     near: int | None = None
     """Where ``%work`` tells which guards that are side by side have series in this step, if others have none
     (``native.families.nearness``)."""
@@ -158,6 +162,11 @@ class GuardSearch:
                 row, rest = f.load_integer("@guard_rows", j), f.larger(f.constant(AT_REST), -mark)
                 for side in (-1.0, 1.0):
                     look(self.lengths.place(f, row), rest, f.constant(side), Bit(f, "false"), j)
+        for k, guard in enumerate(rows.guards):
+            if guard.parts and guard.multiplier:
+                with f.when(self._stopped(f, k)):
+                    earliest.set(f.constant(0.0))
+                    which.set(f.count(k))
         # a later guard's argument may be known for less of the step than to an earlier one's root
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())
@@ -226,6 +235,25 @@ class GuardSearch:
             side = f.select(both < 0.0, f.constant(-1.0), f.constant(1.0))
             for row in (above, below):
                 look(row, f.constant(0.0), side, seen, j)
+
+    def _stopped(self, f: Function, k: int) -> Bit:
+        """Whether a vector that friction acts along is 0 but for errors of its velocities, and becomes
+        shorter: no step comes nearer to where it is 0."""
+        guard, lengths = self.rows.guards[k], self.lengths
+        speeds = [f.magnitude(f.load("%state", self.layout.degrees + i)) for i in guard.pivots]
+        rows = [lengths.place(f, f.count(guard.beside + i)) for i in range(guard.parts)]
+        parts = [f.magnitude(f.load(row, lengths.term)) for row in rows]
+        near = reduce(f.larger, parts) <= reduce(f.larger, speeds) * max(
+            self.close, STOPPED[self.layout.parts - 1]
+        )
+        row = lengths.place(f, f.count(guard.row))
+        change = f.load(row, 2 * lengths.term)
+        if self.interpolated:  # rates of values that are rounded are nothing: what is it where the step ends?
+            change = f.constant(0.0)
+            for m in reversed(range(2, lengths.order)):
+                change = f.fused(change, Real(f, "%h"), f.load(row, m * lengths.term) * float(m))
+        slides = f.load("%state", k + self.rows.mode(self.layout)) > 0.0
+        return slides & (change <= 0.0) & near
 
     def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
         """Change the side of an event whose argument is on the other one, but not because it was 0: it has
