@@ -11,7 +11,6 @@ from lagrange_cli.symbolic.monomials import (
     Number,
     Terms,
     TooLargeError,
-    add_into,
     combine,
     common_factor,
     degree,
@@ -83,7 +82,9 @@ def is_power_of_sum(factor: sympy.Expr) -> bool:
 
 def group(terms: Terms, order: Order) -> sympy.Expr:
     """The sum of the terms, collected by their velocities, accelerations and roots."""
-    if any(is_power_of_speed(item, order) for monomial in terms for item in monomial):
+    if any(base.is_Add and order.role(base) >= Role.VELOCITY for monomial in terms for base, _ in monomial):
+        from lagrange_cli.symbolic.speeds import with_shared_speeds  # few systems have sums of velocities
+
         terms = with_shared_speeds(terms, order)
     groups: dict[Monomial, Terms] = {}
     for monomial, coefficient in terms.items():
@@ -125,40 +126,6 @@ def with_denominators(moving: Monomial, terms: Terms, order: Order) -> sympy.Exp
         return sympy.S.Zero
     one = once(combine(moving, denominator), numerator, order)
     return one if size_of(one) < size_of(each) else each
-
-
-def with_shared_speeds(terms: Terms, order: Order) -> Terms:
-    """The sum, with different powers of sums of velocities over the lowest of them where that is shorter:
-    m v^2/u + m c^2 u = m c^2/u with u = sqrt(1 - v^2/c^2)."""
-    from lagrange_cli.symbolic.common_denominators import over_one_denominator
-
-    parts: dict[Monomial, Terms] = {}
-    for monomial, coefficient in terms.items():
-        kind = frozenset(
-            (base, exponent % 1) if is_power_of_speed((base, exponent), order) else (base, exponent)
-            for base, exponent in monomial
-            if is_power_of_speed((base, exponent), order) or order.role(base) >= Role.ACCELERATION
-        )
-        parts.setdefault(kind, {})[monomial] = coefficient
-    found: Terms = {}
-    for part in parts.values():
-        try:
-            joined = over_one_denominator(part) if len(part) > 1 else None
-        except TooLargeError:  # it would not be shorter
-            joined = None
-        if joined is not None:
-            numerator, denominator = joined
-            other = {combine(monomial, denominator): number for monomial, number in numerator.items()}
-            part = other if size_of(from_terms(other)) < size_of(from_terms(part)) else part
-        add_into(found, part)
-    return found
-
-
-def is_power_of_speed(item: tuple[sympy.Expr, Number], order: Order) -> bool:
-    """Whether this factor of a monomial is a power of a sum with velocities, as in relativity."""
-    base, exponent = item
-    odd = exponent < 0 or exponent.denominator != 1
-    return bool(odd and base.is_Add and order.role(base) >= Role.VELOCITY)
 
 
 def once(factor: Monomial, terms: Terms, order: Order) -> sympy.Expr:
@@ -247,6 +214,22 @@ def by_coordinates(terms: Terms, order: Order) -> sympy.Expr:
     for monomial, coefficient in terms.items():
         moving = frozenset(item for item in monomial if order.role(item[0]) > Role.PARAMETER)
         groups.setdefault(moving, {})[monomial - moving] = coefficient
+    if len(groups) > 1 and all(len(inner) > 1 for inner in groups.values()):
+        from lagrange_cli.symbolic.rings import without_shared_factor  # few sums have one
+
+        shared, parts = without_shared_factor([*groups.values()])
+        if shared:
+            sign = with_leading_sign(shared, 1, order)
+            factor = times_constant(ONE, divide(shared, ONE, sign), order)
+            rest = {
+                combine(moving, own): sign * number
+                for moving, part in zip(groups, parts, strict=True)
+                for own, number in part.items()
+            }
+            content, number = common_factor(rest)
+            number = with_leading_sign(rest, number, order)
+            inner = collected(divide(rest, content, number), order)
+            return sympy.Mul(term(content, number), inner, factor)
     return sympy.Add(*(times_constant(moving, inner, order) for moving, inner in groups.items()))
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import reduce
 from typing import Any
 
 import sympy
 
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.monomials import Terms, degree, ratio
+from lagrange_cli.symbolic.monomials import Terms, common_factor, degree, divide, ratio
 from lagrange_cli.symbolic.work import charge
 
 
@@ -48,6 +50,26 @@ def ring_of(*sums: Terms) -> Ring | None:
 
     bases = sorted({base for base, _ in factors}, key=str)
     return Ring(tuple(bases), PolyRing([f"x{i}" for i in range(len(bases))], QQ))
+
+
+def without_shared_factor(sums: Sequence[Terms]) -> tuple[Terms, list[Terms]]:
+    """The longest sum that divides all of these, which have several terms each, and what they are divided by
+    it; none where they share no more than a product."""
+    size, highest = sum(map(len, sums)), max(map(degree, sums))
+    ring = ring_of(*sums) if size <= LARGEST and highest <= HIGHEST else None
+    if ring is None:
+        return {}, []
+    charge(STEPS_TO_DIVIDE * size * (1 + highest))
+    polynomials = [ring.polynomial(terms) for terms in sums]
+    shared = reduce(lambda a, b: a.gcd(b), polynomials)
+    shared = shared.quo_ground(shared.content()).primitive()[1] if shared else shared
+    terms = ring.terms(shared)
+    content, _ = common_factor(terms)
+    terms = divide(terms, content)
+    if len(terms) < 2:
+        return {}, []
+    divisor = ring.polynomial(terms)
+    return terms, [ring.terms(one.exquo(divisor)) for one in polynomials]
 
 
 LARGEST, HIGHEST = 60, 16

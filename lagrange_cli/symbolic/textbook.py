@@ -49,7 +49,7 @@ def divided_by(denominator: Monomial, terms: Terms, order: Order) -> Equation:
     content = frozenset((base, e) for base, e in content if is_never_zero(base, order))
     content = combine(content, denominator)
     if accelerated := [c for m, c in terms.items() if any(order.role(b) is Role.ACCELERATION for b, _ in m)]:
-        number = abs(number) if accelerated[0] > 0 else -abs(number)
+        number = abs(number) if any(c > 0 for c in accelerated) else -abs(number)
     moving: Terms = {}
     given: Terms = {}
     for monomial, coefficient in divide(terms, content, number).items():

@@ -184,3 +184,26 @@ def test_an_exponential_of_time_is_divided_out():
         """)
     line = "m*q_ddot + m*gamma*q_dot + k*q = 0   [q, divided by exp(gamma*t)]"
     assert line in as_written(derive(spec), "text", "lagrange", {})
+
+
+def test_what_all_terms_share_is_factored_out():
+    """The restricted problem of three bodies (Szebehely, Theory of Orbits, 1967, section 1.5), and a cylinder
+    that rolls within another one."""
+    text = """
+        parameters: {mu: 0.0121}
+        coordinates: {x: {initial: 0.5}, y: {initial: 0}}
+        lagrangian: >-
+          ((x_dot - y)**2 + (y_dot + x)**2)/2
+          + (1 - mu)/sqrt((x + mu)**2 + y**2) + mu/sqrt((x - 1 + mu)**2 + y**2)
+        """
+    line = "x_ddot - 2*y_dot - x + (1 - mu)*(mu + x)/(y**2 + (mu + x)**2)**(3/2)\n"
+    assert line in as_written(derive(spec_of(text)), "text", "lagrange", {})
+    text = """
+        parameters: {R: 1, a: 0.2, m: 1, M: 3, g: 9.81}
+        coordinates: {psi: {initial: 0}, theta: {initial: 0.4}}
+        lagrangian: >-
+          R**2*(m + M)*psi_dot**2 + (R - a)**2*m*theta_dot**2 + (R - a)*m*g*cos(theta)
+          - R*(R - a)*m*(1 - cos(theta))*psi_dot*theta_dot
+        """
+    line = "2*R*(m + M)*psi_ddot - (R - a)*m*(1 - cos(theta))*theta_ddot\n"
+    assert line in as_written(derive(spec_of(text)), "text", "lagrange", {})
