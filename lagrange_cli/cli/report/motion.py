@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, REPLACED, complain, count_of, emit, emit_json
-from lagrange_cli.cli.report.events import events_shown
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.run.attributes import doubt, drifting_name, events_told, final_state
@@ -84,7 +83,7 @@ def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocatio
         emit_json({**listed, **where, **ends, "events": events, "seconds": seconds})
     elif not asked.quiet:
         said = f"{told['name']}: {shown} is finished already: {told['message']}"
-        emit("\n".join([said, *final_shown(final), *events_shown(events)]))
+        emit("\n".join([said, *final_shown(final), *events_said(events)]))
     return EXIT_STATUS[told["status"]]
 
 
@@ -168,13 +167,22 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}"
             f"{on_threads(outcome)}, method {settings.method_shown}",
             *final_shown(final_state(outcome)),
-            *events_shown(events_told(outcome)),
+            *events_said(events_told(outcome)),
             *(constraints_shown(outcome) if spec.all_constraints else []),
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             *estimate_shown(outcome, demand),
             wrote(start, seconds["total"]),
         )
     )
+
+
+def events_said(events: Mapping[str, Any]) -> list[str]:
+    """The line of the summary that says how often events happened, if there are any."""
+    if not events:
+        return []
+    from lagrange_cli.cli.report.events import events_shown  # for files with events only
+
+    return events_shown(events)
 
 
 def on_threads(outcome: Outcome) -> str:
