@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.model.events import HOW
+from lagrange_cli.records import replace
 from lagrange_cli.symbolic.constraints import TOO_LONG
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equations, Event
 from lagrange_cli.symbolic.render import Notation
@@ -60,7 +61,7 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
     else:
         found += explicit_sections(equations, writer)
     found.append(Section("Energy function", (writer.statement("h", equations.h),)))
-    conserved = tuple(conserved_statement(each, writer) for each in equations.conserved)
+    conserved = tuple(conserved_statement(*with_sums(each, writer)) for each in equations.conserved)
     found.append(Section("Conserved", conserved or (NOTHING,), True))
     return [*found, *changing_sections(equations.changing, writer)]
 
@@ -85,6 +86,16 @@ def without_solution(equations: Equations) -> str:
 def linear_system(equations: Equations) -> str:
     """The equations that accelerations and multipliers solve, in letters."""
     return "M a = f + A^T lambda, A a = b" if equations.constraints else "M a = f"
+
+
+def with_sums(each: Conserved, writer: Writer) -> tuple[Conserved, Writer]:
+    """A conserved quantity with sums over the members of families, and what writes them."""
+    if not any("[" in symbol.name for symbol in each.expression.free_symbols):
+        return each, writer
+    from lagrange_cli.symbolic.indexed.folding import Folding
+
+    folding = Folding(writer.order)
+    return replace(each, expression=folding.folded(each.expression)), Writer(writer.notation, folding.order)
 
 
 def conserved_statement(each: Conserved, writer: Writer) -> Statement:
