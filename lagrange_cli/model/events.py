@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from lagrange_cli.expression.algebra import E
-from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.expression.vocabulary import member_name, velocity_name
 from lagrange_cli.model.model import Model
 
 MOST_NAMES = 3
@@ -79,7 +79,22 @@ def _joined(some: set[E], groups: Sequence[Collection[E]]) -> set[E]:
 
 def between_events(breaks: Sequence[str]) -> str:
     """The limits of a conservation law that these events may break, as the end of a sentence."""
-    few = breaks[: MOST_NAMES if len(breaks) > MOST_NAMES + 1 else None]
-    more = f" and {len(breaks) - len(few)} other events" if len(few) < len(breaks) else ""
-    shown = ", ".join(f"'{name}'" for name in few)
-    return f"only between events, as {shown}{more} may change it"
+    named = _by_family(breaks)
+    shown = named[: MOST_NAMES if len(named) > MOST_NAMES + 1 else None]
+    if left := len(named) - len(shown):
+        shown.append(f"{left} other events")
+    last = shown.pop()
+    listed = f"{', '.join(shown)} and {last}" if shown else last
+    return f"only between events, as {listed} may change it"
+
+
+def _by_family(names: Sequence[str]) -> list[str]:
+    """Names in quotes, with several members of a family as one."""
+    members: dict[str, list[str]] = {}
+    for name in names:
+        members.setdefault(name.partition("[")[0], []).append(name)
+    found = []
+    for base, own in members.items():
+        label = member_name(base, "ijklmn"[: own[0].count(",") + 1])
+        found.append(f"'{own[0]}'" if len(own) == 1 else f"some '{label}'")
+    return found

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.records import fields_of
-from lagrange_cli.run.shortened import (
-    MOST_LINES,
-    by_template,
-    cut,
-    in_short,
-    listed,
-    readable,
-    section,
-    together,
-)
+from lagrange_cli.run.shortened import by_template, cut, in_short, listed, readable, section, together
 from lagrange_cli.run.source import count_of
-from lagrange_cli.spec.content import names_of
+from lagrange_cli.spec.content import firsts, groups_by_name, names_of
+from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
     from lagrange_cli.run.check import Classification, Eliminated
+    from lagrange_cli.spec.event import Event
+    from lagrange_cli.spec.source import Expression
     from lagrange_cli.spec.spec import Spec
+
+MOST_SET = 3
+"""If an action sets more members of a family, they are shown together."""
 
 
 def as_object(found: Classification) -> dict[str, Any]:
@@ -97,7 +93,7 @@ def as_text(found: Classification, *, verbose: bool) -> str:
             f"  cyclic: {', '.join(in_short(found.mechanics.cyclic, spec)) or 'none'}",
             *constraints_shown(found),
             *section("conserved", together(conserved, spec), "neither h nor any p_k"),
-            *(section("events", events_of(spec), "", len(spec.events)) if spec.events else ()),
+            *(section("events", events_of(spec), "") if spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
             *(section("structure", mechanics.structure, "") if verbose and mechanics.structure else ()),
             *(section("integration", details(found), "") if verbose and mechanics.engine else ()),
@@ -235,15 +231,31 @@ def kept_by(found: Classification, name: str) -> str:
 
 
 def events_of(spec: Spec) -> list[str]:
-    """Each event that is shown, in a line: its name, where it is, and what happens there."""
+    """Each event in a line: its name, where it is, and what happens there; members of a family together, as
+    the file has them."""
+    lines = []
+    for name, group in groups_by_name(spec.events).items():
+        if isinstance(group, WrittenFamily) and len(group) > 1:
+            alike = {one.key.text if one.key else one.when.text: one for one in firsts(group)}
+            lines += [event_of(key, one, None) for key, one in alike.items()]
+        else:
+            lines.append(event_of(name, spec.events[name], spec))
+    return lines
+
+
+def event_of(name: str, event: Event, spec: Spec | None) -> str:
+    """The line of one event: with the numbers that indices have in a ``spec``, or as it is written."""
     from lagrange_cli.model.events import HOW
     from lagrange_cli.spec.spelling import spelled
 
-    lines = []
-    for name, each in islice(spec.events.items(), MOST_LINES):
-        what = "the motion ends" if each.stops else "recorded"
-        if each.changes:
-            sizes = spec.sizes
-            what = ", ".join(f"{target} -> {spelled(value, sizes)}" for target, value in each.changes.items())
-        lines.append(f"{name}: {spelled(each.when, spec.sizes)} = 0, {HOW[each.direction]}: {what}")
-    return lines
+    def text(one: Expression) -> str:
+        return one.text if spec is None else spelled(one, spec.sizes)
+
+    what = "the motion ends" if event.stops else "recorded"
+    if spec is None or len(event.changes) > max(MOST_SET, len(event.sets)):
+        changes = [(one.key.text, one.value.text) for one in event.sets]
+    else:
+        changes = [(name, text(value)) for name, value in event.changes.items()]
+    if changes:
+        what = ", ".join(f"{target} -> {value}" for target, value in changes)
+    return f"{name}: {text(event.when)} = 0, {HOW[event.direction]}: {what}"

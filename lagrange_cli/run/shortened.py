@@ -62,9 +62,12 @@ def together(lines: Mapping[str, str], spec: Spec) -> list[str]:
         if len(momenta) < 2 or not lines.keys() >= {*momenta}:
             continue
         found = set()
+        index = family.label.removeprefix(family.name)
         for momentum, member in zip(momenta, family.members):
             line = lines[momentum].replace(member, family.label)
-            found.add(line.replace(velocity_name(member), speed))
+            line = line.replace(velocity_name(member), speed)
+            # the event of its own index: 'wall[3]'
+            found.add(line.replace(f"{member.removeprefix(family.name)}'", f"{index}'"))
         if len(found) == 1:
             ranges = " ".join(f"for {i} in range({n})" for i, n in zip("ijklmn", family.shape))
             shown |= dict.fromkeys(momenta, f"{found.pop()}   [{ranges}]")
