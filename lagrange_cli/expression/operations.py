@@ -136,7 +136,7 @@ def _quotient(left: Value, right: Value, tree: Binary) -> Value:
 
 def _power(left: Value, right: Value, tree: Binary) -> Value:
     if isinstance(left, tuple) or isinstance(right, tuple):
-        raise ExpressionError(tree.span, "a vector cannot stand in a power", "write norm(..)**2 for a square")
+        raise ExpressionError(tree.span, "a vector cannot stand in a power", "write dot(a, a) for a square")
     power = left**right
     if isinstance(power, complex):  # Python's floats leave the real line for (-1)**0.5
         raise ArithmeticError("this power is not a real number")

@@ -23,7 +23,7 @@ ARGUMENTS = frozenset({"q", "v", "p", "parameters", "multipliers", "velocities",
 SIGN = '''
 def sign(x):
     """-1, 0 or 1."""
-    return (x > 0) - (x < 0)
+    return int(x > 0) - int(x < 0)
 '''.strip()
 
 ELIMINATION = '''

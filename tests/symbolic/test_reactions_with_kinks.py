@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from random import Random
+from typing import Any
 
+import numpy as np
 import pytest
 import sympy
 
@@ -152,3 +154,21 @@ def test_what_friction_holds_presses_on_the_incline_as_before(law: str) -> None:
 def test_a_velocity_in_a_quotient_is_not_taken_for_zero() -> None:
     text = SPRING + "potential: k*block.x**2/2\nforces: {block: ['-mu*block.vx/abs(block.vx)', 0]}\n"
     assert "m*x_ddot" in as_written(derive(spec_of(text)), "text", "lagrange", {})
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("seed", range(100, 110))
+@pytest.mark.parametrize("place", ["turned", "incline", "floor", "plane"])
+def test_printed_forces_are_those_along_the_motion(place: str, seed: int) -> None:
+    text = system_of(place, seed).replace("1.1}", "1.1, velocity: 0.3}").replace("abs(surface", "(surface")
+    module: dict[str, Any] = {}
+    exec(as_written(derive(spec_of(text)), "python", "reactions", {}), module)
+    motion = follow(text, 0.3, 4, outputs=("q", "v", "reactions"))
+    for i, t in enumerate(motion["t"]):
+        q, v = ([motion[f"{kind}/{name}"][i] for name in module["COORDINATES"]] for kind in "qv")
+        # where friction may hold the block, the printed force is that of one side
+        if min(map(abs, v)) < 1e-3 and place != "floor":
+            continue
+        (found,) = module["reactions"](t, q, v, dict(motion.values.parameters))
+        expected = motion["reactions/block"][i]
+        assert np.abs(np.array(found) - expected).max() < 1e-10 * (1 + np.abs(expected).max())

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
-from lagrange_cli.cli.report.events import events_shown
-from lagrange_cli.cli.report.motion import Seconds, drifts_shown, resuming, wrote
+from lagrange_cli.cli.report.motion import Seconds, drifts_shown, events_line, resuming, wrote
 from lagrange_cli.run.attributes import doubt_of_all
 from lagrange_cli.run.ensembles.contents import events_counted, how_they_ended
 
@@ -103,7 +102,7 @@ def as_text(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> str:
             f"  {', '.join(ended)}",
             f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} "
             f"in total, method {settings.method_shown}",
-            *events_shown(events_counted(swept.events)),
+            *events_line(events_counted(swept.events)),
             f"  largest {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             wrote(start, seconds["total"]),
         )

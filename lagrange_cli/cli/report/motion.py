@@ -83,7 +83,7 @@ def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocatio
         emit_json({**listed, **where, **ends, "events": events, "seconds": seconds})
     elif not asked.quiet:
         said = f"{told['name']}: {shown} is finished already: {told['message']}"
-        emit("\n".join([said, *final_shown(final), *events_said(events)]))
+        emit("\n".join([said, *final_shown(final), *events_line(events)]))
     return EXIT_STATUS[told["status"]]
 
 
@@ -150,6 +150,15 @@ def final_shown(final: Mapping[str, Any] | None) -> list[str]:
     return [f"  at t = {final['t']:.6g}: {', '.join(shown)}{rest}"]
 
 
+def events_line(events: Mapping[str, Any]) -> list[str]:
+    """The line of the summary that says how often events happened, if there are any."""
+    if not events:
+        return []
+    from lagrange_cli.cli.report.events import events_shown  # most systems have none
+
+    return events_shown(events)
+
+
 def ended(outcome: Outcome) -> str:
     """How the motion ended; if it did not reach the end, the reason is on standard error."""
     status: str = outcome.ending.status
@@ -167,22 +176,13 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}"
             f"{on_threads(outcome)}, method {settings.method_shown}",
             *final_shown(final_state(outcome)),
-            *events_said(events_told(outcome)),
+            *events_line(events_told(outcome)),
             *(constraints_shown(outcome) if spec.all_constraints else []),
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             *estimate_shown(outcome, demand),
             wrote(start, seconds["total"]),
         )
     )
-
-
-def events_said(events: Mapping[str, Any]) -> list[str]:
-    """The line of the summary that says how often events happened, if there are any."""
-    if not events:
-        return []
-    from lagrange_cli.cli.report.events import events_shown  # for files with events only
-
-    return events_shown(events)
 
 
 def on_threads(outcome: Outcome) -> str:

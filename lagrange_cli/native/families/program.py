@@ -124,7 +124,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
         parts, work, floor = list[str](), jet.work, 0
         by_series = self.order > RATES and not self.scheme
         floors = self.floors() if self.diagonal and (self.scheme or by_series) else ""
-        if floors and by_series:
+        if by_series and (floors or self.alike):
             floor, work = work, work + room(self.layout.width)
         lengths = side_by_side(self.degrees, self.layout.rows, self.order, floor)
         if self.order > RATES and self.balance is None and self.motion is None:
@@ -178,9 +178,7 @@ class FamilyProgram(Returning, Observation, MotionJets):
 
     def with_integrals(self, given: Given, lengths: Lengths) -> Given:
         """The same, with integrals that are measured by the largest one of their family."""
-        if not (given.floors and lengths.floor):
-            return given
-        return replace(given, related=self.alike)
+        return replace(given, related=self.alike) if lengths.floor else given
 
     @property
     def alike(self) -> list[tuple[int, int]]:

@@ -21,7 +21,7 @@ from lagrange_cli.native.stepping.gauss_radau_nodes import NODES, TERMS, inverse
 from lagrange_cli.native.stepping.given import Given
 from lagrange_cli.native.stepping.lengths import Row
 from lagrange_cli.native.stepping.polynomial import powers
-from lagrange_cli.native.stepping.rate_places import HEADER, Places, span_of
+from lagrange_cli.native.stepping.rate_places import HEADER, LATER, NEXT, Places, span_of
 from lagrange_cli.native.stepping.rate_steps import LARGEST, SMALLEST, RateSteps, Trial
 from lagrange_cli.native.stepping.related import FAINT, HARDLY_SEEN, write_fastest
 
@@ -43,6 +43,8 @@ of the right length at full double precision. Rates are rounded where it is less
 power of the ratio between these."""
 NO_LONGER = 1.25
 """If a step whose rates are rounded should be longer by no more than this, these errors are measured."""
+ACROSS = 2.0**-12
+"""The part of the last term that steps across a place where rates jump change velocities by, at most."""
 LEAST = 0.8
 """A step is taken again that should have been shorter by this factor."""
 BESIDE = 2.0**-10
@@ -90,6 +92,27 @@ class GaussRadauSteps(RateSteps):
     def scale(self) -> int:
         """The step over the size of each velocity."""
         return self.differences + TERMS * self.span
+
+    def begin(self, f: Function, first: Bit) -> None:
+        """Where nothing moves and no force acts, find out how large accelerations are a little later."""
+        if not self.lengths.floor:
+            return
+        place = self._places.chosen + LATER
+        f.store(f.constant(0.0), "%work", place)
+        with f.when(self._largest(f, f.splat(f.constant(1.0), self.lengths.lanes)).equals(0.0)):
+            asked = f.load("%state", self.state.carried_at + NEXT)
+            h = f.select(first, self._first_length(f), asked)
+            with f.loop(0, self.state.rows, self.lengths.lanes, tested=False) as i:
+                zero = f.zero(self.lengths.lanes)
+                self.put_state(f, i, zero, f.load_row("%state", i + self.state.width, self.lengths.lanes))
+            rates, _ = self.node(f, self.now(f) + h)
+            largest = f.variable(f.zero(self.lengths.lanes))
+            with self._each(f, self.lengths.degrees) as i:
+                rate = f.magnitude(f.load_row(rates, i, self.lengths.lanes))
+                counts = self._among(f, i, self.lengths.degrees) & (rate < math.inf)
+                largest.set(f.larger(f.select(counts, rate, f.zero(self.lengths.lanes)), largest.get()))
+            f.store(f.reduce("fmax", largest.get()), "%work", place)
+            self.spend(f, f.constant(1.0))
 
     def attempt(self, f: Function, t: Real, low: Real, h: Real, ratio: Real, doubtful: Bit) -> Trial:
         self._predict(f, h, ratio)
@@ -140,9 +163,11 @@ class GaussRadauSteps(RateSteps):
         that of their family: as it is, or will be after the ``length`` of the step. In a chain at rest that
         is pushed, the motion far away grows as a power of t that polynomials do not have."""
         rates = self._places.begin - self.lengths.degrees
+        later = f.splat(f.load("%work", self._places.chosen + LATER), self.lengths.lanes)
 
         def size(row: Row) -> Real:
-            return f.larger(f.magnitude(row.at("%state")), f.magnitude(row.at("%work", rates)) * length)
+            rate = f.larger(f.magnitude(row.at("%work", rates)), later)
+            return f.larger(f.magnitude(row.at("%state")), rate * length)
 
         lengths, least = self.lengths, bool(self.given.floors)
         if lengths.floor:
@@ -283,6 +308,10 @@ class GaussRadauSteps(RateSteps):
         smooth: float = SMOOTH * (LAST_TERM / self._last_term) ** (2 / TERMS)
         factor: float = (smooth / ROUNDED) ** BETWEEN
         return ROUNDED * factor
+
+    @property
+    def close(self) -> float:
+        return ACROSS * self._last_term
 
     def finish(self, f: Function, h: Real) -> None:
         """The coefficients of the polynomials, in time, where ``advance`` reads them."""

@@ -190,7 +190,7 @@ class Steps(ABC):
     @property
     def noise_is_floor(self) -> bool:
         """Whether velocities are measured by at least what rounding changes them, as if they were as fast."""
-        return bool(self.lengths.floor) and not self.related
+        return self.parts > 1 and bool(self.lengths.floor)
 
     def measure(self, f: Function, now: Now) -> None:
         """Compute the least sizes that velocities are measured by, where there are any."""

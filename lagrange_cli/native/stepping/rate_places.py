@@ -14,6 +14,9 @@ EVALUATIONS, STALLED, SPAN, PATH, LONGEST, ROUNDED = range(CARRIED_COUNT, CARRIE
 what tells whether the motion is stuck (``stalling``), and whether rounding errors of rates are known
 (``rate_noise``)."""
 
+LATER = EVALUATIONS + 1
+"""Beside the length that is chosen: the largest acceleration a little later, of what rests without any."""
+
 
 def span_of(layout: StateLayout) -> int:
     """Doubles of a number for each rate, in whole vectors that may begin at any of them."""

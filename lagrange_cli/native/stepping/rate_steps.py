@@ -34,8 +34,7 @@ LONGER, APART = 16.0, 0.125
 SMALLEST, LARGEST = 2.0**-1000, 2.0**1000
 STRAIGHT = 3
 STOPPED = 64.0
-"""Friction along a vector has stopped it where it is so many times as large as what the tolerance allows
-velocities: steps across this are as short as that, and have errors as large."""
+"""Friction has stopped a vector that is so many times as large as what the tolerance allows velocities."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +79,7 @@ class RateSteps(RatesAtNodes):
         self.watching = None
         if self.guards:
             assert given.guards
-            close = STOPPED * given.tolerance
-            self.guards = replace(self.guards, interpolated=True, close=close)
+            self.guards = replace(self.guards, interpolated=True, close=self.close)
             self.watching = Watching(self, places.begin, places.values, watched_rows(given.guards), order - 2)
 
     def functions(self) -> list[str]:
@@ -120,6 +118,11 @@ class RateSteps(RatesAtNodes):
     def helpers(self) -> list[Function]:
         """Functions of its own."""
         return []
+
+    @property
+    def close(self) -> float:
+        """The part of velocities that is the error of steps across a place where friction jumps."""
+        return STOPPED * self.given.tolerance
 
     def begin(self, f: Function, first: Bit) -> None:
         """Prepare for the trials of a step, perhaps the ``first`` one of a motion."""
