@@ -222,9 +222,9 @@ def data_of(derived: Printed, form: str, parameters: Mapping[str, float]) -> dic
 def written(derived: Printed, format_: str, form: str, parameters: Mapping[str, float]) -> str:
     """The equations in a format other than JSON, likewise."""
     if isinstance(derived, DerivedFamilies):
-        if format_ != "python" or (form != "reactions" and not derived.spec.events):
+        if format_ != "python" or form != "reactions":
             return families_as_written(derived, format_, form, parameters)
-        with by_members(derived.spec, form, ""):  # a module has the forces and the events of all members
+        with by_members(derived.spec, form, ""):  # a module has the forces on all members
             derived = derive(derived.spec)
     with by_members(derived.spec, form, derived.coordinates):
         return as_written(derived, format_, form, parameters)

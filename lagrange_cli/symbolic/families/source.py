@@ -11,14 +11,15 @@ import sympy
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleration_name, velocity_name
 from lagrange_cli.families.groups import places_of
 from lagrange_cli.spec.spec import Family
+from lagrange_cli.symbolic.families import event_source
 from lagrange_cli.symbolic.families.data import refuse_names
 from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.event_source import placed
 from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form, momentum_name
 from lagrange_cli.symbolic.families.linear import pairs_of
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.indexed.whole import Whole
 from lagrange_cli.symbolic.notations import IndexedPython
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.source import IN_STEPS, LINEAR, SOLUTION
@@ -88,7 +89,7 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     form ``matrix`` also M and f, and with ``hamilton`` H and the canonical equations as functions of (t, q,
     p). With constraints these too, and their multipliers."""
     refuse_names(equations)
-    writer = _Writer(equations)
+    writer = ModuleWriter(equations)
     functions = []
     if equations.T is not None and equations.U is not None:
         functions.append(writer.scalar("kinetic_energy", "T(t, q, v).", equations.T))
@@ -123,6 +124,8 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
                 "momentum_rates", f"p_dot_k = -dH/dq_k + Q_k{pull}.", canonical.rates, (*of_p, *pulled)
             ),
         ]
+    if equations.events:
+        functions += event_source.functions(equations, writer)
     title = " ".join(equations.name.split()).replace("\\", "/").replace('"', "'")
     used = sorted({*FUNCTIONS, *CONSTANTS} & writer.used)
     head = [f'"""{title}: the equations of motion. Coordinates are in the order of COORDINATES."""', ""]
@@ -134,6 +137,8 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
         head.append(f"CONSTRAINTS = {tuple(k for one in equations.bound for k in one.members)!r}")
         if not all(one.complete for one in equations.bound):
             head.append(f"{PLACES} = {grid_places(equations.bound)!r}")
+    if equations.events:
+        head += event_source.constants(equations, grid_places(event_source.families_of(equations)))
     if equations.paths:
         functions.insert(0, PATHS.strip())
         listed = (f"{one.name} = paths({tuple(one.table.tolist())!r})" for one in equations.paths)
@@ -163,7 +168,7 @@ def grid_places(families: Sequence[Family]) -> tuple[int, ...]:
     return tuple(found)
 
 
-def linear_functions(equations: FamilyEquations, writer: _Writer) -> list[str]:
+def linear_functions(equations: FamilyEquations, writer: ModuleWriter) -> list[str]:
     """The equations of motion and constraints, and how accelerations and multipliers follow from them."""
     left = [line.of(one.left - one.right) for line, one in equations.equations]
     purpose = "The equations of motion, left minus right side, with accelerations a."
@@ -181,7 +186,9 @@ def linear_functions(equations: FamilyEquations, writer: _Writer) -> list[str]:
     ]
 
 
-class _Writer:
+class ModuleWriter:
+    """Writes functions of (t, q, v), with loops over members."""
+
     def __init__(self, equations: FamilyEquations) -> None:
         self.equations = equations
         shapes: dict[str, Sequence[str]] = {}
@@ -262,7 +269,7 @@ class _Writer:
 
     def vector(
         self, name: str, purpose: str, lines: Sequence[Line], rates: Sequence[str] = ("q", "v"),
-        among: Sequence[Family] = (),
+        among: Sequence[Family] = (), places: str = PLACES,
     ) -> str:  # fmt: skip
         """A function with a value for each coordinate, or each member of other families."""
         body: list[str] = []
@@ -274,7 +281,7 @@ class _Writer:
         names = self.names("\n".join(body), rates)
         head = [f"def {name}({SIGNATURE.format(', '.join(rates))}):", f'    """{purpose}"""', *names]
         whole = all(one.complete for one in among)
-        made = "tuple(values)" if whole else f"tuple(values[k] for k in {PLACES})"
+        made = "tuple(values)" if whole else f"tuple(values[k] for k in {places})"
         return "\n".join([*head, f"    values = [0.0] * {first}", *body, f"    return {made}"])
 
     def matrix(self) -> str:
@@ -324,13 +331,3 @@ class _Writer:
     def head(loop: Loop) -> str:
         """``i in range(N)``."""
         return f"{loop.index} in range({loop.bounds})"
-
-
-def placed(first: int, family: Family, indices: Sequence[Whole]) -> str:
-    """Where a member of a family is, whose first member is at ``first``."""
-    if not indices:
-        return str(first)
-    inside = indices[0].text
-    for size, index in zip(family.shape[1:], indices[1:]):
-        inside = f"({inside})*{size} + {index.text}"
-    return f"{first} + {inside}" if first else inside

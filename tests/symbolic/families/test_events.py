@@ -92,3 +92,34 @@ def test_actions_with_constraints_are_those_of_members() -> None:
     text = SYSTEM.replace("COUNT", "3") + "constraints: {tie: x[0] - y + 0.2}\n"
     with pytest.raises(UsageError, match="constraints and events that set something every member"):
         lagrange_cli.equations(text, indexed=True)
+
+
+@pytest.mark.parametrize("count", [3, 7])
+def test_modules_have_the_events_of_members(count: int) -> None:
+    """What becomes 0, its direction, and the state after each event are those that members have."""
+    text = SYSTEM.replace("COUNT", str(count))
+    modules = []
+    for indexed in (True, False):
+        modules.append(dict[str, Any]())
+        exec(lagrange_cli.equations(text, indexed=indexed).write("python"), modules[-1])
+    lines, members = modules
+    assert "for i in range(N)" in lagrange_cli.equations(text, indexed=True).write("python")
+    for name in ("COORDINATES", "EVENTS", "DIRECTIONS"):
+        assert lines[name] == members[name]
+    chance = np.random.default_rng(2)
+    q, v = (tuple(chance.normal(size=count + 1)) for _ in range(2))
+    parameters = {name: chance.uniform(0.5, 1.5) for name in lines["PARAMETERS"]}
+    state = 0.3, q, v, parameters
+    assert lines["events"](*state) == pytest.approx(members["events"](*state), rel=1e-14)
+    acted = 0
+    for name in lines["EVENTS"]:
+        base, _, place = name.rstrip("]").partition("[")
+        found = members.get("after_" + re.sub(r"\W", "_", name).rstrip("_"))
+        if found is None:
+            assert f"after_{base}" not in lines
+            continue
+        own = [tuple(map(int, place.split(",")))] if place else []
+        for one, other in zip(lines[f"after_{base}"](*own, *state), found(*state), strict=True):
+            assert one == pytest.approx(other, rel=1e-14)
+        acted += 1
+    assert acted == len([name for name in lines["EVENTS"] if not name.startswith("wall")])
