@@ -11,7 +11,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import State
-from lagrange_cli.integrate.events import Happened
+from lagrange_cli.integrate.events import Happened, kept_at_once
 from lagrange_cli.integrate.method import Snapshot
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
@@ -79,7 +79,8 @@ class Progress:
             final = None if data["final"] is None else State(**data["final"])
             happened = tuple(Happened(*one) for one in data.get("events", ()))
             actions, singular = (tuple(map(float, data.get(name, ()))) for name in ("actions", "singular"))
-            list(map(int, (*actions[:1], *actions[2:])))  # all but a time are whole numbers, or finite times
+            kept = kept_at_once(len(happened))
+            list(map(int, (*actions[:1], *actions[kept:])))  # these are whole numbers
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
         memory, marks = arrays.get("memory"), tuple(arrays.get("marks", ()))
@@ -95,7 +96,7 @@ class Progress:
             raise ValueError("of other quantities")
         if base and list(base) != list(first):
             raise ValueError("of other quantities")
-        if len(happened) != len(program.events) or (happened and len(actions) < 2):
+        if len(happened) != len(program.events) or (happened and len(actions) < kept):
             raise ValueError("of other events")
         snapshot = Snapshot(memory, t, steps, samples, limited, actions, marks, singular)
         return cls(snapshot, first, drift, size, final, base, happened, unknown)

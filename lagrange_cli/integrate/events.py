@@ -139,6 +139,12 @@ class HappenedSink(EventSink):
         self._happened[event] = replace(before, accumulations=times, accumulates=first)
 
 
+def kept_at_once(count: int) -> int:
+    """How many numbers a continued run needs of what happens at one time, for so many events; the first of
+    them is whole."""
+    return 4 + 2 * count
+
+
 def parameters_in(program: Interface, memory: Array) -> Array:
     """The parameters of a motion, of all parts, in the memory of a state: actions may change them."""
     rows = program.rows_of_guards

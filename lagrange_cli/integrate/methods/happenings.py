@@ -36,15 +36,14 @@ ULP = {1: 2.0**-52, 2: 2.0**-104}
 ALIKE, BLURRED = 8.0, 2.0**-37
 """Errors up to this ratio do not tell how many zeros there are in one; those up to this part of the time are
 of no account."""
-NO_TIME, AGAIN = 2.0**-50, 1000
-"""So many actions within this fraction of the time count as infinitely many."""
 
 
 def blur(noise: float, rates: Array) -> tuple[int, float]:
     """How many zeros rounding may not tell from one, up to 3, and by how much it may move them: where
     coefficient k alone stands against the ``noise``, by (noise/|c_k|)^(1/k)."""
-    with np.errstate(divide="ignore"):
-        moved = (noise / np.abs(rates)) ** (1.0 / np.arange(1.0, 1.0 + len(rates)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        moved = np.where(rates == 0.0, np.inf, noise / np.abs(rates))
+    moved **= 1.0 / np.arange(1.0, 1.0 + len(rates))
     error = float(np.min(moved))
     return 1 + int(np.flatnonzero(moved <= ALIKE * error)[-1]), error
 
@@ -67,11 +66,11 @@ class Happenings:
         self._sink, self._resting = sink, Resting(sides, start)
         self._standstill = Standstill(sides, self._resting)
         self._count, self._most = sink.before, limit("events")
-        self._same, self._latest = 0, -np.inf
         self._jumping = jumping
 
     def begin(self) -> Finished | None:
-        """Choose the sides where the motion begins: a zero there is no event."""
+        """Choose the sides where the motion begins: a zero there is no event, unless an action turns the
+        motion back there."""
         sides = self._sides
         self._resting.times[:] = np.nan
         new, sizes = sides.act_on(sides.state(sides.memory))
@@ -86,8 +85,11 @@ class Happenings:
                 if e in self._resting.guards:
                     self._resting.hold(e, -float(direction))
                     rows = sides.all_coefficients()
-                elif self._changes_nothing(e, new):  # an elastic impact without any speed
+                elif sides.changes_nothing(e, new):  # an elastic impact without any speed
                     return self._finished(Ending.RECURRING, e)
+            elif sides.at_zero(e) and direction and sides.side(e) == direction and sides.turns(e, new):
+                sides.settling.modes[e + sides.first] = -float(direction)
+        self._resting.together()
         if self._standstill.possible:
             self._standstill.hold()
         return None
@@ -107,23 +109,13 @@ class Happenings:
                     return ended  # an action has made the motion another one
         return None
 
-    def _changes_nothing(self, event: int, new: Array) -> bool:
-        """Whether an action sets values that are already there."""
-        own = self._sides.sets.get(event, ())
-        there = np.concatenate([self._sides.state(self._sides.memory), self._sides.parameters()])
-        motion, rows = 2 * self._program.degrees, self._program.rows * self._program.parts
-        places = [place if place < motion else rows + place - motion for _, place in own]
-        return bool(own) and bool(np.array_equal(new[0, [i for i, _ in own]], there[places]))
-
     def state(self) -> tuple[float, ...]:
         """The state besides ``memory`` that a continued run needs."""
-        return (float(self._same), float(self._latest), *map(float, sorted(self._resting.released)))
+        return (*self._resting.at_once.state(), *map(float, sorted(self._resting.released)))
 
     def restore(self, state: Sequence[float]) -> None:
         """Go on from there."""
-        same, self._latest, *released = state
-        self._same = int(same)
-        self._resting.released = {int(one) for one in released}
+        self._resting.released = {int(one) for one in self._resting.at_once.restore(state)}
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""
@@ -158,15 +150,24 @@ class Happenings:
         if self._standstill.leaving(event, sides.now):
             sides.flip(event)
             return self._recurs(event, sides.now)
-        if sides.leaves_zero(event) and not sides.at_zero(event):  # a root of rounding errors
+        if self._resting.has_jumped(event):
+            sides.settling.modes[due] *= -1.0
+            return self._recurs(event, sides.now)
+        if sides.leaves_zero(event, self._resting.near(event)) and not sides.at_zero(
+            event
+        ):  # a root of rounding errors
             sides.settling.mark([due])
             return self._recurs(event, sides.now)
+        event = self._resting.fastest(event)
+        if self._resting.touches(event):
+            goes_on = self._resting.touch(event)
+            return self._recurs(event, sides.now) if goes_on else self._finished(Ending.RECURRING, event)
         if sides.at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from
             sides.flip(event)
             if event not in self._resting.released:
                 self._sink.grazed(event, sides.now)
             return self._recurs(event, sides.now)
-        if sides.side(event) * guard.direction > 0.0:
+        if sides.side(event) * sides.directions[event] > 0.0:
             sides.flip(event)
             return None
         return self._done(event, sides.coefficients(event)[1 : len(NOTES)], sample)
@@ -174,7 +175,8 @@ class Happenings:
     def _done(self, event: int, rates: Array, sample: int) -> Finished | None:
         """Hand over that an event happens, with the ``rates`` of its argument, and do what it does."""
         sides, role = self._sides, self._guards[event + self._sides.first].role
-        rates = rates if np.all(np.isfinite(rates)) else np.array([1.0, 0.0, 0.0])
+        again = sides.at_zero(event) and event in self._resting.impacts  # its time is that of others
+        rates = np.array([1.0, 0.0, 0.0]) if again or not np.all(np.isfinite(rates)) else rates
         ended = self._crossed(sides.memory[None, :], np.array([event]), rates[:, None])
         self._resting.released.discard(event)
         if ended is not None or role is Role.RECORD:
@@ -226,8 +228,9 @@ class Happenings:
         """Change what the event's action changes."""
         sides, now = self._sides, self._sides.now
         parameters, before = sides.parameters(), sides.state(sides.memory)
-        length, side = float(sides.memory[self._layout.at(Clock.STEP)]), sides.side(event)
-        rows, (values, _) = sides.all_coefficients(), sides.act_on(before)
+        length = self._resting.length()
+        side, rows, (values, sizes) = sides.side(event), sides.all_coefficients(), sides.act_on(before)
+        self._resting.noise(sizes)
         switches = sides.switches()
         memory = sides.memory.copy()
         if not sides.put(event, values):
@@ -240,26 +243,27 @@ class Happenings:
         sides.settling.marks[: len(switches)][sides.switches() != switches] = 0.0  # these were 0, perhaps
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
-        after = sides.all_coefficients()
+        after, noise = sides.all_coefficients(), self._resting.noise(sizes)
         chosen = (after[:, 0] != rows[:, 0]) | (sides.modes == 0.0)
         chosen[event] = True
         resting = [e for e in np.flatnonzero(sides.modes == 0.0).tolist() if e in self._resting.guards]
         chosen[resting] = False
-        self._resting.go_on(resting, after[:, 1] - rows[:, 1], ROUNDING * sizes[:, 1])
+        self._resting.go_on(resting, after[:, 1] - rows[:, 1], noise)
         for e in np.flatnonzero(chosen).tolist():
-            noise = 2.0 * abs(rows[e, 0]) if e == event else 0.0
-            sides.choose_side(e, after[e], noise, sizes[e, 1])
+            near = 2.0 * abs(rows[e, 0]) if e == event else 0.0
+            sides.choose_side(e, after[e], near, sizes[e, 1])
         if self._standstill.possible:
             self._standstill.hold()
         ended = self._recurs(event, now)
         if ended is None and event in self._resting.impacts and sides.at_zero(event):
-            size, noise = float(sizes[event, 0]), float(ROUNDING * sizes[event, 1])
-            impact = Impact(event, side, before, float(rows[event][1]), noise, length, size)
-            ends = self._resting.settle(impact)
+            speed, least, size = map(float, (rows[event][1], noise[event], sizes[event, 0]))
+            ends = self._resting.settle(Impact(event, side, before, speed, least, length, size))
             if ends is not None:
-                self._sink.accumulated(event, ends)
+                if self._resting.at_once.first(event, ends):
+                    self._sink.accumulated(event, ends)
                 if self._drags(event, before):
                     ended = self._finished(Ending.DRAGGED, event)
+        self._resting.together()
         self._resting.note(event)
         changed = parameters, sides.parameters()
         self._sink.changed(Change(sample, now, before, sides.state(sides.memory), changed))
@@ -288,6 +292,4 @@ class Happenings:
 
     def _recurs(self, event: int, now: float) -> Finished | None:
         """Whether infinitely many actions happen at one time."""
-        at_once = now - self._latest <= NO_TIME * max(abs(now), now - self._start)
-        self._same, self._latest = self._same + 1 if at_once else 0, now
-        return self._finished(Ending.RECURRING, event) if self._same >= AGAIN else None
+        return self._finished(Ending.RECURRING, event) if self._resting.at_once.recurs(now) else None

@@ -127,6 +127,10 @@ class Modes:
         self._series()
         return self._coefficients_of(start, stop)
 
+    def accelerations(self) -> Array:
+        """Those of the coordinates."""
+        return self._series()[: self.machine.program.degrees]
+
     def scale(self) -> Array:
         """The largest coefficients of each order among velocities: the scale for rounding errors of a
         derivative."""

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.methods.at_once import AtOnce
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.integrate.methods.sides import Sides
+from lagrange_cli.integrate.methods.touching import Touching
 from lagrange_cli.native.guards import LOOSE, Role
 from lagrange_cli.native.state import Clock
 from lagrange_cli.records import dataclass
@@ -19,6 +21,10 @@ if TYPE_CHECKING:
 SOON = 2.0**-30, 2.0**-44
 """If all further impacts take no longer than this part of a step, the motion rests; in doubles and in
 double-double."""
+SLOW = 256.0
+"""Impacts that leave no speed are the last of infinitely many if they have so little, beside what is none."""
+FEW = 4.0
+"""Impacts that change velocities by so many rounding errors have no speed."""
 UNSEEN = 2.0**-47
 """A flight no higher than this part of the argument's terms may be hidden by rounding, for methods that know
 values of the argument instead of its series: they would miss the next impact."""
@@ -52,6 +58,8 @@ class Resting:
         """The guards of resting contact, by event."""
         self.released: set[int] = set()
         """Events at which the motion has rested, until they happen again: it leaves them with no speed."""
+        self._touching = Touching(sides, self.guards)
+        self.at_once = AtOnce(len(sides.program.events), start, sides.program.parts)
         self.times = sides.memory[sides.guards.times(sides.layout)].reshape(-1, 2)
         """When each event has acted last."""
 
@@ -61,6 +69,68 @@ class Resting:
 
     def _low(self) -> float:
         return float(self._sides.memory[self._sides.layout.at(Clock.TIME_LOW)])
+
+    def length(self) -> float:
+        """The length of the last step."""
+        return self.at_once.length(float(self._sides.memory[self._sides.layout.at(Clock.STEP)]))
+
+    def noise(self, sizes: Array | None = None) -> Array:
+        """Up to which rates events' arguments are at rest, the terms of which have these ``sizes``."""
+        sides, n = self._sides, self._sides.program.degrees
+        rates, state = (sides.sizes() if sizes is None else sizes)[:, 1], sides.state(sides.memory)
+        time = sides.now - self._start
+        state[n : 2 * n] = sides.settling.accelerations() * time
+        gained = sides.act_on(state)[1][:, 1]
+        self._touching.near = ROUNDING * time * (rates + gained)
+        return self.at_once.noise(
+            sides.now, rates, gained * min(1.0, self.length() / time) if time else rates
+        )
+
+    def has_jumped(self, event: int) -> bool:
+        """Whether an argument is beyond 0 because it jumps, not by rounding."""
+        sides = self._sides
+        if sides.at_zero(event) or not sides.coefficients(event)[0] * sides.side(event) < 0.0:
+            return False
+        return sides.has_jumped(event, self.length(), self.near(event))
+
+    def near(self, event: int) -> float:
+        """How far from 0 an argument is by rounding, at most: besides what its own terms tell."""
+        self.noise()
+        return float(self._touching.near[event])
+
+    def fastest(self, event: int) -> int:
+        """Of impacts that happen now, the one that comes first."""
+        return self._touching.fastest(event, self.noise())
+
+    def together(self) -> None:
+        """Let bodies rest on each other that touch without speed."""
+        self._touching.rest(self.noise(), self.at_once.same)
+
+    def touches(self, event: int) -> bool:
+        """Whether an event is an impact without speed of what has touched before."""
+        sides, n = self._sides, self._sides.program.degrees
+        if not (sides.at_zero(event) or event in self.released) or event not in sides.sets:
+            return False
+        noise = self.noise()
+        if sides.coefficients(event)[1] * sides.side(event) < -noise[event]:
+            return False
+        if event in self.impacts:
+            return True
+        before, least = sides.state(sides.memory), FEW * float(np.max(noise))
+        values, own = sides.act_on(before)[0][0], sides.sets[event]
+        return all(n <= place < 2 * n and abs(values[i] - before[place]) <= least for i, place in own)
+
+    def touch(self, event: int) -> bool:
+        """Go on from where bodies touch without speed, and accelerations or rounding errors lead back;
+        whether that is possible."""
+        sides, noise = self._sides, self.noise()
+        noise[event] = max(noise[event], abs(sides.coefficients(event)[1]))  # a flight that no step shows
+        self._touching.rest(noise, self.at_once.same)
+        if not sides.side(event):
+            return True
+        closes = sides.coefficients(event)[2] * sides.side(event) < -ROUNDING * sides.settling.scale()[1]
+        self.released.add(event)
+        return not closes and self._touching.part(event, noise)
 
     def settle(self, impact: Impact) -> float | None:
         """Let the motion rest if all further impacts together take a negligible time. Where these are
@@ -72,7 +142,8 @@ class Resting:
         if abs(left) <= impact.noise:
             self._stop(impact, above, left)
             self.hold(event, impact.side)
-        elif 0.0 < flight < since and sides.side(event) == impact.side:
+            return sides.now if 0.0 < abs(left) <= abs(impact.speed) <= SLOW * impact.noise else None
+        if 0.0 < flight < since and sides.side(event) == impact.side:
             remaining = float(flight / (1.0 - flight / since))
             longest = SOON[sides.program.parts - 1] * min(impact.length, sides.now - self._start)
             if remaining <= longest or self._hidden(impact, left, bend):

@@ -13,6 +13,9 @@ from lagrange_cli.integrate.methods.impulses import Impulses
 from lagrange_cli.integrate.methods.modes import ROUNDING
 from lagrange_cli.native.state import Clock
 
+JUMP = 2.0**-20
+"""An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -35,6 +38,10 @@ class Sides:
         """The guard of the first event."""
         self.modes = settling.modes[self.first : self.first + len(program.events)]
         """The sides of all events."""
+        self.marks = settling.marks[self.first : self.first + len(program.events)]
+        """The marks of all events."""
+        self.directions = np.array([one[0] for one in program.events])
+        """Those in which their arguments' signs must change; 0 for any."""
         self.sets: dict[int, list[tuple[int, int]]] = {}
         """By events with actions: the numbers and places of what they set."""
         for i, (event, place) in enumerate(program.changed):
@@ -53,15 +60,22 @@ class Sides:
         """Whether its argument is 0 now."""
         return bool(self.settling.marks[event + self.first] > 0.0)
 
-    def leaves_zero(self, event: int) -> bool:
+    def leaves_zero(self, event: int, near: float) -> bool:
         """Whether its argument moves away from 0 to the side where it is already. Shortly after it was 0, as
-        when another event happens at almost the same time, rounding does not tell its value from 0. (Where an
-        action has put it beyond 0 by more, it does not come back.)"""
+        when another event happens at almost the same time, rounding does not tell its value from 0: it may
+        be so ``near``. (Where an action has put it beyond 0 by more, it does not come back.)"""
         value, rate = (self.coefficients(event)[:2] * self.side(event)).tolist()
         if not rate > 0.0:
             return False
         noise = ROUNDING * self.act_on(self.state(self.memory))[1][event]
-        return bool(value >= -noise[0] and rate > noise[1])
+        return bool(value >= -max(noise[0], near) and rate > noise[1])
+
+    def has_jumped(self, event: int, length: float, near: float) -> bool:
+        """Whether its argument, which is beyond 0, jumps, as over the cut of atan2: by more than rounding,
+        that is ``near``, and than it changes in a step of this ``length``."""
+        value, rate, bend = np.abs(self.coefficients(event)[:3])
+        changes = JUMP * length * (rate + length * bend)
+        return bool(value > max(ROUNDING * self.sizes()[event, 0], near, changes))
 
     def coefficients(self, event: int) -> Array:
         """The first ones of its argument's series, from the value on."""
@@ -97,6 +111,10 @@ class Sides:
         rows = self._acted(state)
         count, events = len(self.program.changed), len(self.program.events)
         return rows[:, :count], rows[0, count : count + 2 * events].reshape(events, 2)
+
+    def sizes(self) -> Array:
+        """The sizes of arguments now (events, 2)."""
+        return self.act_on(self.state(self.memory))[1]
 
     def _masses(self) -> Array:
         """The present values of the masses that actions change."""
@@ -142,6 +160,26 @@ class Sides:
                 memory[[first + part * width for part in range(program.parts)]] = values[:, i]
         self.begin_anew()
         return True
+
+    def turns(self, event: int, new: Array) -> bool:
+        """Whether an action that sets ``new`` values turns the motion back to the side it came from."""
+        velocities = range(self.program.degrees, 2 * self.program.degrees)
+        own, memory = self.sets.get(event, ()), self.memory.copy()
+        if not own or not all(place in velocities for _, place in own):
+            return False
+        before = float(self.coefficients(event)[1])
+        turns = self.put(event, new) and not before * float(self.coefficients(event)[1]) > 0.0
+        self.memory[:] = memory
+        self.settling.prepare()
+        return turns
+
+    def changes_nothing(self, event: int, new: Array) -> bool:
+        """Whether an action sets values that are already there."""
+        own = self.sets.get(event, ())
+        there = np.concatenate([self.state(self.memory), self.parameters()])
+        motion, rows = 2 * self.program.degrees, self.program.rows * self.program.parts
+        places = [place if place < motion else rows + place - motion for _, place in own]
+        return bool(own) and bool(np.array_equal(new[0, [i for i, _ in own]], there[places]))
 
     def close(self, event: int) -> bool:
         """Let the forces of constraint act after an action; whether that leads to the constraints."""

@@ -106,8 +106,8 @@ class ActionCode:
         return f
 
     def _bounce(self, f: Function, j: Integer, results: Pointer) -> None:
-        """Leave an impact to the caller that rounding may have made, or after which the motion may rest;
-        note the time of others."""
+        """Leave an impact to the caller that rounding or a jump may have made, or after which the motion may
+        rest; note the time of others."""
         rows, layout, state = self.rows, self.layout, f.pointer("%state")
         event = j - rows.first_event
         bounce = f.load_integer("@bounces", j)
@@ -116,7 +116,11 @@ class ActionCode:
             rate, bend = (f.load("%row", m * self.term) * float(m) for m in (2, 3))
             size = f.load(results, event * 2 + (len(rows.changed) + 1)) * ROUNDING
             left = f.load(results, bounce + (len(rows.changed) + 2 * rows.events)) * side
-            with f.when((mark > 0.0) | ~(rate * side < -size) | ~(left > size)):
+            own = event * 2 + len(rows.changed)
+            moved = size * f.load(state, layout.at(Clock.STEP))
+            near = f.larger(f.load(results, own) * ROUNDING, moved)
+            beyond = f.load("%row", self.term) * side < -near
+            with f.when(beyond | (mark > 0.0) | ~(rate * side < -size) | ~(left > size)):
                 f.give(f.count(LEFT))
             t, low = (f.load(state, layout.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
             place = event * 2 + rows.times(layout).start

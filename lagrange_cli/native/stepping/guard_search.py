@@ -257,14 +257,17 @@ class GuardSearch:
 
     def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
         """Change the side of an event whose argument is on the other one, but not because it was 0: it has
-        jumped there, as over the cut of atan2."""
+        jumped there, as over the cut of atan2. (The caller decides this where an action is not simple, or a
+        member bounces: no impact must be passed over.)"""
         at = j + self.rows.mode(self.layout)
         row, term = self.lengths.place(f, f.load_integer("@guard_rows", j)), self.lengths.term
         mode, u, h = f.load("%state", at), f.load(row, term), Real(f, "%h")
         slope, bend = f.magnitude(f.load(row, 2 * term)) * 2.0, f.magnitude(f.load(row, 3 * term)) * 3.0
         role = f.load_integer("@guard_roles", j)
-        others = (Role.SWITCH, Role.HOLD, Role.REST, Role.CUT, *self._breaks)
+        others = (Role.SWITCH, Role.HOLD, Role.ACTION, Role.REST, Role.CUT, *self._breaks)
         event = ~reduce(or_, [role.equals(one) for one in others])
+        if self.rows.bounces:
+            event = event & f.load_integer("@bounces", j).equals(NOTHING)
         jumped = f.magnitude(u) > f.fused(bend, h, slope) * h * JUMP
         with f.when(~fresh & (u * mode < 0.0) & jumped & event):
             f.store(-mode, "%state", at)

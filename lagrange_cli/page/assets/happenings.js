@@ -104,14 +104,28 @@ class Happenings {
   happen(due, sample) {
     const guard = this.rows.guards[due], e = due - this.first;
     if (guard.role === Role.REST) { this.release(due); return ""; }
+    if (this.hasJumped(e)) { this.modes[due] *= -1; return this.recurs(e, this.settling.now); }
     if (this.leavesZero(e)) { this.settling.mark([due]); return this.recurs(e, this.settling.now); }
-    if (this.atZero(e) && !this.drivenBack(e)) { this.flip(e); return ""; }
+    if (this.atZero(e) && !this.drivenBack(e)) {
+      if (this.rests.has(e)) this.hold(e, this.side(e)); else this.flip(e);
+      return this.recurs(e, this.settling.now);
+    }
     if (this.side(e) * guard.direction > 0) { this.flip(e); return ""; }
     if (this.crossed(e, this.settling.now)) return "there are more events than a page shows";
     this.released.delete(e);
     if (guard.role === Role.RECORD) { this.flip(e); return ""; }
     if (!this.rows.changed.some(([event]) => event === e)) return `${this.name(e)} stops it`;
     return this.act(e, sample);
+  }
+
+  // Whether its argument is beyond 0 because it jumps, as over the cut of atan2.
+  hasJumped(e) {
+    const [value, rate, bend] = this.seriesOf(e), side = this.side(e), length = this.settling.clock(Clock.STEP);
+    if (this.atZero(e) || !(value * side < 0)) return false;
+    const [size, speed] = this.actOn(this.state(this.memory)).sizes[e];
+    const changes = JUMP * length * (Math.abs(rate) + length * Math.abs(bend));
+    const time = this.settling.now - this.start, moved = time * (speed + time * this.settling.scale()[1]);
+    return -value * side > Math.max(ROUNDING * size, ROUNDING * moved, changes);
   }
 
   // Whether its argument, which is 0 up to rounding, moves away from 0 to its own side.

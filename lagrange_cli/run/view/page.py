@@ -161,7 +161,26 @@ def obstacle(motion: Motion, derived: FamilySystem | Residual) -> str:
     bound = isinstance(derived, Residual) and derived.multipliers
     if bound and motion.spec.acts:
         return "Actions of events in a system with constraints are computed by lagrange solve only."
+    if isinstance(derived, Residual) and coupled(derived):
+        return "Impacts of bodies that may rest on each other are computed by lagrange solve only."
     return ""
+
+
+def coupled(derived: Residual) -> bool:
+    """Whether one contact at which the motion may rest pushes what touches at another one. (Two walls of one
+    coordinate do not touch it together.)"""
+    model = derived.model
+    reads = [
+        frozenset(k for k, q in enumerate(model.q) if model.events[one.event].argument.symbols & q.symbols)
+        for one in derived.contacts
+    ]
+    pushes = [frozenset(one.direction.places) for one in derived.contacts]
+    return any(
+        pushed & read and not (len(pushed) == 1 and read == pushed)
+        for i, pushed in enumerate(pushes)
+        for j, read in enumerate(reads)
+        if i != j
+    )
 
 
 def sliding(program: Program) -> str:
