@@ -17,8 +17,8 @@ from lagrange_cli.spec.transformations import TRANSFORMATION
 
 TIMES = (
     "| `/t` | (n,) | sample times; the last is the stop time, even if the duration is not a multiple of "
-    "`step`. If the motion ends earlier, for example at an event, the last is the sample time before the end, "
-    "and the attribute [`final`](#attributes-of-the-root) has the state at the end | always |"
+    "`step`. If the motion ends earlier, for example at an event, the last is the sample time before the end,"
+    " and the attribute [`final`](#attributes-of-the-root) has the state at the end | always |"
 )
 ERRORS = (
     "| `/diagnostics/error/q/NAME`, `/diagnostics/error/v/NAME` | (n,) | an estimate of the error of each"

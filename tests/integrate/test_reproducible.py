@@ -146,7 +146,8 @@ def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size, se
 @pytest.mark.parametrize("looks", [1, 10])
 def test_a_singular_configuration_is_passed_alike_wherever_the_motion_was_interrupted(looks, linkage):
     whole, pieces = Run(linkage, 31, 0), Run(linkage, 31, looks, 5)
-    assert len(whole.outcome.singular) == 2
+    heights = np.frombuffer(whole["q/y0"])
+    assert len(whole.outcome.singular) == np.count_nonzero(heights[1:] * heights[:-1] < 0) >= 2
     assert pieces.outcome.singular == whole.outcome.singular
     assert pieces.pieces > 3
     for path in whole.series:
