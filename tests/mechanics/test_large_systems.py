@@ -14,6 +14,7 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.mechanics.guards.holding import at_a_held_state
 from lagrange_cli.mechanics.matrices import connected
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import Row
@@ -213,3 +214,29 @@ def test_equal_sets_of_symbols_cost_once() -> None:
     for i in range(10):
         graph.function("sin", [pair + float(i)])
     assert len(graph.nodes) > known + 18 and graph.work.spent - before < 100
+
+
+PUCKS = dedent("""
+    sizes: {N: 4}
+    parameters: {mu: 0.2, g: 9.81}
+    coordinates:
+      x[i in range(N)]: {initial: i}
+      y[i in range(N)]: {initial: 0}
+    masses: {"puck[i in range(N)]": 1}
+    embedding: {"puck[i in range(N)]": ["x[i]", "y[i]"]}
+    definitions: {"speed[i in range(N)]": "norm((x_dot[i], y_dot[i]))"}
+    potential: sum((x[i + 1] - x[i] - 1)**2 + (y[i + 1] - y[i])**2 for i in range(N - 1))
+    forces: {"puck[i in range(N)]": ["-mu*g*x_dot[i]/speed[i]", "-mu*g*y_dot[i]/speed[i]"]}
+""")
+
+
+def test_friction_along_a_vector_is_looked_for_where_the_vector_is() -> None:
+    """Each puck has a vector of its own, and what is derived for it is what is derived for one: only the
+    matrix of the forces that hold grows as the square of their number."""
+    spent = []
+    for count in (40, 80):
+        found = residual(PUCKS, N=count)
+        before = found.graph.work.spent
+        assert at_a_held_state(found, [found.graph.ddt(v) for v in found.model.v]) is not None
+        spent.append(found.graph.work.spent - before)
+    assert spent[1] < 3.0 * spent[0]

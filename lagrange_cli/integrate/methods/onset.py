@@ -90,19 +90,20 @@ class Onset(Leading):
         """A velocity that is small beside those of the motion."""
         return SOON * (float(np.max(np.abs(self.memory[self._own]))) or self.span)
 
-    def _parts(self, j: int) -> Array:
-        """The parts of a vector."""
-        guard = self._rows.guards[j]
+    def _parts(self, *vectors: int) -> Array:
+        """The parts of vectors, one after the other."""
         self._series()
-        found: Array = self._coefficients_of(guard.beside, guard.beside + guard.parts)[:, 0].copy()
-        return found
+        guards = [self._rows.guards[j] for j in vectors]
+        return np.concatenate(
+            [self._coefficients_of(one.beside, one.beside + one.parts)[:, 0] for one in guards]
+        )
 
-    def _slopes_of_parts(self, j: int) -> Array:
+    def _slopes_of_parts(self, *vectors: int) -> Array:
         """Their derivatives by velocities (parts, velocities); they are linear in these."""
-        memory, here, found = self.memory.copy(), self._parts(j), []
+        memory, here, found = self.memory.copy(), self._parts(*vectors), []
         for k in range(self._own.start, self._own.stop):
             self.memory[k] += 1.0
-            found.append(self._parts(j) - here)
+            found.append(self._parts(*vectors) - here)
             self.memory[:] = memory
         slopes: Array = np.array(found).T
         return slopes

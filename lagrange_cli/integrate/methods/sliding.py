@@ -102,14 +102,13 @@ class Sliding(Drag):
 
     def _take_rounding(self, vectors: Sequence[int]) -> None:
         """Take vectors away in any direction: what rounding has left of them."""
-        if any(np.any(self._parts(k)) for k in vectors):
-            slopes = np.vstack([self._slopes_of_parts(k) for k in vectors])
-            self._take_parts(vectors, inverse_of(slopes))
+        if vectors and np.any(self._parts(*vectors)):
+            self._take_parts(vectors, inverse_of(self._slopes_of_parts(*vectors)))
 
     def _take_parts(self, vectors: Sequence[int], velocities: Array) -> None:
         for _ in range(2):
             change = np.zeros(self._layout.degrees)
-            change[: len(velocities)] = velocities @ np.concatenate([self._parts(k) for k in vectors])
+            change[: len(velocities)] = velocities @ self._parts(*vectors)
             self._take_away(change, exactly=True)
 
     def _take_away(self, change: Array, *, exactly: bool) -> None:

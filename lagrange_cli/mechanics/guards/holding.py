@@ -16,6 +16,7 @@ from lagrange_cli.mechanics.guards.equations import guarded_values
 from lagrange_cli.mechanics.guards.guard import Guard, Guarded
 from lagrange_cli.mechanics.guards.vectors import split, vectors
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.switching.lengths import Vector
 from lagrange_cli.mechanics.switching.switches import has_rates, switches, vanishes_with
 from lagrange_cli.mechanics.variables import rate
 from lagrange_cli.records import replace
@@ -26,9 +27,10 @@ def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns
     ``nodes`` depend on that; None elsewhere."""
     if residual.contacts or residual.bent:
         return None
-    if not (switches(residual.residual, residual.variables) or vectors(residual)):
+    holding = vectors(residual)
+    if not (holding or switches(residual.residual, residual.variables)):
         return None
-    if not any(may_depend_on_modes(residual, node) for node in nodes):
+    if not any(may_depend_on_modes(residual, node, holding) for node in nodes):
         return None
     smooth, frozen, multipliers = guarded_values(residual, nodes)
     if not smooth.auxiliary:
@@ -44,9 +46,9 @@ def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns
     return found, tuple(new if held else old for new, old, held in zip(plain, of_state, needed))
 
 
-def may_depend_on_modes(residual: Residual, node: Node) -> bool:
-    """Whether a node has accelerations or multipliers, or jumps itself. Continuous nodes do not depend on
-    what holds the motion."""
+def may_depend_on_modes(residual: Residual, node: Node, holding: Sequence[Vector]) -> bool:
+    """Whether a node has accelerations or multipliers, or jumps itself, as where vectors are 0 that are
+    ``holding`` the motion. Continuous nodes do not depend on what holds it."""
     if has_rates(node) or any(node.symbols & one.symbols for one in residual.multipliers):
         return True
     graph = residual.graph
@@ -54,7 +56,7 @@ def may_depend_on_modes(residual: Residual, node: Node) -> bool:
         u, above, below = one.arguments
         if not vanishes_with(graph, above - below, u):
             return True
-    return any(not split(graph, node, vector)[1].is_zero for vector in vectors(residual))
+    return any(not split(graph, node, vector)[1].is_zero for vector in holding)
 
 
 def holders_of(smooth: Guarded, multipliers: Sequence[Node]) -> tuple[Holder, ...]:

@@ -59,6 +59,8 @@ def constrained(residual: Residual, vector: Vector) -> list[tuple[int, list[Node
 def held(graph: Graph, node: Node, vector: Vector) -> tuple[Node, tuple[Node, ...]] | None:
     """``node`` where u = 0: a node without u/|u|, and the factor of each u_i/|u|; None where it has no
     value there, or is not linear in these."""
+    if vector.square.symbols & ~node.symbols:
+        return node, (graph.zero,) * len(vector.parts)
     inverse = graph.symbol("inverse length")
     made: dict[Node, Node] = {}
     for one in reachable([node]):
