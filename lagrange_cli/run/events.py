@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -157,7 +158,8 @@ def blurred(one: Happened) -> str:
     """A message about zeros whose times rounding makes uncertain, or nothing."""
     if one.blurred is None:
         return ""
+    off = f"may be off by {one.error:.1e}" if math.isfinite(one.error) else "is not determined"
     return (
         f"at t = {one.blurred:.9g} its expression and its rate are both 0 up to rounding (a multiple "
-        f"zero): the time may be off by {one.error:.1e}"
+        f"zero): the time {off}"
     )

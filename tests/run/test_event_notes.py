@@ -32,3 +32,13 @@ def test_doubts_about_members_take_one_line_of_each_kind() -> None:
     said = notes(spec, {name: Happened(1, blurred=1.5, error=1e-6, grazes=1.0) for name in spec.events})
     assert len(said) == 2
     assert all(one.startswith("event 'floor[0]': ") and "(also 8 more of its family)" in one for one in said)
+
+
+def test_a_time_that_rounding_leaves_open_is_no_number() -> None:
+    spec = read_spec(BALLS.format(count=1, e=0.5, g=9.81, start=1), "balls.yaml")
+    for error, said in (
+        (4e-5, "the time may be off by 4.0e-05"),
+        (float("inf"), "the time is not determined"),
+    ):
+        (note,) = notes(spec, {name: Happened(1, blurred=1.5, error=error) for name in spec.events})
+        assert note.endswith(said)
