@@ -126,7 +126,10 @@ def test_no_text_is_evaluated():
             before = text[max(0, called.start() - 40) : called.start()]
             assert re.search(rf"(?:/[gimsuy]*|\b(?:{names}))\.$", before), (path, before)
         calls = len(re.findall(r"\bexec\(", text))
-        assert path.name != "three.js" or calls == 9, "say at the top of three.js why each call is safe"
+        if path.name == "three.js":
+            assert calls == len(re.findall(r"\bexec\(/\* [^*]+: searched, not run \*/", text)) == 9, (
+                "tools/three/build.js says where each call stands why it is safe"
+            )
         found = re.findall(
             r"\beval\(|\bFunction\(|innerHTML|insertAdjacentHTML|document\.write|set(?:Timeout|Interval)\(\s*[\"'`]",
             text,
