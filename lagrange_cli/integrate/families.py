@@ -107,7 +107,7 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
         kind = "--certify" if compilation.precision == DOUBLE else f"--precision {compilation.precision}"
         return WrittenOut(f"motion backward in time with {kind}", "let it go forward, or leave that out")
     system = in_loops(spec, method, algebra_for(compilation))
-    if system is None or (compilation.ensemble and not compilation.few and suits_lanes(system)):
+    if system is None or (compilation.ensemble and not compilation.few and suits_lanes(system, method)):
         return OTHER
     if compilation.section == SECTION:
         from lagrange_cli.integrate.unchanging import may_be_conserved
@@ -166,13 +166,16 @@ def without_costly(
 def in_loops_if_few(spec: Spec, compilation: Compilation) -> bool:
     """Whether the motions of an ensemble are followed one by one, in loops, only as they are few."""
     found = family_run(spec, replace(compilation, few=True))
-    return found is not None and suits_lanes(found)
+    return found is not None and suits_lanes(found, compilation.method)
 
 
-def suits_lanes(system: FamilySystem) -> bool:
-    """Whether the motions of an ensemble are followed faster side by side, with members written out."""
+def suits_lanes(system: FamilySystem, method: str) -> bool:
+    """Whether the motions of an ensemble are followed faster side by side, with members written out, and no
+    force hides from the method then."""
     special = system.joints is not None or system.bonds is not None or system.smooth is not None
-    return system.terms < FEWEST_ONE_BY_ONE and not special
+    if special or system.terms >= FEWEST_ONE_BY_ONE:
+        return False
+    return method != MANY_BODIES or not narrow(system, large=False)
 
 
 def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:

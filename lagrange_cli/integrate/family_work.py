@@ -38,7 +38,7 @@ PROOF, ENCLOSURE, ENCLOSED_POWER, ENCLOSED_FUNCTION = 2.0, 6000.0, 800.0, 80.0
 """By how much a step takes longer if it has to be proven, and the nanoseconds of enclosing functions, of each
 broken power and of each other function besides, whatever the order is."""
 AT_ORDER = 18
-WITH_POLES, WITHOUT_POLES, PROVEN = (48.0, 1.2), (58.0, 3.0), (16.0, 1.0)
+WITH_POLES, WITHOUT_POLES, PROVEN = (38.0, 1.7), (50.0, 4.5), (16.0, 1.0)
 """Evaluations of ``ias15`` that replace a step of this order, with as small an error, and how many more for
 each further order: where poles of forces bound the steps, where series converge further, and where broken
 powers or functions that bend are enclosed, which shortens the steps."""

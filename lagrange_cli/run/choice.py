@@ -119,7 +119,7 @@ def examined(spec: Spec, outputs: Collection[str], tolerance: float | None) -> s
 
         work = work_of(system)
         price, worth = work.price(tolerance), work.worth(tolerance)
-        said = f"a step by series takes as long as {price} evaluations of the forces and replaces {worth}"
+        said = f"a Taylor step takes as long as {price} evaluations of the forces and replaces {worth}"
         if price > worth and (not work.few or work.repays(tolerance)):
             return f"{MANY_BODIES} {said}"
         weighed = TAYLOR if work.few else f"{TAYLOR} {said}"
