@@ -279,8 +279,8 @@ class Flow(Instructions):
         return f"{self._head} {{\n{text}\n}}\n"
 
     def _complete(self) -> None:
-        """Read what every phi needs where its blocks come from, which may take further phis: block after block,
-        and round after round for phis of blocks that have been visited."""
+        """Read what every phi needs where its blocks come from, which may take further phis: block after
+        block, and round after round for phis of blocks that have been visited."""
         number = {block: k for k, block in enumerate(self._blocks)}
         pending = [(0, number[block], i, block, variable) for i, (block, variable) in enumerate(self._phis)]
         heapify(pending)
