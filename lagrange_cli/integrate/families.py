@@ -12,7 +12,7 @@ from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.poles import moving, slow
 from lagrange_cli.families.reactions import reactions
-from lagrange_cli.families.system import any_family_system, family_system
+from lagrange_cli.families.system import any_family_system, family_system, mostly_single
 from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.integrate.written_out import OTHER, WrittenOut, without_outputs
@@ -61,6 +61,8 @@ def in_loops(spec: Spec, method: str, algebra: type[GraphAlgebra] = GraphAlgebra
         return system
     few = any_family_system(spec, algebra)
     if few is None or any((few.joints, few.bonds, few.smooth, few.events, few.bodies)):
+        return None
+    if mostly_single(few):
         return None
     return few if narrow(few, large=False) and not narrow(few, MANY_BODIES, large=False) else None
 
