@@ -40,8 +40,8 @@ broken power and of each other function besides, whatever the order is."""
 AT_ORDER = 18
 WITH_POLES, WITHOUT_POLES, PROVEN = (38.0, 1.7), (50.0, 4.5), (16.0, 1.0)
 """Evaluations of ``ias15`` that replace a step of this order, with as small an error, and how many more for
-each further order: where poles of forces bound the steps, where series converge further, and where broken
-powers or functions that bend are enclosed, which shortens the steps."""
+each further order: where poles or broken powers bound the steps, where series converge further, and where
+broken powers or functions that bend are enclosed, which shortens the steps."""
 COMPILED, REPAID = 40e6, 5000
 """Nanoseconds that loops take longer to compile than few members that are written out, and the steps in which
 they have to save that. A command does not know how many steps its motion will have."""
@@ -58,6 +58,7 @@ class Work:
     passes: float
     evaluation: float
     has_poles: bool
+    """Whether forces have poles or broken powers."""
     few: bool
     proven: bool
     enclosed: float
@@ -95,7 +96,7 @@ def work_of(system: FamilySystem) -> Work:
     variables, _ = moving(system)
     totals = needed([system.forces, *system.loads], system.slots)
     convolutions = stored = sums = rows = passes = enclosed = 0.0
-    bent, evaluation = False, BEGIN + COORDINATE * system.q.count
+    pole, bent, evaluation = bool(poles(system, totals)), False, BEGIN + COORDINATE * system.q.count
     for loop in loops(totals, system.slots):
         if isinstance(loop, Chain):
             continue
@@ -110,10 +111,11 @@ def work_of(system: FamilySystem) -> Work:
         passes += 1
         enclosed += loop.domain.count * sum(map(enclosing, program.series))
         bent = bent or any(bends(program, one) for one in program.series)
+        pole = pole or any(is_broken(one) for one in program.series)
         simple = terms + 2 * len(loop.terms) + len(loop.used)
         evaluation += ROW_ONCE * len(loop.rows.starts)
         evaluation += count * (simple * ARITHMETIC + sum(evaluated(one) for one in program.series))
-    pole, few = bool(poles(system, totals)), family_system(system.spec) is None
+    few = family_system(system.spec) is None
     proven = narrow(system, large=not few)
     return Work(
         convolutions, stored, sums, rows, passes, evaluation, pole, few, proven,
@@ -138,10 +140,15 @@ def is_whole(times: float, power: Series) -> bool:
     return exponent.kind is Kind.NUMBER and (times * exponent.data) % 1 == 0
 
 
+def is_broken(one: Series) -> bool:
+    """Whether it is a power whose exponent is no whole number. It bounds steps of series, as poles do."""
+    return one.op is Op.POWER and not is_whole(1.0, one)
+
+
 def enclosing(one: Series) -> float:
     """Nanoseconds of enclosing it, if it is a power whose exponent is no whole number, or a function."""
-    if one.op is Op.POWER:
-        return 0.0 if is_whole(1.0, one) else ENCLOSED_POWER
+    if is_broken(one):
+        return ENCLOSED_POWER
     return ENCLOSED_FUNCTION if one.op is Op.PRIMITIVE else 0.0
 
 
@@ -149,7 +156,7 @@ def bends(program: SeriesProgram, one: Series) -> bool:
     """Whether it is a broken power, or a function of something that is not linear in coordinates."""
     if one.op is Op.PRIMITIVE:
         return not all(is_straight(program, program.series[source]) for source in one.sources)
-    return one.op is Op.POWER and not is_whole(1.0, one)
+    return is_broken(one)
 
 
 def is_straight(program: SeriesProgram, one: Series) -> bool:

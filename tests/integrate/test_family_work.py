@@ -48,6 +48,7 @@ def test_poles_and_proofs() -> None:
     gravity, cores = work("1/norm(body[i] - body[j])"), work(f"exp(-{R2})")
     assert (gravity.has_poles, gravity.proven, gravity.enclosed) == (True, False, 0)
     assert (cores.has_poles, cores.proven) == (False, True)
+    assert work(f"({R2})**1.5").has_poles
     steep, even = work("norm(body[i] - body[j])**-2.7"), work(f"({R2})**-6")
     assert steep.enclosed / cores.enclosed == pytest.approx(3 * ENCLOSED_POWER / ENCLOSED_FUNCTION)
     assert (even.proven, even.enclosed) == (True, 0)
