@@ -16,7 +16,8 @@ import numpy as np
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Source, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem, Modes
-from lagrange_cli.families.friction import Decision, Held, Rest, held, linear_in
+from lagrange_cli.families.friction import Decision, Held, Rest, linear_in
+from lagrange_cli.families.holding import held
 from lagrange_cli.families.jumps import is_root
 from lagrange_cli.families.switched import Switched
 from lagrange_cli.mechanics.guards.modes import three_ways
