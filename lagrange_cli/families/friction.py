@@ -18,7 +18,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total, placed
 from lagrange_cli.families.bonds import Bonds
-from lagrange_cli.families.description import FamilySystem
+from lagrange_cli.families.description import FamilySystem, Locks
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.switching.switches import where_it_vanishes
@@ -93,7 +93,7 @@ class Held:
     """The ``modes`` that hold coordinates, in order; two ``limits`` for each of them; all ``other`` forces,
     which the ``forces`` take; and what is ``applied``, which balances those of L where it holds.
     Coordinates that stick to others have bonds with these, and ``loose`` forces besides (see
-    ``relative_friction``)."""
+    ``relative_friction``). Those of joints have ``locks``."""
 
     modes: Places
     limits: Total
@@ -102,14 +102,17 @@ class Held:
     applied: Total
     sticking: Bonds | None = None
     loose: Total | None = None
+    locks: Locks | None = None
 
 
 def holds(system: FamilySystem, one: Friction, moving: int) -> bool:
     """Whether a force that jumps where an argument is 0 can hold the coordinate on which it acts: its
     velocity is that of others or of a belt there, or its place that of others or of a wall."""
-    if system.joints is not None or system.bonds is not None:
+    if system.bonds is not None:
         return False
     inside, targets = linear_in(system, one.argument, moving), one.term.targets
+    if system.joints is not None and len(inside) > 1:
+        return False
     return any(np.array_equal(slot.table, targets) for _, slot in inside)
 
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, placed, total_of
+from lagrange_cli.families.arrays import NONE, Array, Domain, Slots, Term, Total, placed, total_of
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.friction import Friction, Held, Rest, gate
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.records import replace
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,6 +39,27 @@ PLACES = (
 """What members are written out for, and how to do without."""
 
 
+@dataclass(frozen=True, eq=False)
+class Holding:
+    """The ``modes`` that hold coordinates, in order, and the ``rows`` of these; the modes of each coordinate
+    (``own``, see ``modes_of``), and whether one has some of places and some of velocities (``both``)."""
+
+    rows: Places
+    modes: Places
+    own: Places
+    both: bool
+
+    @property
+    def resting(self) -> Places:
+        """The coordinates that may be held."""
+        return np.unique(self.rows)
+
+    @property
+    def free(self) -> Places:
+        """All others."""
+        return np.flatnonzero(self.own[:, 0] == NONE)
+
+
 def held(
     system: FamilySystem,
     listed: Sequence[Friction],
@@ -48,11 +69,40 @@ def held(
     frozen: Callable[[Term], Term],
 ) -> Held:
     """The forces of a system with friction that is ``listed``, beside the ``rest``, with ``modes``. One
-    coordinate may be held at several places.
-
-    Raises ``Unsuited`` where one mode holds several coordinates, or several may hold one at the same place.
-    """
+    coordinate may be held at several places."""
     slots, count = system.slots, system.q.count
+    holding = holding_of(system, listed, numbers, modes)
+    resting, free, own = holding.resting, holding.free, holding.own
+    other = total_of(count, [*map(frozen, rest.terms)], slots.graph)
+    still, moving = Domain(len(resting)), Domain(len(free))
+    whole, applied, slope = (slots.symbol(still, one, resting) for one in (other, rest.applied, rest.slopes))
+    moves = gate(slots, still, modes, own[resting])
+    forces = [Term(still, moves * whole, resting)]
+    balanced = [Term(still, moves * applied + (1.0 - moves) * slope, resting)]
+    if len(free):
+        forces.append(Term(moving, slots.symbol(moving, other, free), free))
+        balanced.append(Term(moving, slots.symbol(moving, rest.applied, free), free))
+    for term in by_term(listed):
+        force = frozen(term)
+        moves = gate(slots, term.domain, modes, own[term.targets])
+        forces.append(replace(force, node=moves * force.node))
+    return Held(
+        modes=holding.modes, limits=limits_of(slots, listed, holding, other, modes, numbers, frozen),
+        other=other, forces=total_of(count, forces, slots.graph),
+        applied=total_of(count, balanced, slots.graph),
+    )  # fmt: skip
+
+
+def holding_of(
+    system: FamilySystem,
+    listed: Sequence[Friction],
+    numbers: Mapping[tuple[Domain, Node], Places],
+    modes: Array,
+) -> Holding:
+    """What holds coordinates.
+
+    Raises ``Unsuited`` where one mode holds several of them, or several may hold one at the same place.
+    """
     pairs = np.concatenate([np.stack([one.term.targets, numbers[one.place]], axis=1) for one in listed])
     pairs = np.unique(pairs, axis=0)
     rows, holding = np.ascontiguousarray(pairs.T)
@@ -61,46 +111,47 @@ def held(
     fast = speeds_of(system, listed, numbers, modes.count)[holding]
     refuse_same(rows, fast, places_of(system, listed, numbers, modes.count)[holding])
     both = bool(np.intersect1d(rows[fast], rows[~fast]).size)
-    own = modes_of(rows, holding, count)
+    return Holding(rows, holding, modes_of(rows, holding, system.q.count), both)
+
+
+def limits_of(
+    slots: Slots,
+    listed: Sequence[Friction],
+    holding: Holding,
+    other: Total,
+    modes: Array,
+    numbers: Mapping[tuple[Domain, Node], Places],
+    frozen: Callable[[Term], Term],
+) -> Total:
+    """The limits: the whole force on either side, of friction that is ``listed`` and of all ``other``
+    forces."""
+    rows, own = holding.rows, holding.own
     order = np.full(modes.count, NONE)
-    order[holding] = np.arange(len(holding))
-    resting, free = np.unique(rows), np.flatnonzero(own[:, 0] == NONE)
-    other = total_of(count, [*map(frozen, rest.terms)], slots.graph)
-    still, moving, every = Domain(len(resting)), Domain(len(free)), Domain(len(rows))
-    whole, applied, slope = (slots.symbol(still, one, resting) for one in (other, rest.applied, rest.slopes))
-    moves = gate(slots, still, modes, own[resting])
-    forces = [Term(still, moves * whole, resting)]
-    balanced = [Term(still, moves * applied + (1.0 - moves) * slope, resting)]
-    if len(free):
-        forces.append(Term(moving, slots.symbol(moving, other, free), free))
-        balanced.append(Term(moving, slots.symbol(moving, rest.applied, free), free))
+    order[holding.modes] = np.arange(len(rows))
+    every = Domain(len(rows))
     everywhere = slots.symbol(every, other, rows)
     limits = [Term(every, sign * everywhere, 2 * np.arange(len(rows)) + k) for k, sign in SIDES]
     for term, given in by_term(listed).items():
         force, targets = frozen(term), term.targets
-        forces.append(replace(force, node=gate(slots, term.domain, modes, own[targets]) * force.node))
         mine = [numbers[one.place] for one in given]
         for one, which in zip(given, mine):
-            others = [*mine, *own[targets].T] if both else []
+            others = [*mine, *own[targets].T] if holding.both else []
             for k, sign in SIDES:
                 node = frozen(one.side(slots.graph, 2 - k)).node
                 node = on_side(slots, node, term.domain, modes, others, sign)
                 limits.append(Term(term.domain, sign * node, 2 * order[which] + k))
         for k in range(own.shape[1]):  # those that hold the same coordinates by other terms
             which = own[targets, k]
-            others = np.all([which != one for one in (*mine, *own[targets, :k].T)], axis=0)
-            members = np.flatnonzero(others)
+            apart = np.all([which != one for one in (*mine, *own[targets, :k].T)], axis=0)
+            members = np.flatnonzero(apart)
             if len(members):
                 domain = Domain(len(members))
                 at, places = placed(slots, force.node, domain, members), 2 * order[which[members]]
-                theirs = [one[members] for one in mine] if both else []
+                theirs = [one[members] for one in mine] if holding.both else []
                 for side, sign in SIDES:
                     node = on_side(slots, at, domain, modes, theirs, sign)
                     limits.append(Term(domain, sign * node, places + side))
-    return Held(
-        modes=holding, limits=total_of(2 * len(rows), limits, slots.graph), other=other,
-        forces=total_of(count, forces, slots.graph), applied=total_of(count, balanced, slots.graph),
-    )  # fmt: skip
+    return total_of(2 * len(rows), limits, slots.graph)
 
 
 def on_side(

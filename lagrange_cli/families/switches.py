@@ -158,7 +158,7 @@ class Switching(Switched):
             held = self.held
             modes = replace(
                 modes, holding=held.modes, limits=held.limits, sticking=held.sticking, loose=held.loose,
-                placed=self.placed,
+                placed=self.placed, locks=held.locks,
             )  # fmt: skip
         return replace(
             system, forces=self.of(system.forces), needed=needed, slopes=self.of(system.slopes),
@@ -185,7 +185,13 @@ class Switching(Switched):
         others = [one for one in self.merged(system.forces) if one not in rubbing]
         if any(len(linear_in(system, one.argument, self.moving)) > 1 for one in self.friction):
             return self._held_together()
-        applied, slopes = self._by_terms(system.applied), self.of(system.slopes)
+        applied = self._by_terms(system.applied)
+        if system.joints is not None:
+            from lagrange_cli.families.locked import locked
+
+            given = self.modes, self.numbers[1], self._with_modes
+            return locked(system, self.friction, others, applied, *given)
+        slopes = self.of(system.slopes)
         rest = Rest(others, applied, slopes)
         return held(system, self.friction, rest, self.modes, self.numbers[1], self._with_modes)
 

@@ -107,6 +107,8 @@ class Arrangement:
             self.closure = Closure(system, self.lasting)
             self.balance = self.closure.balance
         elif system.joints is not None:
+            if self.modes is not None and self.modes.locks is not None:
+                self.lasting.changed[self.modes.locks.left] = self.modes.locks.left
             self.balance = Balance(system, self.lasting.arranged)
         elif system.bonds is not None:
             self.motion = AlongMotion(system, self.lasting)
