@@ -15,9 +15,10 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Source, Term, Total
 from lagrange_cli.families.bonds import Bonds
 from lagrange_cli.families.builder import FamilyBuilder
-from lagrange_cli.families.contacts import Contacts, Impacts
+from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
+from lagrange_cli.families.coupled import coupled_impacts
 from lagrange_cli.families.events import SEEDS, Events, random_state
-from lagrange_cli.families.impacts import impacts_of
+from lagrange_cli.families.impacts import COUPLED, impacts_of
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.families.reflection import EventStates, turned
 from lagrange_cli.families.values import FamilyValues
@@ -35,12 +36,6 @@ SLOWED = (
     "events",
 )
 """What members are written out for, how to do without, and the section of the file that has it."""
-SLOWED_BY_BONDS = (
-    "impacts that reduce the speed in systems with constraints",
-    "let them reflect without loss",
-    "events",
-)
-"""The same."""
 AFFECTED = 16
 """So many events, on the average, have arguments that each simple action changes, at most."""
 
@@ -102,12 +97,13 @@ def with_actions(
     read = Reading(builder, events.arguments)
     refuse_masses(builder, events, masses)
     states = EventStates(builder, events)
-    impacts = impacts_in(builder, events, read, states, masses, forces)
-    if impacts is not None and bound is not None:
-        raise Unsuited(*SLOWED_BY_BONDS)
+    impacts = impacts_in(builder, events, read, states, (masses, forces), bound)
     simple, pairs = simple_in(events, read)
-    if impacts is not None and impacts.contacts is not None:
-        simple[disturbing(events, impacts.contacts, n)] = False
+    contacts = None if impacts is None else impacts.contacts
+    if isinstance(contacts, Coupled):
+        simple[:] = False
+    elif contacts is not None:
+        simple[disturbing(events, contacts, n)] = False
     if bound is not None:
         simple[pushed(events, bound, n)] = False
     every = np.ones(events.count, dtype=bool)
@@ -218,10 +214,16 @@ def disturbing(events: Events, contacts: Contacts, n: int) -> Places:
 
 
 def impacts_in(
-    builder: FamilyBuilder, events: Events, read: Reading, states: EventStates, masses: Total, forces: Total
+    builder: FamilyBuilder,
+    events: Events,
+    read: Reading,
+    states: EventStates,
+    given: tuple[Total, Total],
+    bound: Bonds | None,
 ) -> Impacts | None:
     """The impacts that do not reflect the speed: the motion may come to rest there (see
-    ``mechanics.contacts``), if something drives it back."""
+    ``mechanics.contacts``), if something drives it back. Masses and forces are ``given``."""
+    masses, forces = given
     n, count = builder.q.count, events.count
     acting, places = events.changed
     is_speed = (places >= n) & (places < 2 * n)
@@ -240,4 +242,10 @@ def impacts_in(
     slowing = np.flatnonzero(impact & ~states.judge(states.reflected, impact))
     state = FamilyValues(builder, *random_state(builder, SEEDS[1]))
     with np.errstate(all="ignore"):
-        return impacts_of(builder, events, slowing, (forces, masses), state)
+        try:
+            if bound is None:
+                return impacts_of(builder, events, slowing, (forces, masses), state)
+        except Unsuited as error:
+            if error.args != COUPLED:
+                raise
+        return coupled_impacts(builder, events, slowing, masses, bound, state)

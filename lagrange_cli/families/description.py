@@ -13,7 +13,7 @@ from lagrange_cli.expression.index_arrays import Places
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Domain, Slots, Total
 from lagrange_cli.families.bonds import Bonds
-from lagrange_cli.families.contacts import Contacts, Impacts
+from lagrange_cli.families.contacts import Contacts, Coupled, Impacts
 from lagrange_cli.families.events import Events
 from lagrange_cli.families.joints import Articulation
 from lagrange_cli.records import dataclass, field
@@ -131,13 +131,18 @@ class FamilySystem:
     """The system with modes in place of switches in forces, if there are any."""
     modes: Modes | None = None
     """These modes, in that system."""
-    contact: Contacts | None = None
+    contact: Contacts | Coupled | None = None
     """Resting contact, whose forces are among the others then (see ``families.resting``)."""
 
     @property
-    def contacts(self) -> Contacts | None:
+    def contacts(self) -> Contacts | Coupled | None:
         """Resting contact at events."""
         return None if self.impacts is None else self.impacts.contacts
+
+    @property
+    def coupled(self) -> Coupled | None:
+        """The same, where its forces depend on one another."""
+        return self.contacts if isinstance(self.contacts, Coupled) else None
 
     @property
     def impacts(self) -> Impacts | None:

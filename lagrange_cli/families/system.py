@@ -52,6 +52,8 @@ conserve is looked for in systems of up to so many (``mechanics.constrained.frob
 FEWEST_BOUND = 12
 """Constraints, or terms of sums in them, below which they are, too, where forces have few terms: rods of a
 chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
+FEWEST_COUPLED = 6
+"""Contacts that depend on one another below which they are, too: each is an unknown of equations there."""
 Reason: TypeAlias = "tuple[str, ...]"
 CUTS = (
     "an energy or a constraint that jumps with the angle atan2(y, x)",
@@ -81,6 +83,8 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
         return found
     if found.bodies:
         few = found.q.count < FEWEST_TURNING
+    elif found.coupled is not None and found.coupled.count >= FEWEST_COUPLED:
+        few = False
     elif found.bonds is not None:
         few = found.bonds.terms < FEWEST_BOUND and found.terms < FEWEST
     else:

@@ -142,8 +142,6 @@ events:
     [
         '{"knock[i in range(1, N)]": {when: "y[i] - y[i - 1]",'
         ' action: {set: {"y_dot[i]": "0.5*y_dot[i - 1]", "y_dot[i - 1]": "0.5*y_dot[i]"}}}}',
-        '{"floor[i in range(N)]": {when: "y[i]", action: {set: {"y_dot[i]": "-0.5*y_dot[i]"}}},'
-        ' "moving[i in range(N)]": {when: "y[i] - 3*t + 9", action: {set: {"y_dot[i]": "-0.5*y_dot[i]"}}}}',
         '{"floor[i in range(N)]": {when: "y[i]",'
         ' action: {set: {"y_dot[i]": "-y_dot[i]/(1 + abs(y_dot[i]))"}}}}',
     ],

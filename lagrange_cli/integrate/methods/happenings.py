@@ -244,7 +244,10 @@ class Happenings:
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
         after, noise = sides.all_coefficients(), self._resting.noise(sizes)
-        chosen = (after[:, 0] != rows[:, 0]) | (sides.modes == 0.0)
+        least_rate = sides.least_rate()
+        # constraints move all arguments by rounding errors
+        moved = self._resting.nears() if self._program.constraints else np.zeros(len(after))
+        chosen = ~(np.abs(after[:, 0] - rows[:, 0]) <= moved) | (sides.modes == 0.0)
         chosen[event] = True
         resting = [e for e in np.flatnonzero(sides.modes == 0.0).tolist() if e in self._resting.guards]
         chosen[resting] = False
@@ -252,8 +255,8 @@ class Happenings:
         for e in np.flatnonzero(chosen).tolist():
             near = 2.0 * abs(rows[e, 0]) if e == event else 0.0
             if e == event and self._program.constraints:  # which have moved it by rounding errors
-                near = max(near, ROUNDING * float(sizes[e, 0]))
-            sides.choose_side(e, after[e], near, sizes[e, 1])
+                near = max(near, ROUNDING * float(sizes[e, 0]), float(moved[e]))
+            sides.choose_side(e, after[e], near, max(float(sizes[e, 1]), least_rate))
         if self._standstill.possible:
             self._standstill.hold()
         ended = self._recurs(event, now)
