@@ -113,9 +113,9 @@ def read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Declar
         for item in node.items:
             if not isinstance(item, Scalar):
                 hint = example
-                if isinstance(item, nodes.Mapping):
+                if isinstance(item, nodes.Mapping) and item.entries:
                     problems.broken |= {key.text for key, _ in item.entries}
-                    hint = _unlisted(item) or example
+                    hint = _unlisted(item)
                 problems.add(item.place, "a list of coordinates has only names", hint)
                 continue
             name = read_key(item, problems, "coordinate")

@@ -89,8 +89,8 @@ def read_list(node: Node, where: str, problems: Problems) -> Expression | tuple[
 
 def read_vector(node: Node, where: str, problems: Problems) -> Expression | None:
     """An expression, or a list of the one to three components of a vector."""
-    if isinstance(node, Scalar) and (item := _item_without_space(node)):
-        hint = f"write '- {item}', with a space after the '-' of an item; or write a sum on one line"
+    if isinstance(node, Scalar) and (line := _item_without_space(node)):
+        hint = f"write '- {line}', with a space after the '-' of an item; or write a sum on one line"
         problems.add(node.place, f"{where} is no list", hint)
         return unreadable(node.place, problems)
     if not isinstance(node, nodes.Sequence):

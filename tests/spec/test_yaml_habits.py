@@ -15,6 +15,7 @@ HABITS = [
     (THETA, "  - theta: 0.3", 7, "", "has only names", "write 'theta: {initial: 0.3}' without the '- '"),
     (THETA, "  - theta: {initial: 1}", 7, "", "only names", "'theta: {initial: ...}' without the '- '"),
     (THETA, "  - {name: theta, at: 1}", 7, "", "only names", "'theta: {initial: ...}' without the '- '"),
+    (THETA, "  - {}", 7, "", "has only names", "write 'theta: {initial: 0.1, velocity: 0}'"),
     (THETA, "  - theta = 0.5", 7, "theta = 0.5", "cannot be called", "write theta: {initial: 0.5}"),
     ("  bob: m", "bob: m", 9, "bob", "unknown key 'bob'", "indent it, if it belongs to 'masses'"),
     (THETA, "theta: {initial: 0.1}", 7, "theta", "unknown key", "if it belongs to 'coordinates'"),
