@@ -17,6 +17,7 @@ from lagrange_cli.expression.syntax import (
     Comparison,
     ExpressionError,
     Logic,
+    Lookup,
     Name,
     Negative,
     Number,
@@ -107,7 +108,7 @@ class Builder:
             raise ExpressionError(
                 tree.span, "expected a number, found a condition", "write where(CONDITION, 1, 0)"
             )
-        if isinstance(tree, Binary):  # // and %
+        if isinstance(tree, Binary | Lookup):  # // and %
             return self._whole(tree, indices)
         if tree.function == "where":
             return self._where(tree, indices)

@@ -12,9 +12,12 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Mask, Whole, integers, modest, multiplied
-from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Name, Negative, Tree
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Lookup, Name, Negative, Tree
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.number_table import NumberTable
+
     Bounds: TypeAlias = "tuple[Whole, Whole]"
     Known: TypeAlias = "Mapping[str, Bounds]"
     Answer: TypeAlias = "tuple[bool | Mask, bool | Mask]"
@@ -36,6 +39,8 @@ def bounds_of(tree: Tree, known: Known) -> Bounds:
         return reduce(_EXTREMES[tree.function], [bounds_of(one, known) for one in tree.arguments])
     if isinstance(tree, Call) and tree.function == "abs":
         return _absolute(bounds_of(tree.arguments[0], known))
+    if isinstance(tree, Lookup):
+        return _looked_up(tree.table, [bounds_of(one, known) for one in tree.indices])
     value = integers(tree, {})
     return value, value
 
@@ -122,6 +127,16 @@ def _remainder(left: Bounds, right: Bounds) -> Bounds:
         return low, high
     between = np.equal(left[0] // right[0], left[1] // right[0])
     return np.where(between, left[0] % right[0], low), np.where(between, left[1] % right[0], high)
+
+
+def _looked_up(table: NumberTable, places: Sequence[Bounds]) -> Bounds:
+    """Exact where there is one place in a stretch, else those of the whole table."""
+    for (low, high), size in zip(places, table.shape):
+        if np.any(np.less(low, 0)) or np.any(np.greater_equal(high, size)):
+            raise Unsuited
+    numbers = table.numbers[tuple(low for low, _ in places)]
+    single = reduce(np.logical_and, [np.equal(low, high) for low, high in places])
+    return tuple(np.where(single, numbers, end) for end in (table.numbers.min(), table.numbers.max()))
 
 
 def _absolute(values: Bounds) -> Bounds:

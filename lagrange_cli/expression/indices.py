@@ -14,6 +14,7 @@ from lagrange_cli.expression.syntax import (
     Comparison,
     ExpressionError,
     Logic,
+    Lookup,
     Loop,
     Name,
     Negative,
@@ -22,6 +23,7 @@ from lagrange_cli.expression.syntax import (
     Tree,
     plain_names,
 )
+from lagrange_cli.expression.vocabulary import member_name
 
 Indices = Mapping[str, int]
 """The values of the indices and sizes at hand."""
@@ -114,6 +116,8 @@ def _operand(tree: Tree, indices: Indices) -> int:
             f"'{tree.identifier}' is neither an index nor a size here",
             near_hint(tree.identifier, known) or known_hint(known) or _MADE_OF,
         )
+    if isinstance(tree, Lookup):
+        return _looked_up(tree, indices)
     if isinstance(tree, Negative):
         return -integer(tree.operand, indices)
     if isinstance(tree, Call) and tree.function in FUNCTIONS:
@@ -121,6 +125,15 @@ def _operand(tree: Tree, indices: Indices) -> int:
     if isinstance(tree, Comparison | Logic):
         raise ExpressionError(tree.span, "expected a whole number, found a condition", "write it after 'if'")
     raise ExpressionError(tree.span, "expected a whole number", _MADE_OF)
+
+
+def _looked_up(tree: Lookup, indices: Indices) -> int:
+    place = [integer(index, indices) for index in tree.indices]
+    found = tree.table.number(place)
+    if found is None:
+        message = f"there is no {member_name(tree.table.name, place)}{known_indices(tree, indices)}"
+        raise ExpressionError(tree.span, message, f"members are {tree.table.extent}")
+    return found
 
 
 def _combined(tree: Binary, left: int, right: int, indices: Indices) -> int:

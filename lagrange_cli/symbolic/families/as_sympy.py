@@ -8,7 +8,7 @@ import sympy
 
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
 from lagrange_cli.symbolic.indexed.members import KNOWN, Summed
-from lagrange_cli.symbolic.indexed.whole import Whole, number
+from lagrange_cli.symbolic.indexed.whole import Entry, Whole, number
 
 RELATIONS = {"==": sympy.Eq, "!=": sympy.Ne, "<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge}
 EXTREMES = {"min": sympy.Min, "max": sympy.Max}
@@ -64,6 +64,10 @@ def integer(whole: Whole) -> sympy.Expr:
     for atom, factor in whole.terms:
         if isinstance(atom, str):
             made += factor * sympy.Symbol(atom, integer=True)
+            continue
+        if isinstance(atom, Entry):
+            table = sympy.IndexedBase(atom.table.name, integer=True)
+            made += factor * table[tuple(integer(one) for one in atom.indices)]
             continue
         left, right = integer(atom.left), integer(atom.right)
         if atom.operator == "*":
