@@ -65,3 +65,22 @@ def test_a_character_of_another_encoding_is_shown_at_its_place(name, line, colum
     (found,) = problems(changed("pendulum", name).encode("latin-1"))
     assert (found.line, found.column) == (line, column) and "UTF-8" in found.message
     assert not problems(PENDULUM.replace("pendulum", name).encode("utf-8-sig"))
+
+
+SUMS = [
+    ("Sum(x[i] for i in range(2))", "write sum(...) for Sum(...)"),
+    ("m*(Σ(m*x[i]**2 for i in range(2)))", "write sum(...) for Σ(...)"),
+    ("np.sum(x[i] for i in range(2))", "write sum(...)"),
+    ("prod(x[i] for i in range(2))", "there are no products over an index"),
+    ("sin(x[i] for i in range(2))", "as in sum("),
+    ("m*(x[i] for i in range(2))", "as in sum("),
+    ("x[i] for i in range(2)", "as in sum("),
+]
+
+
+@pytest.mark.parametrize(("potential", "hint"), SUMS)
+def test_a_loop_outside_a_sum_says_how_sums_are_written(potential, hint):
+    text = "parameters: {m: 1}\ncoordinates: {'x[i in range(2)]': {initial: 1}}\n"
+    text += "masses: {'p[i in range(2)]': m}\npositions: {'p[i in range(2)]': 'x[i]'}\npotential: "
+    assert not problems(f"{text}sum(x[i] for i in range(2))")
+    assert hint in problems(f"{text}{potential}")[0].hint
