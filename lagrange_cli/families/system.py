@@ -52,6 +52,8 @@ conserve is looked for in systems of up to so many (``mechanics.constrained.frob
 FEWEST_BOUND = 12
 """Constraints, or terms of sums in them, below which they are, too, where forces have few terms: rods of a
 chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
+ALONE = 300
+"""Operations of expressions that stand alone up to which they do no harm beside loops."""
 SPARED = 3
 """How many times as much there has to be to do as is written singly, for loops to pay."""
 Reason: TypeAlias = "tuple[str, ...]"
@@ -99,7 +101,7 @@ def mostly_single(system: FamilySystem) -> bool:
             nodes.setdefault(one.domain, []).append(one.node)
     sizes = {domain: sum(1 for _ in reachable(own)) for domain, own in nodes.items()}
     single = sum(size for domain, size in sizes.items() if domain.count == 1)
-    return SPARED * single > sum(domain.count * size for domain, size in sizes.items())
+    return single > ALONE and SPARED * single > sum(domain.count * size for domain, size in sizes.items())
 
 
 def any_family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
