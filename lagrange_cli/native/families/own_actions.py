@@ -74,14 +74,14 @@ class OwnActions:
         """A loop, if no event has several of its members."""
         if isinstance(loop, Chain):
             return None
-        each = [
-            owners[total][term.targets]
-            for term, total in loop.terms
-            if isinstance(total, Total) and total in owners
-        ]
+        if not all(isinstance(total, Total) and total in owners for _, total in loop.terms):
+            return None
+        first, *others = (
+            owners[total][term.targets] for term, total in loop.terms if isinstance(total, Total)
+        )
         members = np.full(events, NONE)
-        members[each[0]] = np.arange(loop.domain.count)
-        whole = len(each) == len(loop.terms) and all(np.array_equal(one, each[0]) for one in each)
+        members[first] = np.arange(loop.domain.count)
+        whole = all(np.array_equal(one, first) for one in others)
         return Own(loop, members) if whole and np.count_nonzero(members >= 0) == loop.domain.count else None
 
     def text(self) -> str:
