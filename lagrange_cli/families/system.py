@@ -18,7 +18,7 @@ from lagrange_cli.expression.index_arrays import Differ
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable, union
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.families.actions import with_actions
+from lagrange_cli.families.actions import on_joints, with_actions
 from lagrange_cli.families.applied import applied_forces
 from lagrange_cli.families.arrays import Domain, Source, Term, Total, total_of
 from lagrange_cli.families.articulation import articulation, centres
@@ -251,13 +251,18 @@ def described(builder: ChainBuilder, **parts: Any) -> FamilySystem:
         name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()
     }
     observables = dict(observed(builder, spec))
-    events = events_of(builder, spec, free="joints" not in parts and parts["bonds"] is None)
-    parts["events"] = events and with_actions(builder, events, parts["masses"], parts["forces"])
+    bound = parts["bonds"]
+    joints = parts.get("joints")
+    events = events_of(builder, spec, closed=joints is not None and joints.count > 0 and bound is not None)
+    if events is not None and joints is not None:
+        parts["events"] = on_joints(builder, events, joints, parts["kinetic"], bound=bound)
+    elif events is not None:
+        parts["events"] = with_actions(builder, events, parts["masses"], parts["forces"], bound=bound)
     if builder.bodies:
         from lagrange_cli.families.turning import bodies_of
 
         parts["bodies"] = bodies_of(builder)
-    if "joints" in parts or parts["vector"] is not None:
+    if joints is not None or parts["vector"] is not None:
         parts["speeds"] = {name: [*map(builder.rates_of, listed)] for name, listed in positions.items()}
     found = FamilySystem(
         spec=spec, algebra=builder.algebra, slots=builder.slots, q=builder.q, v=builder.v,

@@ -254,6 +254,8 @@ class Happenings:
         self._resting.go_on(resting, after[:, 1] - rows[:, 1], noise)
         for e in np.flatnonzero(chosen).tolist():
             near = 2.0 * abs(rows[e, 0]) if e == event else 0.0
+            if e == event and self._program.constraints:  # which have moved it by rounding errors
+                near = max(near, ROUNDING * float(sizes[e, 0]))
             sides.choose_side(e, after[e], near, sizes[e, 1])
         if self._standstill.possible:
             self._standstill.hold()

@@ -75,7 +75,8 @@ class FamilyProgram(Returning, Observation, MotionJets):
             vectors=(),
             events=self.numbered(), changed=tuple(zip(*self.events.changed.tolist())) if self.events else (),
             affected=self.events.affected if self.events else (), masses=(),
-            constraints=0 if self.system.bonds is None else self.system.bonds.count, pattern=(),
+            constraints=0 if self.system.bonds is None else self.system.bonds.count,
+            pattern=self.pattern,
             series_at=(0, 0, 0), carried=0, strips=0, board=0,
         )  # fmt: skip
         if self.scheme:
@@ -88,6 +89,9 @@ class FamilyProgram(Returning, Observation, MotionJets):
         if self.acted:
             parts.append(self.values("act", self.acted, [*dict.fromkeys(one for one, _ in self.acted)])[0])
             parts.append(self.own_actions.text())
+        if self.closing:
+            roots = [*dict.fromkeys(one for one, _ in self.closing)]
+            parts.append(self.values("constrain", self.closing, roots)[0])
         parts += [self.jet_at_a_state(), self.prepare()]
         text, listed = "\n".join(parts), self.tables.text()
         text += f"@scratch = private constant i64 {self.tables.scalars}\n" + listed
