@@ -39,6 +39,17 @@ class Component:
 
 
 @dataclass(frozen=True, eq=False)
+class Locks:
+    """Coordinates of joints that friction holds: ``gates`` are 0 of those, and 1 of all others. What would
+    move them, ``left``, follows from the ``other`` forces on them and what they carry, and has no terms (see
+    ``families.locked``)."""
+
+    gates: Total
+    other: Total
+    left: Total
+
+
+@dataclass(frozen=True, eq=False)
 class Modes:
     """What decides switches: the ``arguments``, and the modes that have their signs until these change.
     Those that are ``holding`` coordinates may be 0, with two ``limits`` for each of them (see
@@ -51,6 +62,8 @@ class Modes:
     limits: Total | None = None
     sticking: Bonds | None = None
     loose: Total | None = None
+    locks: Locks | None = None
+    """Coordinates of joints that may be held."""
     placed: Places = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """Of those that are holding, the ones that are decided by places."""
 

@@ -18,6 +18,7 @@ from lagrange_cli.native.families.dense import DenseTables, SolvingTables
 from lagrange_cli.native.families.evaluation import Evaluation, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.loops import needed
+from lagrange_cli.native.families.matrix_of_constraints import MatrixOfConstraints
 from lagrange_cli.native.families.projection import Moves
 from lagrange_cli.native.families.restraint import AlongMotion, AtAState
 from lagrange_cli.native.families.saddle_tables import SaddleTables
@@ -107,6 +108,8 @@ class Arrangement:
             self.closure = Closure(system, self.lasting)
             self.balance = self.closure.balance
         elif system.joints is not None:
+            if self.modes is not None and self.modes.locks is not None:
+                self.lasting.changed[self.modes.locks.left] = self.modes.locks.left
             self.balance = Balance(system, self.lasting.arranged)
         elif system.bonds is not None:
             self.motion = AlongMotion(system, self.lasting)
@@ -134,6 +137,15 @@ class Arrangement:
                 acts.append(impacts.speeds)
             acted = [self.lasting.arranged(one) for one in acts]
             self.acted = [(one, i) for one in acted for i in range(one.count)]
+        self.pattern: tuple[tuple[int, int], ...] = ()
+        self.closing: list[Element] = []
+        """What ``@constrain`` computes, and the places in the equations' matrix of all but the first numbers
+        (see ``Interface``)."""
+        if system.bonds is not None and self.events is not None and self.events.changed.size:
+            matrix = MatrixOfConstraints(system)
+            self.pattern = matrix.pattern
+            arranged = map(self.lasting.arranged, (matrix.values, matrix.speeds, matrix.entries))
+            self.closing = [(one, i) for one in arranged for i in range(one.count)]
         self.integrands = self.beside(followed, [*integrands.values()]) if self.integrals else None
         self.pulled, self.resting = None, self.closure or self.balance
         """How multipliers, and on chains and trees accelerations, are found at a sample."""
