@@ -17,6 +17,7 @@ from lagrange_cli.expression.syntax import (
     Comparison,
     ExpressionError,
     Logic,
+    Lookup,
     Name,
     Negative,
     Number,
@@ -107,7 +108,7 @@ class Builder:
             raise ExpressionError(
                 tree.span, "expected a number, found a condition", "write where(CONDITION, 1, 0)"
             )
-        if isinstance(tree, Binary):  # // and %
+        if isinstance(tree, Binary | Lookup):  # // and %
             return self._whole(tree, indices)
         if tree.function == "where":
             return self._where(tree, indices)
@@ -152,7 +153,7 @@ class Builder:
         try:
             return self.algebra.number(str(integer(tree, indices)))
         except ExpressionError as error:
-            hint = "// and % are for whole numbers: indices and sizes"
+            hint = "// and % are for whole numbers: indices and sizes; a comment begins with #"
             raise ExpressionError(error.span, error.message, hint) from error
 
     def _sum(self, tree: Sum, indices: Indices) -> Value:

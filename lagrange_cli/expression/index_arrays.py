@@ -14,11 +14,23 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar
 import numpy as np
 
 from lagrange_cli.expression.indices import COMPARISONS, EXTREMES, FUNCTIONS, LARGEST, OPERATIONS, Unsuited
-from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Name, Negative, Number, Tree
+from lagrange_cli.expression.syntax import (
+    Binary,
+    Call,
+    Comparison,
+    Logic,
+    Lookup,
+    Name,
+    Negative,
+    Number,
+    Tree,
+)
 from lagrange_cli.limits import whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from lagrange_cli.expression.number_table import NumberTable
 
 T = TypeVar("T")
 Places: TypeAlias = "NDArray[np.int64]"
@@ -50,6 +62,8 @@ def integers(tree: Tree, indices: Indices) -> Whole:
         return int(tree.text)
     if isinstance(tree, Name) and not tree.indices and tree.identifier in indices:
         return indices[tree.identifier]
+    if isinstance(tree, Lookup):
+        return looked_up(tree.table, [integers(one, indices) for one in tree.indices])
     if isinstance(tree, Negative):
         return -integers(tree.operand, indices)
     if isinstance(tree, Binary) and tree.operator in OPERATIONS:
@@ -58,6 +72,8 @@ def integers(tree: Tree, indices: Indices) -> Whole:
             raise Unsuited
         if tree.operator == "*":
             return multiplied(left, right)
+        if tree.operator == "**":
+            return raised(left, right)
         return modest(OPERATIONS[tree.operator](left, right))  # type: ignore[arg-type]
     if isinstance(tree, Call) and tree.function in FUNCTIONS:
         values = [integers(one, indices) for one in tree.arguments]
@@ -65,6 +81,19 @@ def integers(tree: Tree, indices: Indices) -> Whole:
             return FUNCTIONS[tree.function](*values)
         return np.abs(values[0]) if tree.function == "abs" else reduce(EXTREMES[tree.function], values)
     raise Unsuited
+
+
+def looked_up(table: NumberTable, places: Sequence[Whole]) -> Whole:
+    """The numbers at some places of a table. Raises ``Unsuited`` where some are missing."""
+    if len(places) != len(table.shape):
+        raise Unsuited
+    for place, size in zip(places, table.shape):
+        if np.size(place) and (np.min(place) < 0 or np.max(place) >= size):
+            raise Unsuited
+    if not np.all(table.given[tuple(places)]):
+        raise Unsuited
+    found = table.numbers[tuple(places)]
+    return int(found) if np.ndim(found) == 0 else found
 
 
 def modest(value: Whole) -> Whole:
@@ -79,6 +108,16 @@ def multiplied(left: Whole, right: Whole) -> Whole:
     if np.any(np.abs(np.multiply(left, right, dtype=np.float64)) > LARGEST):
         raise Unsuited
     return left * right
+
+
+def raised(base: Whole, exponent: Whole) -> Whole:
+    """The power. Raises ``Unsuited`` where it is no whole number, or too large."""
+    if np.any(np.less(exponent, 0)):
+        raise Unsuited
+    with np.errstate(over="ignore"):
+        if np.any(np.power(np.abs(base), exponent, dtype=np.float64) > LARGEST):
+            raise Unsuited
+    return base**exponent
 
 
 def holding(condition: Tree, indices: Indices) -> bool | Mask:

@@ -11,10 +11,13 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Mask, Whole, integers, modest, multiplied
-from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Name, Negative, Tree
+from lagrange_cli.expression.index_arrays import Mask, Whole, integers, modest, multiplied, raised
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Lookup, Name, Negative, Tree
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.number_table import NumberTable
+
     Bounds: TypeAlias = "tuple[Whole, Whole]"
     Known: TypeAlias = "Mapping[str, Bounds]"
     Answer: TypeAlias = "tuple[bool | Mask, bool | Mask]"
@@ -36,6 +39,8 @@ def bounds_of(tree: Tree, known: Known) -> Bounds:
         return reduce(_EXTREMES[tree.function], [bounds_of(one, known) for one in tree.arguments])
     if isinstance(tree, Call) and tree.function == "abs":
         return _absolute(bounds_of(tree.arguments[0], known))
+    if isinstance(tree, Lookup):
+        return _looked_up(tree.table, [bounds_of(one, known) for one in tree.indices])
     value = integers(tree, {})
     return value, value
 
@@ -107,6 +112,14 @@ def _multiplied(left: Bounds, right: Bounds) -> Bounds:
     return _corners(multiplied, left, right)
 
 
+def _raised(left: Bounds, right: Bounds) -> Bounds:
+    """Of the power; wider ones where bases may be negative."""
+    if np.any(np.less(left[0], 0)):
+        most = raised(np.maximum(1, np.maximum(np.abs(left[0]), np.abs(left[1]))), right[1])
+        return -most, most
+    return _corners(raised, left, right)
+
+
 def _divided(left: Bounds, right: Bounds) -> Bounds:
     """Of the quotient without remainder; all that it may be where divisors have both signs."""
     if np.any(np.less_equal(right[0], 0) & np.greater_equal(right[1], 0)):
@@ -124,6 +137,16 @@ def _remainder(left: Bounds, right: Bounds) -> Bounds:
     return np.where(between, left[0] % right[0], low), np.where(between, left[1] % right[0], high)
 
 
+def _looked_up(table: NumberTable, places: Sequence[Bounds]) -> Bounds:
+    """Exact where there is one place in a stretch, else those of the whole table."""
+    for (low, high), size in zip(places, table.shape):
+        if np.any(np.less(low, 0)) or np.any(np.greater_equal(high, size)):
+            raise Unsuited
+    numbers = table.numbers[tuple(low for low, _ in places)]
+    single = reduce(np.logical_and, [np.equal(low, high) for low, high in places])
+    return tuple(np.where(single, numbers, end) for end in (table.numbers.min(), table.numbers.max()))
+
+
 def _absolute(values: Bounds) -> Bounds:
     low, high = values
     return np.maximum(0, np.maximum(low, -high)), np.maximum(np.abs(low), np.abs(high))
@@ -131,6 +154,7 @@ def _absolute(values: Bounds) -> Bounds:
 
 _ARITHMETIC: dict[str, Callable[[Bounds, Bounds], Bounds]] = {
     "+": _added, "-": _subtracted, "*": _multiplied, "//": _divided, "%": _remainder,
+    "**": _raised,
 }  # fmt: skip
 _EXTREMES: dict[str, Callable[..., Bounds]] = {
     "min": lambda a, b: (np.minimum(a[0], b[0]), np.minimum(a[1], b[1])),

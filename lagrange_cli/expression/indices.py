@@ -14,6 +14,7 @@ from lagrange_cli.expression.syntax import (
     Comparison,
     ExpressionError,
     Logic,
+    Lookup,
     Loop,
     Name,
     Negative,
@@ -22,6 +23,7 @@ from lagrange_cli.expression.syntax import (
     Tree,
     plain_names,
 )
+from lagrange_cli.expression.vocabulary import member_name
 
 Indices = Mapping[str, int]
 """The values of the indices and sizes at hand."""
@@ -30,7 +32,7 @@ LARGEST = 2**53
 """Whole numbers up to here are exact as floats too."""
 
 OPERATIONS: dict[str, Callable[[int, int], int]] = {
-    "+": add, "-": sub, "*": mul, "//": floordiv, "%": mod,
+    "+": add, "-": sub, "*": mul, "//": floordiv, "%": mod, "**": lambda a, b: power(a, b),
 }  # fmt: skip
 COMPARISONS: dict[str, Callable[[int, int], bool]] = {
     "==": eq, "!=": ne, "<": lt, "<=": le, ">": gt, ">=": ge,
@@ -40,7 +42,16 @@ EXTREMES: dict[str, Callable[[Any, Any], Any]] = {
     "min": lambda a, b: a + (b - a) * (b < a), "max": lambda a, b: a + (b - a) * (b > a),
 }  # fmt: skip
 """Of two, which may be arrays."""
-_MADE_OF = "use whole numbers, sizes and indices with + - * // % and abs, min, max"
+_MADE_OF = "use whole numbers, sizes and indices with + - * // % ** and abs, min, max"
+
+
+def power(base: int, exponent: int) -> int:
+    """``base**exponent``, or a number of that sign that is too large, too. Raises ``ValueError`` for a
+    negative exponent."""
+    if exponent < 0:
+        raise ValueError
+    found: int = base ** min(exponent, 54 + exponent % 2)
+    return found
 
 
 class Unsuited(Exception):
@@ -114,6 +125,8 @@ def _operand(tree: Tree, indices: Indices) -> int:
             f"'{tree.identifier}' is neither an index nor a size here",
             near_hint(tree.identifier, known) or known_hint(known) or _MADE_OF,
         )
+    if isinstance(tree, Lookup):
+        return _looked_up(tree, indices)
     if isinstance(tree, Negative):
         return -integer(tree.operand, indices)
     if isinstance(tree, Call) and tree.function in FUNCTIONS:
@@ -121,6 +134,15 @@ def _operand(tree: Tree, indices: Indices) -> int:
     if isinstance(tree, Comparison | Logic):
         raise ExpressionError(tree.span, "expected a whole number, found a condition", "write it after 'if'")
     raise ExpressionError(tree.span, "expected a whole number", _MADE_OF)
+
+
+def _looked_up(tree: Lookup, indices: Indices) -> int:
+    place = [integer(index, indices) for index in tree.indices]
+    found = tree.table.number(place)
+    if found is None:
+        message = f"there is no {member_name(tree.table.name, place)}{known_indices(tree, indices)}"
+        raise ExpressionError(tree.span, message, f"members are {tree.table.extent}")
+    return found
 
 
 def _combined(tree: Binary, left: int, right: int, indices: Indices) -> int:
@@ -133,6 +155,10 @@ def _combined(tree: Binary, left: int, right: int, indices: Indices) -> int:
     except ZeroDivisionError as error:
         raise ExpressionError(
             tree.span, f"division by zero{known_indices(tree, indices)}", "the divisor must not be 0"
+        ) from error
+    except ValueError as error:
+        raise ExpressionError(
+            tree.span, f"negative exponent{known_indices(tree, indices)}", "the power is no whole number"
         ) from error
 
 

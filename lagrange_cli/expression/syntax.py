@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
 from functools import cached_property
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.number_table import NumberTable
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,15 @@ class Name:
     def base(self) -> str:
         """The name without its component."""
         return self.identifier.partition(".")[0]
+
+
+@dataclass(frozen=True)
+class Lookup:
+    """A member of a table of whole numbers, where it is an index: ``a[n]`` in ``x[a[n]]``."""
+
+    table: NumberTable
+    span: Span
+    indices: tuple[Tree, ...]
 
 
 @dataclass(frozen=True)
@@ -131,8 +143,8 @@ class Loop:
     span: Span
 
 
-Tree: TypeAlias = Number | Name | Negative | Binary | Call | Vector | Comparison | Logic | Sum
-"""``Comparison`` and ``Logic`` stand in the conditions of a ``Sum`` only."""
+Tree: TypeAlias = Number | Name | Lookup | Negative | Binary | Call | Vector | Comparison | Logic | Sum
+"""``Comparison`` and ``Logic`` stand in the conditions of a ``Sum`` only, ``Lookup`` among whole numbers."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +190,7 @@ class Key:
 
 def children(tree: Tree) -> tuple[Tree, ...]:
     """What ``tree`` is made of, from left to right."""
-    if isinstance(tree, Name):
+    if isinstance(tree, Name | Lookup):
         return tree.indices
     if isinstance(tree, Negative):
         return (tree.operand,)
@@ -207,6 +219,8 @@ def names(tree: Tree) -> Iterator[Name]:
         if isinstance(node, Name):
             if node.indices or node.identifier not in bound:
                 yield node
+        elif isinstance(node, Lookup):
+            continue
         elif isinstance(node, Sum):
             pending.append((node.body, bound | {node.index}))
         elif not (isinstance(node, Binary) and node.operator in WHOLE):

@@ -17,7 +17,7 @@ import numpy as np
 from lagrange_cli.expression.node import Node, reachable
 from lagrange_cli.families.arrays import Array, Domain, Term, Total
 from lagrange_cli.families.description import FamilySystem
-from lagrange_cli.mechanics.defect import approached, is_linear
+from lagrange_cli.mechanics.approach import approached, is_linear, tails
 
 
 def moving(system: FamilySystem) -> tuple[int, int]:
@@ -42,11 +42,25 @@ def poles(system: FamilySystem, totals: Iterable[Total]) -> dict[Node, Domain]:
     return found
 
 
+def slow(system: FamilySystem, totals: Iterable[Total]) -> tuple[dict[Node, Domain], frozenset[Node]]:
+    """What steps approach slowly in the terms of ``totals``: poles, and what tells where exponentials begin
+    to matter, and whose these are; and those exponentials."""
+    listed = [*totals]
+    found, exponentials = poles(system, listed), set[Node]()
+    if system.joints is None and system.bonds is None:
+        variables, bounded = moving(system)[0], frozenset(found)
+        for term in (term for total in listed for term in total.terms):
+            ends = tails(reachable([term.node]), variables, places(system), bounded)
+            exponentials |= ends.keys()
+            found |= dict.fromkeys((one for one in ends.values() if one is not None), term.domain)
+    return found, frozenset(exponentials)
+
+
 def nearing(system: FamilySystem, totals: Iterable[Total], bounds: Array, span: Node) -> list[Term]:
     """For each pole the part of b by which it may become less in a step of the length ``span``, in which q
     is not straight by up to ``bounds``. The targets mean nothing."""
     slots, graph, found = system.slots, system.slots.graph, list[Term]()
-    for base, domain in poles(system, totals).items():
+    for base, domain in slow(system, totals)[0].items():
         b = base * base if is_linear(base, places(system)) else base
         rate, slope, size = graph.diff(b, system.time), graph.zero, graph.zero
         for symbol, slot in slots.inside(base):

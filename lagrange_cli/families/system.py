@@ -54,6 +54,10 @@ FEWEST_BOUND = 12
 chain take as long in both ways, constraints that are not coupled to others less time in loops from 6 on."""
 FEWEST_COUPLED = 6
 """Contacts that depend on one another below which they are, too: each is an unknown of equations there."""
+ALONE = 300
+"""Operations of expressions that stand alone up to which they do no harm beside loops."""
+SPARED = 3
+"""How many times as much there has to be to do as is written singly, for loops to pay."""
 Reason: TypeAlias = "tuple[str, ...]"
 CUTS = (
     "an energy or a constraint that jumps with the angle atan2(y, x)",
@@ -90,7 +94,18 @@ def family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> Fam
     else:
         watched = sum(one.domain.count for one in found.events.arguments.terms) if found.events else 0
         few = found.terms + watched < (FEWEST if found.smooth is None else FEWEST_SWITCHED)
-    return None if few else found
+    return None if few or mostly_single(found) else found
+
+
+def mostly_single(system: FamilySystem) -> bool:
+    """Whether loops would save little: most of the operations are those of expressions that stand alone."""
+    nodes: dict[Domain, list[Node]] = {}
+    for total in system.acting:
+        for one in total.terms:
+            nodes.setdefault(one.domain, []).append(one.node)
+    sizes = {domain: sum(1 for _ in reachable(own)) for domain, own in nodes.items()}
+    single = sum(size for domain, size in sizes.items() if domain.count == 1)
+    return single > ALONE and SPARED * single > sum(domain.count * size for domain, size in sizes.items())
 
 
 def any_family_system(spec: Spec, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:

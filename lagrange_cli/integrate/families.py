@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Total
+from lagrange_cli.families.arrays import Domain, Total
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.jumps import is_root
-from lagrange_cli.families.poles import moving, poles
+from lagrange_cli.families.poles import moving, slow
 from lagrange_cli.families.reactions import reactions
-from lagrange_cli.families.system import family_system
+from lagrange_cli.families.system import any_family_system, family_system
 from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.integrate.written_out import OTHER, WrittenOut, without_outputs
@@ -43,14 +43,26 @@ FEWEST_ONE_BY_ONE = 1000
 """Terms of all sums from which on the motions of an ensemble are followed one by one."""
 
 
-def suits(spec: Spec, outputs: Collection[str]) -> bool:
-    """Whether the system can be followed as one of families, and no force hides."""
+def suited(spec: Spec, outputs: Collection[str]) -> FamilySystem | None:
+    """The system as one of families, if ``ias15`` can follow it so and no force hides."""
     if spec.events or not known(spec, outputs):
-        return False
-    system = family_system(spec)
+        return None
+    system = in_loops(spec, MANY_BODIES)
     if system is None or system.bonds is not None or system.smooth is not None:
-        return False
-    return not narrow(system, MANY_BODIES) and not system.mixed
+        return None
+    return None if narrow(system, MANY_BODIES) or system.mixed else system
+
+
+def in_loops(spec: Spec, method: str, algebra: type[GraphAlgebra] = GraphAlgebra) -> FamilySystem | None:
+    """The system as one of families, if its members are followed in loops: if they are many, or if forces
+    hide from ``method`` only where members are written out."""
+    system = family_system(spec, algebra)
+    if system is not None or method != MANY_BODIES:
+        return system
+    few = any_family_system(spec, algebra)
+    if few is None or any((few.joints, few.bonds, few.smooth, few.events, few.bodies)):
+        return None
+    return few if narrow(few, large=False) and not narrow(few, MANY_BODIES, large=False) else None
 
 
 def dragged(spec: Spec) -> FamilySystem | None:
@@ -94,8 +106,8 @@ def family_run_or_why(spec: Spec, compilation: Compilation) -> FamilySystem | Wr
     if not plain and compilation.backward:
         kind = "--certify" if compilation.precision == DOUBLE else f"--precision {compilation.precision}"
         return WrittenOut(f"motion backward in time with {kind}", "let it go forward, or leave that out")
-    system = family_system(spec, algebra_for(compilation))
-    if system is None or (compilation.ensemble and not compilation.few and suits_lanes(system)):
+    system = in_loops(spec, method, algebra_for(compilation))
+    if system is None or (compilation.ensemble and not compilation.few and suits_lanes(system, method)):
         return OTHER
     if compilation.section == SECTION:
         from lagrange_cli.integrate.unchanging import may_be_conserved
@@ -156,13 +168,16 @@ def without_costly(
 def in_loops_if_few(spec: Spec, compilation: Compilation) -> bool:
     """Whether the motions of an ensemble are followed one by one, in loops, only as they are few."""
     found = family_run(spec, replace(compilation, few=True))
-    return found is not None and suits_lanes(found)
+    return found is not None and suits_lanes(found, compilation.method)
 
 
-def suits_lanes(system: FamilySystem) -> bool:
-    """Whether the motions of an ensemble are followed faster side by side, with members written out."""
+def suits_lanes(system: FamilySystem, method: str) -> bool:
+    """Whether the motions of an ensemble are followed faster side by side, with members written out, and no
+    force hides from the method then."""
     special = system.joints is not None or system.bonds is not None or system.smooth is not None
-    return system.terms < FEWEST_ONE_BY_ONE and not special
+    if special or system.terms >= FEWEST_ONE_BY_ONE:
+        return False
+    return method != MANY_BODIES or not narrow(system, large=False)
 
 
 def algebra_for(compilation: Compilation) -> type[GraphAlgebra]:
@@ -208,13 +223,16 @@ def held(system: FamilySystem) -> bool:
     return system.smooth is not None and system.smooth.modes is not None and bool(system.smooth.modes.limits)
 
 
-def narrow(system: FamilySystem, method: str = TAYLOR) -> bool:
-    """Whether forces may hide between the places where steps of a method look at them."""
+def narrow(system: FamilySystem, method: str = TAYLOR, *, large: bool = True) -> bool:
+    """Whether forces may hide between the places where steps of a method look at them; those of a ``large``
+    system do not where something softens them (``mechanics.defect``)."""
     smooth = system.smooth or system
     nodes = [*system.bonds.nodes] if system.bonds else []
     moved = system.joints.nodes if system.joints else ()
-    bounded = poles(smooth, needed([smooth.forces], smooth.slots)) if method == MANY_BODIES else {}
-    return hidden(system, [smooth.forces, *smooth.loads, *moved], nodes, bounded)
+    bounded, tame = dict[Node, Domain](), frozenset[Node]()
+    if method == MANY_BODIES:
+        bounded, tame = slow(smooth, needed([smooth.forces], smooth.slots))
+    return hidden(system, [smooth.forces, *smooth.loads, *moved], nodes, bounded, tame, large=large)
 
 
 def doubtful(system: FamilySystem) -> bool:
@@ -224,14 +242,21 @@ def doubtful(system: FamilySystem) -> bool:
 
 
 def hidden(
-    system: FamilySystem, totals: Sequence[Total], nodes: Sequence[Node] = (), bounded: Collection[Node] = ()
+    system: FamilySystem,
+    totals: Sequence[Total],
+    nodes: Sequence[Node] = (),
+    bounded: Collection[Node] = (),
+    tame: Collection[Node] = (),
+    *,
+    large: bool = True,
 ) -> bool:
     """Whether something may hide in totals, in what these are made of, or in further expressions; so may
-    places without a series on a side of a switch. Steps approach poles of what is ``bounded`` slowly."""
+    places without a series on a side of a switch. Steps approach poles of what is ``bounded`` slowly, and the
+    exponentials that are ``tame``."""
     terms = (term for total in needed(totals, system.slots) for term in total.terms)
     inside = reachable([*(term.node for term in terms), *nodes])
     sides = [side for one in inside if one.kind is Kind.SWITCH for side in one.arguments[1:]]
     variables, speeds = moving(system)
-    if hides(inside, variables, speeds, large=True, bounded=bounded):
+    if hides(inside, variables, speeds, large=large, bounded=bounded, slow=tame):
         return True
     return any(is_root(one) and not shows(one, variables, speeds) for one in reachable(sides))

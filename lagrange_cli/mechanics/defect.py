@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from lagrange_cli.expression.node import Kind, Node, reachable, union
-from lagrange_cli.expression.signs import Sign, signs
+from lagrange_cli.mechanics.approach import core, linear_in, moving_factors
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.records import dataclass
@@ -77,22 +77,30 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
 
 
 def hides(
-    nodes: list[Node], variables: int, speeds: int, *, large: bool, bounded: Collection[Node] = ()
+    nodes: list[Node],
+    variables: int,
+    speeds: int,
+    *,
+    large: bool,
+    bounded: Collection[Node] = (),
+    slow: Collection[Node] = (),
 ) -> bool:
     """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``, some
     of which are ``speeds``. In a ``large`` system no sum hides that something softens, and no chord of a
-    circle. Nor do poles hide where what is ``bounded`` becomes 0."""
+    circle. Nor do poles hide where what is ``bounded`` becomes 0, powers of this, or functions that are
+    ``slow`` (``mechanics.approach``)."""
     degrees = growth(nodes, variables, bounded)
     for node in nodes:
         if not node.symbols & variables:
             continue
-        if node.kind is Kind.FUNCTION and node.data in SINGULAR:
+        if node.kind is Kind.FUNCTION and node.data in SINGULAR and node not in slow:
             return True
         if node.kind is Kind.POWER and not shows(node, variables, speeds):
             return True
         if node.kind is Kind.PRODUCT:
             for base, exponent in zip(node.arguments, node.data):
-                if not base.symbols & variables or (exponent < 0 and base in bounded):
+                near = core(base, variables) in bounded
+                if not base.symbols & variables or (exponent < 0 and near):
                     continue
                 steepness = abs(exponent) * degrees[base]
                 if steepness >= (HIGH if exponent > 0 else STEEP):
@@ -100,42 +108,9 @@ def hides(
                 softened = large and (base.kind is Kind.SUM or base.data in ROUND)
                 singular = exponent < 0 or exponent != int(exponent)
                 shown = is_distance(base, variables) or (exponent > 0 and is_depth(base, variables, speeds))
-                if singular and not softened and not shown:
+                if singular and not (softened or shown or near):
                     return True
     return False
-
-
-def approached(nodes: list[Node], variables: int, places: int) -> list[Node]:
-    """What becomes 0 at poles, no earlier than its first derivatives tell (see ``families.poles``): what is
-    linear in ``places``, or a sum of squares of that."""
-    products = (node for node in nodes if node.kind is Kind.PRODUCT)
-    bases = dict.fromkeys(one for node in products for one, e in zip(node.arguments, node.data) if e < 0)
-    return [one for one in bases if is_approached(one, variables, places)]
-
-
-def is_approached(base: Node, variables: int, places: int) -> bool:
-    """Whether it is linear in ``places``, or a sum of squares of that and of what is not negative."""
-    if base.symbols & variables & ~places:
-        return False
-    if is_linear(base, variables):
-        return bool(base.symbols & variables)
-    if base.kind is Kind.PRODUCT:
-        moving = moving_factors(base, variables)
-        return (
-            all(exponent == 2 and is_linear(one, variables) for one, exponent in moving) and len(moving) == 1
-        )
-    listed = base.arguments if base.kind is Kind.SUM and signs(base, {}) is not Sign.ANY else ()
-    return bool(listed) and all(
-        is_approached(one, variables, places) and not is_linear(one, variables)
-        for one in listed
-        if one.symbols & variables
-    )
-
-
-def is_linear(node: Node, variables: int) -> bool:
-    """Whether it is linear in ``variables``, or has none."""
-    terms = node.arguments if node.kind is Kind.SUM else (node,)
-    return all(linear_in(one, variables) is not None for one in terms if one.symbols & variables)
 
 
 def shows(node: Node, variables: int, speeds: int) -> bool:
@@ -182,21 +157,6 @@ def is_root_of_distance(node: Node, variables: int) -> bool:
     return len(moving) == 1 and moving[0][1] == 0.5 and is_distance(moving[0][0], variables)
 
 
-def linear_in(node: Node, variables: int) -> Node | None:
-    """The coordinate that it is, up to a constant factor."""
-    moving = moving_factors(node, variables)
-    if len(moving) == 1 and moving[0][1] == 1 and moving[0][0].kind is Kind.SYMBOL:
-        return moving[0][0]
-    return None
-
-
-def moving_factors(node: Node, variables: int) -> list[tuple[Node, float]]:
-    """Its factors that move, with their exponents."""
-    if node.kind is not Kind.PRODUCT:
-        return [(node, 1)]
-    return [(base, exponent) for base, exponent in zip(node.arguments, node.data) if base.symbols & variables]
-
-
 def is_square(node: Node, variables: int) -> bool:
     """Whether it is a power of an expression that is linear in moving quantities."""
     if node.kind is not Kind.PRODUCT:
@@ -220,7 +180,9 @@ def growth(nodes: list[Node], variables: int, bounded: Collection[Node] = ()) ->
             found[node] = max(each)
         elif node.kind is Kind.PRODUCT:
             powers = zip(node.arguments, node.data, each)
-            found[node] = sum(abs(e) * degree for base, e, degree in powers if e > 0 or base not in bounded)
+            found[node] = sum(
+                abs(e) * degree for base, e, degree in powers if e > 0 or core(base, variables) not in bounded
+            )
         else:
             found[node] = 1.0
     return found

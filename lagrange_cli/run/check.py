@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import TooLarge, TooLargeSystem
-from lagrange_cli.integrate.methods.table import AUTO
+from lagrange_cli.integrate.methods.table import AUTO, TAYLOR
 from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, replace
@@ -25,7 +25,7 @@ from lagrange_cli.run.integrability import undecided, velocity_constraints
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import measures_of, named
-from lagrange_cli.run.settings.methods import resolve_method
+from lagrange_cli.run.settings.methods import resolve_method, resolve_tolerance
 from lagrange_cli.run.settings.outputs import ALL, default_outputs, optional_outputs, resolve_outputs
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
 
@@ -113,7 +113,7 @@ def classify(
     asked = default_outputs(spec) if spec.solve.outputs is None else spec.solve.outputs
     outputs = resolve_outputs(asked, has_particles=spec.lagrangian is None)
     if method == AUTO:
-        method, _ = chosen_method(spec, outputs)
+        method, _ = chosen_method(spec, outputs, resolve_tolerance(spec.solve.tolerance, TAYLOR))
     if values is not None:
         with stage("start"):
             start = spec.solve.start or 0.0

@@ -1,12 +1,14 @@
 """``--method auto``: the method that suits a system.
 
-A Taylor series costs the square of its order for every term of a sum, a step of ias15 some 15 evaluations.
-So where every coordinate has many terms, as where all bodies attract each other, ias15 is faster at the same
-error (docs/benchmarks.md). It also passes places where drag along a vector, -c |u| u, has no series, which
-Taylor series pass only if members are written out. On chains, and beside switches such as contact, DOP853
-does: there ias15 takes steps that are far too short, or none. Everything else is followed by Taylor series.
+A Taylor series costs the square of its order for every convolution of a force, a step of ias15 some 16
+evaluations of the forces. So where every coordinate has many terms, as where all bodies act on each other,
+ias15 may be faster at the same error: the operations of both are counted (``integrate.family_work``). It
+also passes places where drag along a vector, -c |u| u, has no series, which Taylor series pass only if
+members are written out. On chains, and beside switches such as contact, DOP853 does: there ias15 takes steps
+that are far too short, or none. Everything else is followed by Taylor series.
 
-The choice is kept beside compiled programs, so that equations are not derived for it again.
+The choice is kept beside compiled programs, so that equations are not derived for it again. It does not
+depend on anything that is measured while it is made: the same command always chooses the same.
 """
 
 from __future__ import annotations
@@ -16,38 +18,42 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from lagrange_cli.expression.syntax import Binary, Call, Number, parts
-from lagrange_cli.integrate.methods.table import MANY_BODIES, MODERATE, TAYLOR
+from lagrange_cli.integrate.methods.table import MANY_BODIES, METHODS, MODERATE, TAYLOR
+from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.spec.content import written
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
 
-FEWEST = 60
-"""Coordinates below which a system is followed by Taylor series, if these pass wherever it may come."""
-TERMS = 4
-"""Terms of sums for each coordinate from which on ias15 is faster: 25 bodies in space."""
+TERMS = 2
+"""Terms of sums for each coordinate below which series are faster, whatever the terms are."""
+LOW = 4
+"""Powers of coordinates up to this one do not hide."""
 ROOTS = frozenset({"sqrt", "norm"})
+HIDING = ROOTS | {"exp"}
 
 
-def chosen_method(spec: Spec, outputs: Collection[str], *, cached: bool = True) -> tuple[str, str]:
-    """The method, and why it is not that of Taylor series (empty if it is). If it may be ``cached``, it is
-    kept for later runs."""
-    count, terms = len(spec.coordinates), 0
+def chosen_method(
+    spec: Spec, outputs: Collection[str], tolerance: float | None = None, *, cached: bool = True
+) -> tuple[str, str]:
+    """The method for a tolerance, and why it is chosen (empty if nothing else is considered). If it may be
+    ``cached``, it is kept for later runs."""
     if not spec.families.get("coordinates"):
         return TAYLOR, ""
-    if count >= FEWEST:
-        from lagrange_cli.families.size import terms_of
+    from lagrange_cli.families.size import terms_of
 
-        terms = terms_of(spec)
-    many = terms >= TERMS * count > 0
-    if not many and not may_drag(spec):
+    count, terms = len(spec.coordinates), terms_of(spec)
+    finest, default = METHODS[MANY_BODIES].tolerances[DOUBLE]
+    fine = default if tolerance is None else tolerance
+    weighed = fine >= finest and (terms >= TERMS * count > 0 or may_hide(spec))
+    if not weighed and not may_drag(spec):
         return TAYLOR, ""
-    method, _, why = (kept if cached else examined)(spec, outputs, terms if many else 0).partition(" ")
+    method, _, why = (kept if cached else examined)(spec, outputs, fine if weighed else None).partition(" ")
     return method, why
 
 
-def kept(spec: Spec, outputs: Collection[str], terms: int) -> str:
+def kept(spec: Spec, outputs: Collection[str], tolerance: float | None) -> str:
     """What ``examined`` says, from a note if there is one."""
     from lagrange_cli.native.compilation.fingerprint import fingerprint
     from lagrange_cli.spec.structure import structure
@@ -55,13 +61,13 @@ def kept(spec: Spec, outputs: Collection[str], terms: int) -> str:
 
     cache = notes()
     if cache is None:
-        return examined(spec, outputs, terms)
+        return examined(spec, outputs, tolerance)
     try:
-        key = json.dumps(["method", structure(spec), sorted(outputs), fingerprint()])
+        key = json.dumps(["method", structure(spec), sorted(outputs), tolerance, fingerprint()])
     except OSError:
-        return examined(spec, outputs, terms)
+        return examined(spec, outputs, tolerance)
     known = cache.load(key)
-    why = examined(spec, outputs, terms) if known is None else known.decode()
+    why = examined(spec, outputs, tolerance) if known is None else known.decode()
     if known is None:
         cache.store(key, why.encode())
     return why
@@ -79,20 +85,46 @@ def may_drag(spec: Spec) -> bool:
     )
 
 
+def may_hide(spec: Spec) -> bool:
+    """Whether the potential has functions or powers for which steps by series may have to be proven."""
+    listed = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
+    trees = [one.tree for one in (*listed, *distinct(written(spec.definitions)))]
+    return any(
+        (isinstance(one, Call) and one.function in HIDING)
+        or (isinstance(one, Binary) and one.operator == "**" and not is_low(one.right))
+        for tree in trees
+        for one in parts(tree)
+    )
+
+
+def is_low(exponent: object) -> bool:
+    """Whether it is 2, 3 or 4."""
+    return is_plain(exponent) and isinstance(exponent, Number) and int(exponent.text) <= LOW
+
+
 def is_plain(exponent: object) -> bool:
     """Whether it is a whole number."""
     return isinstance(exponent, Number) and exponent.text.isdecimal()
 
 
-def examined(spec: Spec, outputs: Collection[str], terms: int) -> str:
-    """The method that suits a system whose sums have so many ``terms``, if they are many, a space, and why it
-    is another one than that of Taylor series."""
-    from lagrange_cli.integrate.families import dragged, suits
+def examined(spec: Spec, outputs: Collection[str], tolerance: float | None) -> str:
+    """The method that suits a system, a space, and why. If there is no ``tolerance``, series are faster
+    wherever they exist."""
+    from lagrange_cli.integrate.families import dragged, suited
 
-    if terms and suits(spec, outputs):
-        return f"{MANY_BODIES} its sums have {terms} terms for {len(spec.coordinates)} coordinates"
+    weighed = TAYLOR
+    system = None if tolerance is None else suited(spec, outputs)
+    if tolerance is not None and system is not None:
+        from lagrange_cli.integrate.family_work import work_of
+
+        work = work_of(system)
+        price, worth = work.price(tolerance), work.worth(tolerance)
+        said = f"a Taylor step takes as long as {price} evaluations of the forces and replaces {worth}"
+        if price > worth and (not work.few or work.repays(tolerance)):
+            return f"{MANY_BODIES} {said}"
+        weighed = TAYLOR if work.few else f"{TAYLOR} {said}"
     system = dragged(spec)
     if system is None:
-        return TAYLOR
+        return weighed
     plain = system.joints is None and system.smooth is None
     return f"{MANY_BODIES if plain else MODERATE} drag along a vector has no series where that is 0"

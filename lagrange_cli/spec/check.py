@@ -65,6 +65,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         observables=checker.expressions("observables"),
         solve=solve_defaults(draft, checker.names, problems),
         sizes=sizes,
+        tables=draft.tables,
         families={key: with_members(given) for key, given in families.items()},
         time_unit=time_unit(draft, problems),
         events=checker.events(),

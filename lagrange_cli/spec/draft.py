@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.expression.syntax import Key, Span
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import Passage, Place
 from lagrange_cli.spec.spec import Expression, Family, Inertia, Orientation
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.number_table import NumberTable
 
 
 @dataclass(frozen=True)
@@ -138,6 +141,10 @@ def _with(value: Any, indices: Mapping[str, int]) -> Any:
     return replace(value, indices=indices) if isinstance(value, Expression) else value
 
 
+LOOKED_UP = "parameters", "definitions"
+"""Sections with families whose members may be indices, as in ``x[a[n]]``."""
+
+
 @dataclass(frozen=True)
 class Draft:
     """A system file's sections as written.
@@ -155,6 +162,8 @@ class Draft:
     solve_places: Mapping[str, Place] = field(default_factory=dict)
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
     indices: tuple[tuple[str, Place], ...] = ()
+    tables: Mapping[str, NumberTable] = field(default_factory=dict)
+    """Families of whole numbers that indices are looked up in."""
 
     def text(self, key: str) -> str:
         """The text of a section, empty where it is not given."""
@@ -163,6 +172,11 @@ class Draft:
     def entries(self, key: str) -> Sequence[Entry]:
         """What a section gives by name."""
         given: Sequence[Entry] = self.sections.get(key, ())
+        return given
+
+    def written(self, key: str) -> Sequence[Written]:
+        """What a section gives that has names."""
+        given: Sequence[Written] = self.sections.get(key, ())
         return given
 
     def declared(self, key: str) -> Sequence[Declared]:

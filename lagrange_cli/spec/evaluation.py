@@ -118,7 +118,7 @@ class Evaluation:
         replaced = {*self.given, *self.overrides}
         new = {name: value for name, value in found.items() if name not in replaced}
         self.values |= new
-        self.unknown -= new.keys()
+        self.unknown.difference_update(new)  # in place: `-=` with keys makes another set
 
     def constants(self) -> None:
         """Evaluate those definitions that masses, initial values and times use: they are made of parameters

@@ -10,7 +10,7 @@ from lagrange_cli.limits import uncollected
 from lagrange_cli.records import replace
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.check import check
-from lagrange_cli.spec.draft import Draft
+from lagrange_cli.spec.draft import LOOKED_UP, Draft
 from lagrange_cli.spec.families import expand
 from lagrange_cli.spec.fields import unreadable, words_of
 from lagrange_cli.spec.nodes import Node, compose, decode
@@ -54,6 +54,10 @@ def examine(
             from lagrange_cli.spec.sizes import resolve_sizes
 
             numbers = resolve_sizes(draft, sizes or {}, problems)
+        if any(one.key.axes or one.is_list for key in LOOKED_UP for one in draft.written(key)):
+            from lagrange_cli.spec.lookups import with_lookups
+
+            draft = with_lookups(draft, numbers, problems)
         return check(expand(draft, numbers, problems), numbers, problems), problems
 
 

@@ -36,6 +36,8 @@ def settable(spec: Spec, name: str, asked: str) -> str:
                 found = member_name(tree.identifier, [integer(i, spec.sizes) for i in tree.indices])
         except ExpressionError as error:
             raise wrong_usage(asked, error) from error
+    if family_name(found) in spec.tables:
+        raise UsageError(f"{asked}: '{found}' is used as an index, which the file decides; change it there")
     parameters, coordinates = names_of(spec.parameters), names_of(spec.coordinates)
     if found not in parameters and found not in coordinates and moved_by(found) not in coordinates:
         known = [*parameters, *coordinates, *map(velocity_name, coordinates)]

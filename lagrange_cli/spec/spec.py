@@ -14,6 +14,7 @@ from lagrange_cli.spec.source import Place as Place
 from lagrange_cli.spec.whole import WrittenFamily
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.number_table import NumberTable
     from lagrange_cli.spec.event import Event
     from lagrange_cli.spec.wanted import Wanted
 
@@ -179,7 +180,8 @@ class Spec:
 
     Everything goes by the names of members, such as ``theta[3]``; families are kept as they are written, and
     their members are made where they are asked for (``spec.content``). ``families`` has them by section and
-    name. ``sizes`` are the whole numbers they were written with.
+    name. ``sizes`` are the whole numbers they were written with, ``tables`` those in which
+    indices are looked up.
     ``time_unit`` is the unit of t, empty where the file does not say it. ``left_out`` names constraints that
     depend on others with the numbers of the run: the equations of motion are derived without them. ``faint``
     are those with a coefficient that is 0, or all but 0, with these numbers, or may become so: nothing may be
@@ -204,6 +206,7 @@ class Spec:
     observables: Mapping[str, Expression]
     solve: SolveDefaults
     sizes: Mapping[str, int] = field(default_factory=dict)
+    tables: Mapping[str, NumberTable] = field(default_factory=dict)
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
     time_unit: str = ""
     events: Mapping[str, Event] = field(default_factory=dict)

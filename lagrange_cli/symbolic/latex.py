@@ -10,7 +10,7 @@ from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
 from lagrange_cli.symbolic.indexed.whole import number
 from lagrange_cli.symbolic.latex_lines import SIGN, WIDTH, broken, is_sum, width
-from lagrange_cli.symbolic.notations import GREEK, component, dotted, multiplied, split_index
+from lagrange_cli.symbolic.notations import GREEK, MEMBER, component, dotted, multiplied, split_index
 from lagrange_cli.symbolic.render import Level, Notation
 from lagrange_cli.symbolic.report import sections
 from lagrange_cli.symbolic.statements import Section, Statement
@@ -50,11 +50,12 @@ class Latex(Notation):
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
-        return self.symbol(text) if re.fullmatch(r"\w+(\[[^\]]*\])?", text) else self.whole(text)
+        return self.symbol(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)
 
     def whole(self, text: str) -> str:
         """A whole number that is computed of indices and sizes."""
-        parts = re.split(r"([^\W\d]\w*|//|[%*])", text)
+        text = re.sub(rf"\*\*({MEMBER}|\d+|\([^()]*\))", r"^{\1}", text)
+        parts = re.split(rf"({MEMBER}|//|[%*])", text)
         parts[1::2] = [WHOLE.get(one) or self.symbol(one) for one in parts[1::2]]
         return "".join(parts)
 

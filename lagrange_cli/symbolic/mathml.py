@@ -9,7 +9,7 @@ from html import escape
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
 from lagrange_cli.symbolic.indexed.whole import number
-from lagrange_cli.symbolic.notations import GREEK, component, dotted, split_index
+from lagrange_cli.symbolic.notations import GREEK, MEMBER, component, dotted, split_index
 from lagrange_cli.symbolic.render import Level, Notation
 from lagrange_cli.symbolic.report import sections
 from lagrange_cli.symbolic.statements import Section, Statement
@@ -19,8 +19,8 @@ APPLY, TIMES = "<mo>&#x2061;</mo>", "<mo>&#x2062;</mo>"
 """The invisible operators between a function and its argument, and between factors."""
 NUMBER = re.compile(r"<mn>[^<]*</mn>")
 BETWEEN = re.compile(r"(<[^>]*>[^<]*</m[ion]>|<[^>]*>)|([^<\s]+)")
-WHOLE = re.compile(r"(\d+)|([^\W\d]\w*(?:\[[^\]]*\])?)|(//|[-+*%(),])")
-SIGNS = {"-": "−", "*": "⋅", "%": "mod"}
+WHOLE = re.compile(rf"(\d+)|({MEMBER})|(//|\*\*|[-+*%(),])")
+SIGNS = {"-": "−", "*": "⋅", "**": "^", "%": "mod"}
 RELATIONS = {"==": "=", "!=": "≠", "<=": "≤", ">=": "≥"}
 LONGEST = 100_000
 """Characters of MathML that a page takes; further sections are left out."""
@@ -59,7 +59,7 @@ class MathML(Notation):
 
     def index(self, text: str) -> str:
         """An index: a name, a number, or one that is computed."""
-        return self.symbol(text) if re.fullmatch(r"\w+(\[[^\]]*\])?", text) else self.whole(text)
+        return self.symbol(text) if re.fullmatch(rf"\d+|{MEMBER}", text) else self.whole(text)
 
     def whole(self, text: str) -> str:
         """A whole number that is computed of indices and sizes."""

@@ -19,6 +19,10 @@ GREEK = {
     "Gamma": "Γ", "Delta": "Δ", "Theta": "Θ", "Lambda": "Λ", "Xi": "Ξ", "Pi": "Π", "Sigma": "Σ",
     "Upsilon": "Υ", "Phi": "Φ", "Psi": "Ψ", "Omega": "Ω",
 }  # fmt: skip
+WITHIN = r"(?:[^\[\]]|\[(?:[^\[\]]|\[[^\[\]]*\])*\])*"
+"""What may stand in brackets: an index, which may have indices, and these, too."""
+MEMBER = rf"[^\W\d]\w*(?:\[{WITHIN}\])?"
+"""A name, with indices if it has any."""
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 DOTS = {0: "", 1: "\N{COMBINING DOT ABOVE}", 2: "\N{COMBINING DIAERESIS}"}
@@ -35,7 +39,7 @@ def dotted(name: str) -> tuple[str, int]:
 
 def component(name: str) -> str:
     """``bob[i].vx`` as ``x_bob_dot[i]``."""
-    found = re.fullmatch(r"(\w+)(\[[^\]]*\])?\.([va]?)([xyz])", name)
+    found = re.fullmatch(r"(\w+)(\[.*\])?\.([va]?)([xyz])", name)
     if found is None:
         return name
     family, index, rate, axis = found.groups(default="")
@@ -47,7 +51,7 @@ RATES = {"": "", "v": VELOCITY_SUFFIX, "a": ACCELERATION_SUFFIX}
 
 def joined_component(name: str) -> str:
     """``bob[i].vx`` as ``bob_vx[i]``."""
-    return re.sub(r"^(\w+)(\[[^\]]*\])?\.(\w+)$", r"\1_\3\2", name)
+    return re.sub(r"^(\w+)(\[.*\])?\.(\w+)$", r"\1_\3\2", name)
 
 
 def split_index(name: str) -> tuple[str, list[str]]:
@@ -63,8 +67,9 @@ def split_index(name: str) -> tuple[str, list[str]]:
 
 
 def indices_in(text: str) -> list[str]:
-    """The indices in ``i,min(j + 1, N - 1)]``: in calls a space follows the comma."""
-    return re.split(",(?! )", text.rstrip("]"))
+    """The indices in ``a[n],min(j + 1, N - 1)]``: in calls a space follows the comma."""
+    text = text[:-1] if text.count("]") > text.count("[") else text
+    return re.split(rf",(?! )(?!{WITHIN}\])", text)
 
 
 def identifiers(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
@@ -214,6 +219,16 @@ RESERVED = frozenset(
 """Names that the functions of a Python module use themselves."""
 
 
+def python_name(name: str) -> str:
+    """What a name is called in a Python module."""
+    return name + "_" * (keyword.iskeyword(name) or name in RESERVED)
+
+
+def python_index(text: str) -> str:
+    """An index, or a condition on indices: what is looked up in it has its name in a Python module."""
+    return re.sub(r"\b[^\W\d]\w*(?=\[)", lambda found: python_name(found[0]), text)
+
+
 class OfPython(Text):
     """An expression of Python."""
 
@@ -226,18 +241,24 @@ class IndexedPython(OfPython):
 
     def __init__(self, shapes: Mapping[str, Sequence[str]]) -> None:
         self.shapes = shapes
-        """How many members there are along each index of a family, by its name."""
+        """How many members there are along each index of a family, by its name; others have all indices as
+        a key."""
 
     def symbol(self, name: str) -> str:
         base, bracket, inside = joined_component(name).partition("[")
-        own = base + "_" * (keyword.iskeyword(base) or base in RESERVED)
+        own = python_name(base)
         if not bracket:
             return own
-        indices = indices_in(inside)
+        if base not in self.shapes:
+            return own + bracket + python_index(inside)
+        indices = indices_in(python_index(inside))
         place = indices[0]
         for size, index in zip(self.shapes[base][1:], indices[1:]):
             place = f"({place})*{size} + {index}"
         return f"{own}[{place}]"
+
+    def words(self, text: str) -> str:
+        return python_index(text)
 
 
 class Python(Identifiers, OfPython):
@@ -258,7 +279,7 @@ class Unicode(Text):
         stem, indices = split_index(bare)
         letter = GREEK.get(stem, stem)
         text = letter[0] + DOTS[dots] + letter[1:]
-        if any(re.search(r"\W", one) and "[" not in one for one in indices):
+        if any(re.search(r"\W", one) and (stem != "p" or "[" not in one) for one in indices):
             return f"{text}_[{', '.join(self.whole(one) for one in indices)}]"
         for last, index in zip(["", *indices], indices):
             comma = "," if last.isdigit() and index.isdigit() else ""

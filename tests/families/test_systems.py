@@ -246,3 +246,21 @@ potential: sum((1 + i)*g*y[i] for i in range(N))
     ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, frozenset(["q"])))
     found = run(ready, resolve_values(spec, {}), 0.0, 1.0, 2).data["q/y"][-1]
     assert np.max(np.abs(found - (2 * np.arange(9) - 9.81 / 2))) < 1e-13
+
+
+def test_expressions_that_stand_alone_are_written_as_such() -> None:
+    """Loops of one round save nothing: bonds that are written one by one, between members of a family, are
+    compiled as those between coordinates with names of their own."""
+    count, chance = 40, random.Random(5)
+    ends = [(i, chance.randrange(i)) for i in range(1, count)] * 2
+    text = f"""\
+sizes: {{N: {count}}}
+coordinates: {{"x[i in range(N)]": {{initial: i}}, "y[i in range(N)]": {{initial: 0}}}}
+masses: {{"p[i in range(N)]": 1}}
+embedding: {{"p[i in range(N)]": ["x[i]", "y[i]"]}}
+potential: """
+    written = text + " + ".join(f"(norm(p[{a}] - p[{b}]) - 1)**2" for a, b in ends)
+    together = text + "sum((norm(p[i] - p[(i*i + j) % i]) - 1)**2 for i in range(1, N) for j in range(2))"
+    assert systems.any_family_system(read_spec(written, "system.yaml")) is not None
+    assert systems.family_system(read_spec(written, "system.yaml")) is None
+    assert systems.family_system(read_spec(together, "system.yaml")) is not None

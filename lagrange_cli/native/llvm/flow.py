@@ -8,8 +8,10 @@ Single Assignment Form, Compiler Construction 2013, algorithms 1 to 4; phis of o
 from __future__ import annotations
 
 import re
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
+from heapq import heapify, heappop, heappush
 from typing import Generic, TypeVar
 
 from lagrange_cli.native.llvm.text import kind
@@ -84,6 +86,8 @@ class Flow(Instructions):
         self._open: Block | None = None
         """The block that ends with the condition of a ``when`` that has just been written."""
         self._joined: Block | None = None
+        self._phis: list[tuple[Block, Variable[Value]]] = []
+        """All phis, in the order in which they have been found necessary."""
         self._labels = 0
         self._entry = Block("entry")
         self._enter(self._entry)
@@ -158,6 +162,7 @@ class Flow(Instructions):
             name = f"%p{self._count}"
             self._count += 1
             block.values[variable] = block.phis[variable] = name
+            self._phis.append((block, variable))
         for one in passed:
             one.values[variable] = name
         return name
@@ -274,31 +279,42 @@ class Flow(Instructions):
         return f"{self._head} {{\n{text}\n}}\n"
 
     def _complete(self) -> None:
-        """Read what every phi needs where its blocks come from, which may take further phis."""
-        known = -1
-        while known != (known := sum(len(block.phis) for block in self._blocks)):
-            for block in self._blocks:
-                for variable in list(block.phis):
-                    for one in block.before:
-                        self._read(variable, one)
+        """Read what every phi needs where its blocks come from, which may take further phis: block after
+        block, and round after round for phis of blocks that have been visited."""
+        number = {block: k for k, block in enumerate(self._blocks)}
+        pending = [(0, number[block], i, block, variable) for i, (block, variable) in enumerate(self._phis)]
+        heapify(pending)
+        while pending:
+            turn, place, _, block, variable = heappop(pending)
+            first = len(self._phis)
+            for one in block.before:
+                self._read(variable, one)
+            for i, (other, read) in enumerate(self._phis[first:], first):
+                later = turn + (number[other] <= place)
+                heappush(pending, (later, number[other], i, other, read))
 
 
 def _superfluous(phis: dict[str, list[str]]) -> dict[str, str]:
     """Phis of one value beside themselves, and that value (algorithm 3)."""
     same: dict[str, str] = {}
+    users: dict[str, list[str]] = {}
+    for name, listed in phis.items():
+        for one in listed:
+            users.setdefault(one, []).append(name)
 
     def found(name: str) -> str:
         while name in same:
             name = same[name]
         return name
 
-    changed = True
-    while changed:
-        changed = False
-        for name, listed in phis.items():
-            if name in same:
-                continue
-            others = {found(one) for one in listed} - {name}
-            if len(others) == 1:
-                same[name], changed = others.pop(), True
+    pending = deque(phis)
+    while pending:
+        name = pending.popleft()
+        if name in same:
+            continue
+        others = {found(one) for one in phis[name]} - {name}
+        if len(others) == 1:
+            same[name] = others.pop()
+            users.setdefault(same[name], []).extend(users.get(name, ()))
+            pending += users.get(name, ())
     return {name: found(name) for name in same}

@@ -90,7 +90,7 @@ class Controls {
       parent.append(box);
     };
     const span = data.time.stop - data.time.start;
-    group("Parameters", data.parameters.map((one) => ({
+    group("Parameters", data.parameters.filter((one) => !one.fixed).map((one) => ({
       name: one.name, label: pretty(one.name), unit: one.unit, value: one.value, range: around(one.value),
       hint: [one.description, one.expression && `= ${one.expression} until its slider is moved`].filter(Boolean).join(" · "),
     })));

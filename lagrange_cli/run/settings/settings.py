@@ -48,7 +48,7 @@ class Settings:
     """The outputs that are not requested by name: those that are not defined are left out, and those for
     which members of families would have to be written out that are too many."""
     chosen_because: str = ""
-    """Why ``--method auto`` does not mean Taylor series here."""
+    """Why ``--method auto`` means this method here, where several were considered."""
 
     @property
     def method_shown(self) -> str:
@@ -129,9 +129,9 @@ def resolve_settings(
     named = resolve_outputs(outputs, has_particles=spec.lagrangian is None)
     method, why = resolve_method(asked.method), ""
     if method == AUTO:
-        method = TAYLOR
+        method, known = TAYLOR, resolve_tolerance(asked.tolerance, TAYLOR, precision)
         if precision == DOUBLE and not portable and not proven and asked.stop > start:
-            method, why = chosen_method(spec, named, cached=cached)
+            method, why = chosen_method(spec, named, known, cached=cached)
     check_method(method, f"--precision {precision}", lambda row: precision in row.tolerances)
     if portable:
         check_method(method, "--portable", lambda row: row.portable)

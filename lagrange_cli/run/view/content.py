@@ -90,6 +90,7 @@ def described(motion: Motion, drawing: Drawing | None, followed: ViewedMotion) -
                 "unit": units.get(f"parameters/{one.name}", one.unit),
                 "description": one.description,
                 "expression": expression_of(one.value),
+                "fixed": family(one.name) in spec.tables,
             }
             for one in spec.parameters
         ],

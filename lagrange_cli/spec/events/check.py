@@ -178,6 +178,9 @@ class _Checker:
             if component and meaning.what in (Kind.PARTICLE, Kind.BODY):
                 message = f"'{name.identifier}' follows from the coordinates and cannot be set"
             raise ExpressionError(name.span, message, _HINTS[meaning.what])
+        if base in self.draft.tables:
+            hint = "it is used as an index, and indices do not change as the system moves"
+            raise ExpressionError(name.span, f"'{base}' cannot be set", hint)
         if component and meaning.value is not None:
             self.names.check_component(name, meaning, base, component)
         self.names.check_indices(name, meaning)

@@ -8,7 +8,7 @@ import sympy
 
 from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
 from lagrange_cli.symbolic.indexed.members import KNOWN, Summed
-from lagrange_cli.symbolic.indexed.whole import Whole, number
+from lagrange_cli.symbolic.indexed.whole import Entry, Whole, number
 
 RELATIONS = {"==": sympy.Eq, "!=": sympy.Ne, "<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge}
 EXTREMES = {"min": sympy.Min, "max": sympy.Max}
@@ -65,9 +65,15 @@ def integer(whole: Whole) -> sympy.Expr:
         if isinstance(atom, str):
             made += factor * sympy.Symbol(atom, integer=True)
             continue
+        if isinstance(atom, Entry):
+            table = sympy.IndexedBase(atom.table.name, integer=True)
+            made += factor * table[tuple(integer(one) for one in atom.indices)]
+            continue
         left, right = integer(atom.left), integer(atom.right)
         if atom.operator == "*":
             made += factor * left * right
+        elif atom.operator == "**":
+            made += factor * left**right
         elif atom.operator in EXTREMES:
             absolute = atom.operator == "max" and right == -left
             made += factor * (sympy.Abs(left) if absolute else EXTREMES[atom.operator](left, right))

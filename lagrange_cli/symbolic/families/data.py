@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import sympy
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.model.events import DIRECTIONS, action_of
 from lagrange_cli.symbolic.families.equations import EventLine, FamilyEquations
 from lagrange_cli.symbolic.families.given import multiplier_name
@@ -47,11 +48,13 @@ def as_data(
         one.symbol.name: one.loops for one in equations.places
     }
     entries = entries_of(equations)
+    tables = {one.name: one.listed for one in equations.tables.values()}
     data: dict[str, Any] = {
         "name": equations.name,
         "coordinates": [name for family in equations.coordinates for name in family.members],
-        "parameters": dict(parameters),
+        "parameters": without(parameters, tables),
         "sizes": dict(equations.sizes),
+        **({"tables": tables} if tables else {}),
         "families": {
             one.name: list(one.shape) for one in (*equations.coordinates, *equations.parameters) if one.shape
         },
@@ -174,6 +177,11 @@ def members_of(equations: FamilyEquations) -> dict[str, dict[str, str]]:
     return {
         name: {one.name(): spoken(one.loops) for one in lines} for name, lines in quantities.items() if lines
     }
+
+
+def without(parameters: Mapping[str, float], tables: Collection[str]) -> dict[str, float]:
+    """Parameters that are free: those in tables are part of the equations."""
+    return {name: value for name, value in parameters.items() if family_name(name) not in tables}
 
 
 def refuse_names(equations: FamilyEquations) -> None:

@@ -126,6 +126,7 @@ class _Deriver(Dynamics):
             name=spec.name,
             degrees_of_freedom=spec.degrees_of_freedom,
             sizes=spec.sizes,
+            tables=spec.tables,
             coordinates=self.builder.coordinates,
             parameters=grouped([one.name for one in spec.parameters], spec.families.get("parameters", {})),
             order=order,

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
+from lagrange_cli.expression.number_table import NumberTable
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
@@ -49,6 +50,8 @@ class FamilyEquations:
     degrees_of_freedom: int
     sizes: Mapping[str, int]
     coordinates: tuple[Family, ...]
+    tables: Mapping[str, NumberTable]
+    """Those that indices are looked up in."""
     parameters: tuple[Family, ...]
     order: Order
     T: sympy.Expr | None

@@ -12,10 +12,10 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.spec.family import Family
 from lagrange_cli.symbolic.families.equations import Change, EventLine, FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.indexed.conditions import Loop, holds, written
+from lagrange_cli.symbolic.indexed.conditions import Loop, holds
 from lagrange_cli.symbolic.indexed.members import KNOWN
 from lagrange_cli.symbolic.indexed.whole import Whole
-from lagrange_cli.symbolic.notations import IndexedPython
+from lagrange_cli.symbolic.notations import IndexedPython, python_index
 
 PLACES = "EVENT_PLACES"
 """The places of the events, where members of their families are missing."""
@@ -29,8 +29,7 @@ class ModuleWriter(Protocol):
 
     def text(self, expression: sympy.Expr) -> str: ...
     def names(self, text: str) -> list[str]: ...
-    def loops(self, line: Line) -> tuple[list[str], str]: ...
-    def head(self, loop: Loop) -> str: ...
+    def loops(self, loops: Sequence[Loop], indent: str = "    ") -> tuple[list[str], str]: ...
     def vector(
         self, name: str, purpose: str, lines: Sequence[Line], *, among: Sequence[Family], places: str
     ) -> str: ...
@@ -98,9 +97,9 @@ def after(family: Family, lines: Sequence[EventLine], writer: ModuleWriter) -> s
     """A function that returns q, v and parameters after an event of a family, whose indices are its place."""
     body: list[str] = []
     for one in lines:
-        heads, indent = writer.loops(one.line)
+        heads, indent = writer.loops(one.line.loops)
         if family.shape:
-            own = ", ".join(index.text for index in one.line.indices)
+            own = ", ".join(python_index(index.text) for index in one.line.indices)
             heads.append(f"{indent}if ({own}{',' * (len(family.shape) == 1)}) == tuple(place):")
             indent += "    "
         body += heads
@@ -122,12 +121,7 @@ def after(family: Family, lines: Sequence[EventLine], writer: ModuleWriter) -> s
 
 def assigned(change: Change, indent: str, writer: ModuleWriter) -> list[str]:
     """What sets a value, for all that the loops run through."""
-    found = []
-    for loop in change.loops:
-        found.append(f"{indent}for {writer.head(loop)}:")
-        indent += "    "
-        for one in loop.conditions:
-            found += [f"{indent}if not ({written(one)}):", f"{indent}    continue"]
+    found, indent = writer.loops(change.loops, indent)
     base, indices = KNOWN.get(change.symbol.name, (change.symbol.name, ()))
     return [*found, f"{indent}{target(base, indices, writer)} = {writer.text(change.value)}"]
 
@@ -140,7 +134,7 @@ def target(base: str, indices: Sequence[Whole], writer: ModuleWriter) -> str:
             if base == name:
                 return f"{array}[{placed(first, family, indices)}]"
         first += prod(family.shape)
-    inside = ",".join(f"{{{one.text}}}" for one in indices)
+    inside = ",".join(f"{{{python_index(one.text)}}}" for one in indices)
     return f"parameters[f'{base}[{inside}]']" if indices else f"parameters[{base!r}]"
 
 
@@ -148,7 +142,7 @@ def placed(first: int, family: Family, indices: Sequence[Whole]) -> str:
     """Where a member of a family is, whose first member is at ``first``."""
     if not indices:
         return str(first)
-    inside = indices[0].text
-    for size, index in zip(family.shape[1:], indices[1:]):
-        inside = f"({inside})*{size} + {index.text}"
+    inside, *others = (python_index(one.text) for one in indices)
+    for size, index in zip(family.shape[1:], others):
+        inside = f"({inside})*{size} + {index}"
     return f"{first} + {inside}" if first else inside

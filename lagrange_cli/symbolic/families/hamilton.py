@@ -216,7 +216,8 @@ def at_rest(expression: sympy.Expr, equations: FamilyEquations, around: Sequence
     then what t changes of their places."""
     order, number_of = equations.order, count()
     places = {
-        one.symbol.name.partition("[")[0] + one.symbol.name.partition("]")[2]: one for one in equations.places
+        one.symbol.name.partition("[")[0] + one.symbol.name.rpartition("]")[2]: one
+        for one in equations.places
     }
 
     def still(expression: sympy.Expr) -> sympy.Expr:

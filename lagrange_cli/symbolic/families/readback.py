@@ -20,6 +20,7 @@ from lagrange_cli.families.chains import ChainBuilder
 from lagrange_cli.families.description import FamilySystem
 from lagrange_cli.families.groups import places_of
 from lagrange_cli.families.values import FamilyValues, along
+from lagrange_cli.spec.lookups import with_found
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.chains import Path
 from lagrange_cli.symbolic.families.equations import FamilyEquations
@@ -196,7 +197,9 @@ class ReadBack:
         """The text of an expression, parsed: once for all states."""
         if expression not in self._read:
             try:
-                self._read[expression] = read_printed(render(expression, Text(), self.order))
+                printed = read_printed(render(expression, Text(), self.order))
+                find = self.system.spec.tables.get
+                self._read[expression] = with_found(printed, lambda one: find(one.identifier), False)
             except ExpressionError as error:
                 raise unreadable(error) from error
         return self._read[expression]

@@ -12,15 +12,15 @@ from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, acceleratio
 from lagrange_cli.families.groups import places_of
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families import event_source
-from lagrange_cli.symbolic.families.data import refuse_names
+from lagrange_cli.symbolic.families.data import refuse_names, without
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.event_source import placed
 from lagrange_cli.symbolic.families.given import multiplier_name
 from lagrange_cli.symbolic.families.hamilton import hamilton_form, momentum_name
 from lagrange_cli.symbolic.families.linear import pairs_of
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.indexed.conditions import Loop
-from lagrange_cli.symbolic.notations import IndexedPython
+from lagrange_cli.symbolic.indexed.conditions import Loop, written
+from lagrange_cli.symbolic.notations import IndexedPython, python_index, python_name
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.source import IN_STEPS, LINEAR, SOLUTION
 
@@ -132,7 +132,9 @@ def as_python(equations: FamilyEquations, parameters: Mapping[str, float], form:
     head += [f"from math import {', '.join(used)}", ""] if used else []
     head += [f"{name} = {size}" for name, size in equations.sizes.items()]
     names = [name for family in equations.coordinates for name in family.members]
-    head += [f"COORDINATES = {tuple(names)!r}", f"PARAMETERS = {dict(parameters)!r}"]
+    head += [f"{python_name(table.name)} = {table.by_place!r}" for table in equations.tables.values()]
+    free = without(parameters, equations.tables)
+    head += [f"COORDINATES = {tuple(names)!r}", f"PARAMETERS = {free!r}"]
     if equations.constraints:
         head.append(f"CONSTRAINTS = {tuple(k for one in equations.bound for k in one.members)!r}")
         if not all(one.complete for one in equations.bound):
@@ -192,7 +194,8 @@ class ModuleWriter:
     def __init__(self, equations: FamilyEquations) -> None:
         self.equations = equations
         shapes: dict[str, Sequence[str]] = {}
-        for family in (*equations.coordinates, *equations.parameters):
+        self.parameters = [one for one in equations.parameters if one.name not in equations.tables]
+        for family in (*equations.coordinates, *self.parameters):
             shapes[family.name] = [str(size) for size in family.shape]
             for rate in RATES.values():
                 shapes[rate(family.name)] = shapes[family.name]
@@ -223,7 +226,7 @@ class ModuleWriter:
                 places.append(f"    {one.base} = [{self.text(one.expression)} {loops}]")
         text = "\n".join([text, *places])
         found = []
-        for family in self.equations.parameters:
+        for family in self.parameters:
             if family.shape:
                 listed = f"[parameters[f'{family.name}[{{k}}]'] for k in range({family.shape[0]})]"
                 if len(family.shape) > 1:
@@ -296,7 +299,7 @@ class ModuleWriter:
             (row, one), (column, other) = (firsts[family.name] for family in pairs[line.family.name])
             indices = line.indices[: len(one.shape)], line.indices[len(one.shape) :]
             i, k = placed(row, one, indices[0]), placed(column, other, indices[1])
-            head, indent = self.loops(line)
+            head, indent = self.loops(line.loops)
             body += [*head, f"{indent}rows[{i}][{k}] = rows[{k}][{i}] = {self.text(line.expression)}"]
         names = self.names("\n".join(body))
         head = [
@@ -309,25 +312,23 @@ class ModuleWriter:
 
     def assigned(self, line: Line, first: int, family: Family) -> list[str]:
         """What sets the values of some members."""
-        head, indent = self.loops(line)
+        head, indent = self.loops(line.loops)
         return [
             *head,
             f"{indent}values[{placed(first, family, line.indices)}] = {self.text(line.expression)}",
         ]
 
-    def loops(self, line: Line) -> tuple[list[str], str]:
-        """The loops through members, and the indent of what is in them."""
-        found, indent = [], "    "
-        for loop in line.loops:
+    def loops(self, loops: Sequence[Loop], indent: str = "    ") -> tuple[list[str], str]:
+        """Loops through members, and the indent of what is in them."""
+        found = []
+        for loop in loops:
             found.append(f"{indent}for {self.head(loop)}:")
             indent += "    "
             for one in loop.conditions:
-                from lagrange_cli.symbolic.indexed.conditions import written
-
-                found += [f"{indent}if not ({written(one)}):", f"{indent}    continue"]
+                found += [f"{indent}if not ({python_index(written(one))}):", f"{indent}    continue"]
         return found, indent
 
     @staticmethod
     def head(loop: Loop) -> str:
         """``i in range(N)``."""
-        return f"{loop.index} in range({loop.bounds})"
+        return f"{loop.index} in range({python_index(loop.bounds)})"

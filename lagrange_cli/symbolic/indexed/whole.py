@@ -1,19 +1,33 @@
 """Whole numbers with names in them: what indices and the bounds of sums are, as they are printed.
 
-``Whole`` is a linear expression of indices, of sizes, and of remainders and quotients of such expressions.
+``Whole`` is a linear expression of indices, of sizes, of remainders and quotients of such expressions, and of
+numbers in tables, whose places are such expressions.
 Its ``text`` is in the grammar of system files.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial, reduce
 from operator import add, sub
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lagrange_cli.expression.indices import EXTREMES, OPERATIONS, Unsuited
-from lagrange_cli.expression.syntax import WHOLE, WHOLE_FUNCTIONS, Binary, Call, Name, Negative, Number, Tree
+from lagrange_cli.expression.indices import EXTREMES, OPERATIONS, Unsuited, power
+from lagrange_cli.expression.syntax import (
+    WHOLE,
+    WHOLE_FUNCTIONS,
+    Binary,
+    Call,
+    Lookup,
+    Name,
+    Negative,
+    Number,
+    Tree,
+)
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.number_table import NumberTable
 
 Span: TypeAlias = tuple[int, int]
 """The least and the greatest value."""
@@ -23,7 +37,7 @@ Values: TypeAlias = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Operation:
-    """``left operator right``, one of ``// % *``; or ``min`` or ``max`` of both: |a| is max(a, -a)."""
+    """``left operator right``, one of ``// % * **``; or ``min`` or ``max`` of both: |a| is max(a, -a)."""
 
     operator: str
     left: Whole
@@ -36,10 +50,76 @@ class Operation:
             if self.operator == "max" and self.right == self.left * -1:
                 return f"abs({self.left.text})"
             return f"{self.operator}({self.left.text}, {self.right.text})"
-        return f"{enclosed(self.left)} {self.operator} {enclosed(self.right)}"
+        space = "" if self.operator == "**" else " "
+        return f"{enclosed(self.left)}{space}{self.operator}{space}{enclosed(self.right)}"
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All names in it."""
+        return self.left.names | self.right.names
+
+    def each(self, change: Callable[[Whole], Whole]) -> Whole:
+        """The same operation of what ``change`` makes of both."""
+        return operation(self.operator, change(self.left), change(self.right))
+
+    def value(self, values: Values) -> Any:
+        """The number, or the array of numbers."""
+        return (OPERATIONS | EXTREMES)[self.operator](self.left.value(values), self.right.value(values))
+
+    def span(self, spans: Spans) -> Span:
+        """Bounds of its values."""
+        left, right = self.left.span(spans), self.right.span(spans)
+        if self.operator == "*":
+            ends = [a * b for a in left for b in right]
+            return min(ends), max(ends)
+        if self.operator in EXTREMES:
+            return EXTREMES[self.operator](left[0], right[0]), EXTREMES[self.operator](left[1], right[1])
+        if self.operator == "**":
+            if min(left[0], right[0]) < 0:
+                raise Unsuited
+            return left[0] ** right[0] if left[0] else 0, max(1, power(left[1], right[1]))
+        if right[0] <= 0:
+            raise Unsuited
+        if self.operator == "%":
+            return 0, right[1] - 1
+        ends = [a // b for a in left for b in right]
+        return min(ends), max(ends)
 
 
-Atom: TypeAlias = "str | Operation"
+@dataclass(frozen=True)
+class Entry:
+    """A number in a table: ``a[n]``."""
+
+    table: NumberTable
+    indices: tuple[Whole, ...]
+
+    @property
+    def text(self) -> str:
+        """As it is written."""
+        return f"{self.table.name}[{','.join(one.text for one in self.indices)}]"
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All names in its indices."""
+        return frozenset[str]().union(*(one.names for one in self.indices))
+
+    def each(self, change: Callable[[Whole], Whole]) -> Whole:
+        """The number at other places: at those that ``change`` makes of its indices."""
+        return entry(self.table, [change(one) for one in self.indices])
+
+    def value(self, values: Values) -> Any:
+        """The number, or the array of numbers."""
+        from lagrange_cli.expression.index_arrays import looked_up
+
+        return looked_up(self.table, [one.value(values) for one in self.indices])
+
+    def span(self, spans: Spans) -> Span:
+        """Bounds of its values."""
+        numbers = self.table.numbers[self.table.given]
+        return int(numbers.min()), int(numbers.max())
+
+
+Atom: TypeAlias = "str | Operation | Entry"
 
 
 @dataclass(frozen=True)
@@ -66,7 +146,7 @@ class Whole:
         """All names in it."""
         found: set[str] = set()
         for atom, _ in self.terms:
-            found |= {atom} if isinstance(atom, str) else atom.left.names | atom.right.names
+            found |= {atom} if isinstance(atom, str) else atom.names
         return frozenset(found)
 
     @property
@@ -96,7 +176,7 @@ class Whole:
             if isinstance(atom, str):
                 part = known.get(atom, Whole(((atom, 1),), 0))
             else:
-                part = operation(atom.operator, atom.left.with_names(known), atom.right.with_names(known))
+                part = atom.each(lambda one: one.with_names(known))
             made += part * factor
         return made
 
@@ -104,18 +184,14 @@ class Whole:
         """The number, or the array of numbers, where names have these values."""
         made: Any = self.constant
         for atom, factor in self.terms:
-            if isinstance(atom, str):
-                made = made + factor * values[atom]
-            else:
-                both = atom.left.value(values), atom.right.value(values)
-                made = made + factor * (OPERATIONS | EXTREMES)[atom.operator](*both)
+            made = made + factor * (values[atom] if isinstance(atom, str) else atom.value(values))
         return made
 
     def span(self, spans: Spans) -> Span:
         """Bounds of its values, where names have values within bounds."""
         low = high = self.constant
         for atom, factor in self.terms:
-            inner = spans[atom] if isinstance(atom, str) else span_of(atom, spans)
+            inner = spans[atom] if isinstance(atom, str) else atom.span(spans)
             ends = sorted(factor * end for end in inner)
             low, high = low + ends[0], high + ends[1]
         return low, high
@@ -140,10 +216,20 @@ def named(name: str) -> Whole:
     return Whole(((name, 1),), 0)
 
 
+def entry(table: NumberTable, indices: Sequence[Whole]) -> Whole:
+    """A number in a table."""
+    if not any(one.terms for one in indices):
+        found = table.number([one.constant for one in indices])
+        if found is None:
+            raise Unsuited
+        return number(found)
+    return Whole(((Entry(table, tuple(indices)), 1),), 0)
+
+
 def operation(operator: str, left: Whole, right: Whole) -> Whole:
     """A remainder, quotient or product, or the lesser or greater one."""
     if not left.terms and not right.terms:
-        if operator in WHOLE and right.constant == 0:
+        if (operator in WHOLE and right.constant == 0) or (operator == "**" and right.constant < 0):
             raise Unsuited
         return number((OPERATIONS | EXTREMES)[operator](left.constant, right.constant))
     if operator == "*":
@@ -172,22 +258,6 @@ def without_multiples(left: Whole, right: Whole) -> Whole:
     return made
 
 
-def span_of(atom: Operation, spans: Spans) -> Span:
-    """Bounds of the values of an operation."""
-    left, right = atom.left.span(spans), atom.right.span(spans)
-    if atom.operator == "*":
-        ends = [a * b for a in left for b in right]
-        return min(ends), max(ends)
-    if atom.operator in EXTREMES:
-        return EXTREMES[atom.operator](left[0], right[0]), EXTREMES[atom.operator](left[1], right[1])
-    if right[0] <= 0:
-        raise Unsuited
-    if atom.operator == "%":
-        return 0, right[1] - 1
-    ends = [a // b for a in left for b in right]
-    return min(ends), max(ends)
-
-
 def reduced(whole: Whole, spans: Spans) -> Whole:
     """Without remainders of what is within the same multiples of the divisor everywhere: -1 % N is N - 1."""
     made = number(whole.constant)
@@ -195,8 +265,13 @@ def reduced(whole: Whole, spans: Spans) -> Whole:
         if isinstance(atom, str):
             made += Whole(((atom, factor),), 0)
             continue
-        part = operation(atom.operator, reduced(atom.left, spans), reduced(atom.right, spans))
-        if atom.operator == "%" and len(part.terms) == 1 and isinstance(part.terms[0][0], Operation):
+        part = atom.each(lambda one: reduced(one, spans))
+        if (
+            isinstance(atom, Operation)
+            and atom.operator == "%"
+            and len(part.terms) == 1
+            and isinstance(part.terms[0][0], Operation)
+        ):
             inner = part.terms[0][0]
             multiple = quotient_of(inner, spans)
             if multiple is not None:
@@ -221,6 +296,8 @@ def whole_of(tree: Tree, names: Mapping[str, Whole]) -> Whole:
         return number(int(tree.text))
     if isinstance(tree, Name) and not tree.indices and tree.identifier in names:
         return names[tree.identifier]
+    if isinstance(tree, Lookup):
+        return entry(tree.table, [whole_of(one, names) for one in tree.indices])
     if isinstance(tree, Negative):
         return whole_of(tree.operand, names) * -1
     if isinstance(tree, Binary):
@@ -228,7 +305,7 @@ def whole_of(tree: Tree, names: Mapping[str, Whole]) -> Whole:
         linear: Mapping[str, Callable[[Whole, Whole], Whole]] = {"+": add, "-": sub}
         if tree.operator in linear:
             return linear[tree.operator](left, right)
-        if tree.operator in ("*", "//", "%"):
+        if tree.operator in ("*", "//", "%", "**"):
             return operation(tree.operator, left, right)
     if isinstance(tree, Call) and tree.function in WHOLE_FUNCTIONS:
         given = [whole_of(one, names) for one in tree.arguments]

@@ -203,3 +203,31 @@ def test_reals_compare_as_ieee_says():
     for a, b in [(1.0, 2.0), (2.0, 1.0), (1.0, 1.0), (float("nan"), 1.0), (1.0, float("nan")), (0.0, -0.0)]:
         expected = [a < b, a <= b, a > b, a >= b, a == b, a == a]
         assert run(a, b) == sum(int(one) << place for place, one in enumerate(expected))
+
+
+def test_the_work_of_finding_phis_grows_with_the_number_of_loops(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A variable is read behind many loops that leave it alone: each has one phi for it, which is looked at a
+    few times."""
+
+    def reads(loops: int) -> int:
+        count = 0
+        read = Function._read
+
+        def counted(self: Function, *given: object) -> str:
+            nonlocal count
+            count += 1
+            return read(self, *given)
+
+        with monkeypatch.context() as context:
+            context.setattr(Function, "_read", counted)
+            f = Function("define i64 @run(i64 %a)")
+            kept = f.variable(Integer(f, "%a"))
+            total = f.variable(Integer(f, "%a"))
+            for _ in range(loops):
+                with f.loop(0, 3) as i:
+                    total.set(total.get() + i)
+            f.give(total.get() + kept.get())
+            f.text()
+        return count
+
+    assert reads(200) <= 2.1 * reads(100)

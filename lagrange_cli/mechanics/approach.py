@@ -1,0 +1,152 @@
+"""What steps approach slowly, so that no force hides from them: poles, and the tails of exponentials.
+
+A step of ``ias15`` in families is so short that no function b that is listed here becomes less by more than
+half (``families.poles``). Far away exp(-b) is 0 to the last bit. Where b is halved from step to step, and has
+no narrower structure within one, it is seen before it matters. What is made of a b alone by powers changes
+with it by a factor that is about as small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.signs import Sign, signs
+
+OFFSET = 16.0
+"""The largest c in exp(c - b) that does not hide: the force begins to matter not far from where b is 0."""
+
+
+def approached(nodes: list[Node], variables: int, places: int) -> list[Node]:
+    """What becomes 0 at poles, no earlier than its first derivatives tell (see ``families.poles``): what is
+    linear in ``places``, or a sum of squares of that."""
+    products = (node for node in nodes if node.kind is Kind.PRODUCT)
+    bases = (one for node in products for one, e in zip(node.arguments, node.data) if e < 0)
+    return [
+        one
+        for one in dict.fromkeys(core(one, variables) for one in bases)
+        if is_approached(one, variables, places)
+    ]
+
+
+def is_approached(base: Node, variables: int, places: int) -> bool:
+    """Whether it is linear in ``places``, or a sum of squares of that and of what is not negative."""
+    if base.symbols & variables & ~places:
+        return False
+    if is_linear(base, variables):
+        return bool(base.symbols & variables)
+    if base.kind is Kind.PRODUCT:
+        moving = moving_factors(base, variables)
+        return (
+            all(exponent == 2 and is_linear(one, variables) for one, exponent in moving) and len(moving) == 1
+        )
+    listed = base.arguments if base.kind is Kind.SUM and signs(base, {}) is not Sign.ANY else ()
+    return bool(listed) and all(
+        is_approached(one, variables, places) and not is_linear(one, variables)
+        for one in listed
+        if one.symbols & variables
+    )
+
+
+def core(node: Node, variables: int) -> Node:
+    """The expression of a power of which it is a multiple."""
+    while (inner := multiplied(node, variables)) is not None:
+        node = inner
+    return node
+
+
+def multiplied(node: Node, variables: int) -> Node | None:
+    """What it is a multiple of, or a power; None where it is neither."""
+    moving = [one for one in node.arguments if one.symbols & variables]
+    if node.kind is Kind.PRODUCT:
+        return moving[0] if len(moving) == 1 else None
+    single = node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0
+    return moving[0] if single and moving else None
+
+
+def tails(
+    nodes: Iterable[Node], variables: int, places: int, bounded: Collection[Node]
+) -> dict[Node, Node | None]:
+    """The exponentials whose exponents change slowly, each with what is approached slowly besides what is
+    ``bounded``, if anything is."""
+    found = dict[Node, Node | None]()
+    for node in nodes:
+        if node.kind is not Kind.FUNCTION or node.data != "exp" or not node.symbols & variables:
+            continue
+        u = node.arguments[0]
+        if is_tail(u, variables, bounded):
+            found[node] = None
+        elif not u.symbols & variables & ~places and is_convex(u, variables):
+            found[node] = 1 + u * u
+    return found
+
+
+def is_tail(u: Node, variables: int, bounded: Collection[Node]) -> bool:
+    """Whether it is a multiple of a positive power of what is ``bounded``, plus a small number."""
+    if u.kind is Kind.SUM and len(u.arguments) == 1 and abs(u.data[0]) <= OFFSET:
+        u = u.arguments[0]
+    while u not in bounded:
+        inner = multiplied(u, variables)
+        if inner is None or any(e < 0 for one, e in moving_factors(u, variables) if one is inner):
+            return False
+        u = inner
+    return True
+
+
+def is_convex(u: Node, variables: int) -> bool:
+    """Whether its square is convex, as far as its form tells: it is linear, or a sum of squares, or of even
+    powers of such, with a constant factor."""
+    if is_linear(u, variables):
+        return True
+    if u.kind is Kind.PRODUCT:
+        moving = moving_factors(u, variables)
+        base, exponent = moving[0]
+        return len(moving) == 1 and (exponent == 1 or is_even(exponent)) and is_convex(base, variables)
+    if u.kind is not Kind.SUM:
+        return False
+    constant, scales = u.data
+    one_sign = all(x * scales[0] > 0 for x in scales) and constant * scales[0] >= 0
+    factors = {fixed_factors(one, variables) for one in u.arguments}
+    alike = len(factors) == 1 and (constant == 0 or not any(factors))
+    return one_sign and alike and all(is_of_squares(one, variables) for one in u.arguments)
+
+
+def is_of_squares(node: Node, variables: int) -> bool:
+    """Whether it is an even power of what is convex or linear, or a sum of such, with a constant factor."""
+    moving = moving_factors(node, variables)
+    base, exponent = moving[0]
+    even = is_even(exponent) or (exponent == 1 and not is_linear(base, variables))
+    return len(moving) == 1 and even and is_convex(base, variables)
+
+
+def is_even(exponent: float) -> bool:
+    """Whether it is 2, 4 and so on."""
+    return exponent > 0 and exponent % 2 == 0
+
+
+def fixed_factors(node: Node, variables: int) -> frozenset[tuple[Node, float]]:
+    """Its factors that do not move, with their exponents."""
+    if node.kind is not Kind.PRODUCT:
+        return frozenset()
+    return frozenset((base, e) for base, e in zip(node.arguments, node.data) if not base.symbols & variables)
+
+
+def is_linear(node: Node, variables: int) -> bool:
+    """Whether it is linear in ``variables``, or has none."""
+    terms = node.arguments if node.kind is Kind.SUM else (node,)
+    return all(linear_in(one, variables) is not None for one in terms if one.symbols & variables)
+
+
+def linear_in(node: Node, variables: int) -> Node | None:
+    """The coordinate that it is, up to a constant factor."""
+    moving = moving_factors(node, variables)
+    if len(moving) == 1 and moving[0][1] == 1 and moving[0][0].kind is Kind.SYMBOL:
+        return moving[0][0]
+    return None
+
+
+def moving_factors(node: Node, variables: int) -> list[tuple[Node, float]]:
+    """Its factors that move, with their exponents."""
+    if node.kind is not Kind.PRODUCT:
+        return [(node, 1)]
+    return [(base, exponent) for base, exponent in zip(node.arguments, node.data) if base.symbols & variables]
